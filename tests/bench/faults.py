@@ -106,11 +106,11 @@ def _known() -> Iterator[Case]:
         "radius 0": ({"wheel_radius": (0.0, "m")}, "lies outside"),
         "NaN": ({"wheel_radius": (float("nan"), "m")}, "not finite"),
         "1e999": ({"wheel_radius": (1e999, "m")}, "not finite"),
-        "text": ({"wheel_radius": ("0.3", "m")}, "holds no number as value"),
-        "null": ({"wheel_radius": (None, "m")}, "holds no number as value"),
+        "text": ({"wheel_radius": ("0.3", "m")}, "has no number as value"),
+        "null": ({"wheel_radius": (None, "m")}, "has no number as value"),
         "correlation abc": ({"correlation": "abc"}, "not a mapping"),
         "extensions abc": ({"extensions": "abc"}, "not a mapping"),
-        "newline in a name": ({"a\nb": (1.0, "")}, "has a name that no parameter can have"),
+        "newline in a name": ({"a\nb": (1.0, "")}, "has an invalid name"),
     }
     for name, (changes, says) in wrong.items():
         change = edited_known(changes)

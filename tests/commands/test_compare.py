@@ -81,5 +81,5 @@ def test_files_that_cannot_be_compared_are_input_errors(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         run_compare(one, tmp_path / "missing.json", as_json=False)
     refused = write(tmp_path / "refused.json", {}, refused="the parameters are not determined")
-    with pytest.raises(InputError, match="holds no parameters"):
+    with pytest.raises(InputError, match="contains no parameters"):
         run_compare(one, refused, as_json=False)

@@ -86,5 +86,5 @@ def test_a_pipeline_shows_the_refused_step(gained: Path) -> None:
 
 
 def test_no_step_reads_a_refused_result(refused: tuple[Path, RefusedResultError]) -> None:
-    with pytest.raises(InputError, match=r"holds no parameters: the result of 'inertia' was not published"):
+    with pytest.raises(InputError, match=r"contains no parameters: the result of 'inertia' was not published"):
         read_parameters(refused[0] / "inertia.json")

@@ -1,4 +1,4 @@
-"""The type of numbers in a row: a numpy array of doubles."""
+"""The type of all numerical arrays: a numpy array of doubles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``vdyn check`` finds, typed once for the terminal, the page and the JSON."""
+"""The document of ``vdyn check``, for the terminal, the page and the JSON."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class CheckedRun(Entry):
     """One run, and whether it must be driven again."""
 
     run: str = Field(description="name of the run's log")
-    verdict: Literal["keep", "repeat"] = Field(description="repeat: the run does not serve its step")
-    why: list[str] = Field(description="reasons for a repetition; of a run to keep: what to know about it")
+    verdict: Literal["keep", "repeat"] = Field(description="repeat: the run cannot be used for its step")
+    why: list[str] = Field(description="reasons for a repetition; for a run to keep: notes about it")
     duration: float = Field(description="time from the first to the last sample, s")
     samples: int = Field(description="number of rows")
     lost: float = Field(description="share of the evaluated time in which a needed channel is cut, 0 to 1")
@@ -41,7 +41,7 @@ class CheckFlag(Entry):
 
 
 class TiedPair(Entry):
-    """Two quantities of a run that physics ties: first = gain x second + offset, delayed."""
+    """Two quantities of a run with a known physical relation: first = gain x second + offset, delayed."""
 
     run: str = Field(description="name of the run's log")
     first: str = Field(description="the first quantity")
@@ -56,14 +56,14 @@ class TiedPair(Entry):
 
 
 class RunDeceleration(Entry):
-    """The mean deceleration of one coast over the speeds that all coasts pass."""
+    """The mean deceleration of one coast over the speed range that all coasts cover."""
 
     run: str = Field(description="name of the run's log")
     direction: str = Field(description="out, back, or empty")
     start: float | None = Field(description="start since the first run, s; null where the description has none")
     mean: float | None = Field(description="mean deceleration over the common speeds, m/s^2")
     influence: float | None = Field(
-        description="change of the mean of all runs, both directions equal, without this run, as a share of it"
+        description="relative change of the mean of all runs (both directions with equal weight) without this run"
     )
     material: bool = Field(description="whether that exceeds the 95 % interval of the other runs' mean")
     wind_mean: float | None = Field(description="mean measured wind along the road, m/s; null where it is not known")
@@ -99,8 +99,8 @@ class CoastBalance(Entry):
     pairs: int = Field(description="usable pairs: the k-th run out with the k-th run back")
     unpaired: list[str] = Field(description="usable runs without a partner")
     alternating: bool | None = Field(description="whether directions alternate in the order of the description")
-    speeds: tuple[float, float] | None = Field(description="speeds that all usable runs pass, km/h: from, to")
-    trend: float | None = Field(description="change of the mean deceleration from the first to the last run, a share")
+    speeds: tuple[float, float] | None = Field(description="speed range that all usable runs cover, km/h: from, to")
+    trend: float | None = Field(description="relative change of the mean deceleration from the first to the last run")
     trend_half: float | None = Field(description="half of the 95 % interval of the trend")
     difference: float | None = Field(description="mean deceleration out minus that back, m/s^2")
     difference_half: float | None = Field(description="half of its 95 % interval, m/s^2")
@@ -114,7 +114,7 @@ class CoastBalance(Entry):
 
 
 class CheckDocument(Entry):
-    """What ``vdyn check`` finds: whether the runs of a test are good, before the car leaves the track."""
+    """The result of ``vdyn check``: whether the runs of a test are usable, before the car leaves the track."""
 
     format: Literal["vdyn/check/1"] = Field("vdyn/check/1", description="name and version of this format")
     step: str = Field(description="the step that the description is for")
@@ -123,10 +123,10 @@ class CheckDocument(Entry):
     sentence: str = Field(description="the answer in one sentence")
     runs: list[CheckedRun] = Field(description="in the order of the description")
     flags: list[CheckFlag] = Field(description="faulty and suspect segments")
-    redundancy: list[TiedPair] = Field(description="channels that physics ties")
+    redundancy: list[TiedPair] = Field(description="channels with a known physical relation")
     clocks: list[ClockEntry] = Field([], description="differences of the clocks of several loggers")
     coasts: CoastBalance | None = Field(description="of a coast-down; null for other steps and driven logs")
     parameters: Literal["not evaluated"] = Field(
-        "not evaluated", description="what the exclusion of a run changes in the parameters; the step evaluates it"
+        "not evaluated", description="change of the parameters when a run is left out; the step evaluates it"
     )
     findings: list[FindingEntry] = Field(description="notes and doubts about the description and the logs")

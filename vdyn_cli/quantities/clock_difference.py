@@ -1,4 +1,4 @@
-"""How one logger's clock differs from another's: delay and drift, each with its standard error."""
+"""Difference between the clocks of two loggers: delay and drift, each with its standard error."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ClockDifference:
-    """The clock of a logger against that of the reference: what the reference stamps t, the logger stamps::
+    """The clock of a logger relative to that of the reference: at the reference's time t, the logger's clock shows::
 
         t + delay + drift (t - at)
 
@@ -22,11 +22,11 @@ class ClockDifference:
     run, logger : names of the reference's log and of the logger's.
     pair : the channel of the reference and that of the logger, from which the difference is estimated; both are
         ``time`` where the delay is stated.
-    delay, delay_std, at : s; ``at`` is the moment, on the reference's clock, for which the delay holds.
+    delay, delay_std, at : s; the delay holds at the time ``at`` of the reference's clock.
     drift, drift_std : s/s.
-    corrected : whether the drift is corrected; else the delay alone.
-    gain, offset : of the logger's channel over the reference's.
-    channels : taken from this logger, resampled to the reference's clock.
+    corrected : whether the drift is corrected; else only the delay is.
+    gain, offset : the logger's channel = gain x the reference's + offset.
+    channels : names of the channels taken from this logger, resampled to the reference's clock.
     """
 
     run: str
@@ -48,27 +48,27 @@ class ClockDifference:
         return self.pair == ("time", "time")
 
     def stamp(self, time: Array) -> Array:
-        """The logger's times, s, of times on the reference's clock."""
+        """Times of the logger's clock, s, at times of the reference's clock."""
         rate = self.drift if self.corrected else 0.0
         return time + self.delay + rate * (time - self.at)
 
     def run_delay_std(self, time: Array) -> float:
-        """Standard error of the delay over a run, s: that at ``at``, and the rms of a drift that is not corrected.
+        """Standard error of the delay over a run, s: that at ``at`` plus the rms effect of an uncorrected drift.
 
         Parameters
         ----------
-        time : (n,) of the run, s, on the reference's clock.
+        time : (n,) s, of the run's samples, on the reference's clock.
         """
         if self.corrected or not math.isfinite(self.drift_std):
             return self.delay_std
         return math.hypot(self.delay_std, self.drift_std * math.sqrt(((time - self.at) ** 2).mean()))
 
     def to_json(self) -> dict[str, Any]:
-        """As the JSON writes it."""
+        """The entry for a result's JSON."""
         return {**vars(self), "pair": list(self.pair), "channels": list(self.channels)}
 
     @classmethod
     def from_json(cls, part: Mapping[str, Any]) -> ClockDifference:
-        """What ``to_json`` wrote."""
+        """The object from an entry of ``to_json``."""
         first, second = part["pair"]
         return cls(**{**part, "pair": (first, second), "channels": tuple(part["channels"])})

@@ -1,13 +1,13 @@
-"""Factors of the units that most logs and descriptions use, so that a process need not load the unit library.
+"""Conversion factors of common units, so that most processes need not load the unit library.
 
-A test compares every entry with what the unit library computes; units that are not listed are read by the library.
+A test compares every entry with the unit library; units that are not listed are converted by the library.
 """
 
 from __future__ import annotations
 
 from math import pi
 
-# Units that stand for themselves, in the spelling of the vocabulary.
+# Units that need no conversion, in the spelling of the vocabulary.
 _SAME = frozenset(
     {
         *("", "s", "m", "m/s", "m/s^2", "m/s^3", "m^2", "rad", "rad/s", "deg", "deg/s", "km/h", "mm"),

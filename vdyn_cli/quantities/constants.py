@@ -1,7 +1,7 @@
-"""Constants of nature and of statistics that more than one room uses."""
+"""Physical and statistical constants that several packages use."""
 
 from __future__ import annotations
 
 ZERO_CELSIUS = 273.15  # K
 GRAVITY = 9.80665  # m/s^2, standard gravity (ISO 80000-3)
-NORMAL95 = 1.959963984540054  # standard deviations to either side that hold 95 % of a normal distribution
+NORMAL95 = 1.959963984540054  # half-width of the central 95 % of a normal distribution, in standard deviations

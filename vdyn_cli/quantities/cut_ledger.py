@@ -18,12 +18,12 @@ class LedgerRow:
     Parameters
     ----------
     log, channel : where; ``all`` stands for every channel.
-    start, stop : s on the log's clock, of the first and the last sample.
-    test, why : the test that failed, and the fact; of a requested cut ``requested``.
-    samples : of the segment. before, after : samples with a value before and after the cut, in the channel; of a cut
-        of every channel, in that with the most.
+    start, stop : s on the log's clock, times of the first and the last sample.
+    test, why : the failed test (``requested`` for a requested cut), and the fact.
+    samples : number in the segment. before, after : number of samples with a value in the channel before and after the
+        cut; for a cut of every channel, in the channel with the most.
     decision : automatic, requested (by the description), or kept (by the description: nothing is cut).
-    changes : parameter: its shift by the cut, in its SI unit; None where that is not evaluated.
+    changes : shift of each parameter by the cut, SI; None where it is not evaluated.
     """
 
     log: str
@@ -39,7 +39,7 @@ class LedgerRow:
     changes: Mapping[str, float] | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """The row as JSON writes it; ``changes`` is ``"not evaluated"`` where there are none."""
+        """The row for a result's JSON; ``changes`` is ``"not evaluated"`` where there are none."""
         return {
             "log": self.log,
             "channel": self.channel,
@@ -56,7 +56,7 @@ class LedgerRow:
 
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> LedgerRow:
-        """The row that ``to_json`` wrote."""
+        """The row from an entry of ``to_json``."""
         changes = row["changes"]
         rest = {k: row[k] for k in ("log", "channel", "test", "why", "samples", "before", "after", "decision")}
         return cls(start=row["from"], stop=row["to"], changes=None if isinstance(changes, str) else changes, **rest)
@@ -68,9 +68,9 @@ class DataQuality:
 
     Parameters
     ----------
-    channels : log: channel: state: number of samples.
-    ledger : in the order of the runs. clocks : of several loggers, against the first one's.
-    road : the survey that gave the grade (file, span in m, number of points, kind, error); None without one.
+    channels : number of samples by log, channel and state.
+    ledger : in the order of the runs. clocks : of the other loggers, relative to the first one's.
+    road : survey from which the grade was computed (file, span in m, number of points, kind, error); None without one.
     """
 
     channels: Mapping[str, Mapping[str, Mapping[str, int]]] = field(default_factory=dict)
@@ -87,7 +87,7 @@ class DataQuality:
 
     @classmethod
     def from_json(cls, part: Mapping[str, Any]) -> DataQuality:
-        """What ``to_json`` wrote."""
+        """The object from the part that ``to_json`` returns."""
         clocks = tuple(ClockDifference.from_json(c) for c in part.get("clocks", ()))
         return cls(
             part["channels"], tuple(LedgerRow.from_json(row) for row in part["ledger"]), clocks, part.get("road")

@@ -1,6 +1,6 @@
-"""What a diagnosis found: one typed object from the detection to the JSON, the report and the pipeline's page.
+"""The result of a diagnosis: one typed object for the JSON, the report and the pipeline's page.
 
-The field names are the keys of ``diagnosis`` in a result's JSON, which scripts depend on.
+The field names are the keys of ``diagnosis`` in a result's JSON, on which scripts depend.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ Verdict = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "
 
 
 def _read(value: Any) -> Any:
-    """JSON has no number that is not finite: it is written as null and read as NaN."""
+    """NaN for null: a number that is not finite is written as null."""
     return math.nan if value is None else value
 
 
@@ -37,10 +37,10 @@ class Amplitude(Record):
 
 
 class Evidence(Record):
-    """The independent units behind the test: blocks of runs or whole runs.
+    """The independent units of the test: blocks of runs or whole runs.
 
-    ``units`` counts them, ``stated`` of them are values known beforehand, ``worth`` is the effective number, and
-    ``smallest_p`` the smallest p value that their signs can give.
+    ``units`` is their number, ``stated`` the number of those that are prior values, ``worth`` the effective number, and
+    ``smallest_p`` the smallest p value of their sign-flip test.
     """
 
     unit: str
@@ -59,10 +59,10 @@ class PointChange(Record):
 
 
 class Size(Record):
-    """The size of a finding in three currencies.
+    """The size of a finding by three measures.
 
-    ``change`` is the rms change of ``output``, in ``unit``, beside ``noise_floor``, what noise alone leaves there;
-    ``points`` the change at stated samples. ``shifts_in_std`` is the shift of each parameter in its standard
+    ``change`` is the rms change of ``output``, in ``unit``, to compare with ``noise_floor``, the rms of noise alone;
+    ``points`` is the change at stated samples. ``shifts_in_std`` is the shift of each parameter in its standard
     deviations. ``share_of_rms`` is (before - after) / (before - noise_floor) of the rms error of the output.
     """
 
@@ -76,7 +76,7 @@ class Size(Record):
 
 
 class Remainder(Record):
-    """What an answer leaves: its share of the rms misfit, and the chance that it is noise.
+    """The residual that an answer leaves: its share of the rms misfit, and the p value for noise alone.
 
     ``share_of_rms`` is the root of the whitened sum of squares that the strongest other candidate or free profile
     (``mostly``) would still explain beyond chance, over that of the whole misfit.
@@ -88,9 +88,9 @@ class Remainder(Record):
 
 
 class Cause(Record):
-    """An effect that was named, or taken into the model because the description requests it.
+    """An effect that the diagnosis accepted or that the description requests.
 
-    ``biased`` is by how much each published parameter was off without the effect; ``size`` what it changes.
+    ``biased`` is the error of each published parameter without the effect, SI; ``size`` is the effect's size.
     """
 
     effect: str
@@ -114,9 +114,9 @@ class Detectable(Record):
 
 
 class NotTestable(Record):
-    """A candidate effect that these data cannot show, and what it would do to the parameters if it had ``size``.
+    """A candidate effect that these data cannot detect, and the bias of the parameters for the amplitude ``size``.
 
-    ``size`` and the bias are not known where the candidate lacks a channel.
+    ``size`` and the bias are unknown where the candidate lacks a channel.
     """
 
     effect: str
@@ -127,11 +127,11 @@ class NotTestable(Record):
 
 
 class Gain(Record):
-    """Held-out error before and after the extension; ``interval95`` is that of before less after, in ``unit``.
+    """Held-out error before and after the extension; ``interval95`` is that of before minus after, in ``unit``.
 
-    ``share_of_explainable`` is (before - after) / (before - noise_floor), by rms: the share of the error that the
-    noise does not explain. ``refitted`` says that the errors are those of refitted models, not of predictions with
-    the parameters as stated. ``certain``: ``interval95`` lies above zero.
+    ``share_of_explainable`` is (before - after) / (before - noise_floor), by rms: the share of the error that noise
+    does not explain. ``refitted``: the errors are those of refitted models, not of predictions with the stated
+    parameters. ``certain``: ``interval95`` lies above zero.
     """
 
     metric: str
@@ -148,7 +148,7 @@ class Gain(Record):
 
 
 class WorstSegment(Record):
-    """Where in a run the baseline is most wrong: the mean error of a segment, and its ratio to the noise level."""
+    """The segment of a run with the largest error of the baseline: the mean error, and its ratio to the noise level."""
 
     run: str
     channel: str
@@ -159,7 +159,7 @@ class WorstSegment(Record):
 
 
 class Ranked(Record):
-    """A candidate effect alone: its score test in standard errors, and what a fit with it leaves."""
+    """A candidate effect alone: its score test in standard errors, and the residual of a fit with it."""
 
     effect: str
     explains_t: Number
@@ -188,10 +188,10 @@ class CurvePoint(Record):
 
 
 class PartLaw(Record):
-    """A law of the catalogue, or a learned one, within the part.
+    """A law of the catalog, or a learned one, within the faulty part.
 
-    ``share_of_curve`` is the share of the curve's rms deviation from the baseline's law that it explains,
-    ``share_of_rms`` that of the rms error that the part explains; ``values`` are the law at the curve's points.
+    ``share_of_curve`` is the share of the curve's rms deviation from the baseline's law that the law explains,
+    ``share_of_rms`` the share of the rms error explained by the part; ``values`` is the law at the curve's points.
     """
 
     effect: str
@@ -202,16 +202,16 @@ class PartLaw(Record):
 
 
 class FaultyPart(Record):
-    """The part of the model that is at fault, whatever its law: an element's or a sensor's curve over one coordinate.
+    """The part of the model that is at fault: the curve of an element or a sensor over one coordinate, of any form.
 
     Parameters
     ----------
     element : with its place, such as ``damper_rear``; the element alone where all its places are at fault.
-    curve : the whole law, the baseline's included, over the range that the data cover; of a sensor, its error.
+    curve : the whole law, including the baseline's, over the range of the data; of a sensor, its error.
     baseline : the baseline's law at the same points, refitted without the part's addition.
-    gauge : what the curve is defined up to.
-    share_of_rms : of the rms error above the noise.
-    explains : whether the part suffices to explain the misfit.
+    gauge : the component of the curve that the data leave undetermined, in words.
+    share_of_rms : share of the rms error above the noise that the part explains.
+    explains : whether the part explains the whole misfit.
     """
 
     element: str
@@ -229,13 +229,13 @@ class FaultyPart(Record):
 
 
 class LearnedLaw(Record):
-    """A law found in the data: a table, or a formula that does as well.
+    """A law estimated from the data: a table, or a formula that is not significantly worse.
 
     Parameters
     ----------
     form : table, step, saturation, line, power, bump, knee or periodic.
-    formula : the addition to the baseline's law, in words of its coefficients.
-    indistinguishable : other forms that these data cannot tell from it.
+    formula : the addition to the baseline's law as a function of its coefficients.
+    indistinguishable : other forms that these data cannot distinguish from it.
     table : the addition over the coordinate, with its interval.
     """
 
@@ -251,11 +251,11 @@ class LearnedLaw(Record):
 class Diagnosis(Record):
     """The whole diagnosis of one step.
 
-    ``ambiguous`` holds sets of which one effect each makes the answer. ``material`` says whether a significant finding
-    matters (None: there is none), ``size`` how large it is, ``remainder`` what its answer leaves. ``part`` is the part
-    of the model at fault, ``learned`` its law where no listed one suffices. ``detectable`` holds for an adequate model
-    what it would have revealed. ``doubt`` says why the result is in doubt
-    whatever the verdict; ``not_extended`` why the model could not be extended.
+    ``ambiguous`` holds sets of effects; one effect of each set belongs to the explanation. ``material`` says whether a
+    significant finding matters (None: there is none), ``size`` its size, ``remainder`` the residual it leaves. ``part``
+    is the part of the model at fault, ``learned`` its law where no law of the catalog suffices. ``detectable`` holds,
+    for an adequate model, the smallest effects that the data would have revealed. ``doubt`` says why the result is in
+    doubt whatever the verdict; ``not_extended`` why the model was not extended.
     """
 
     verdict: Verdict

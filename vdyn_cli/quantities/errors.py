@@ -9,35 +9,35 @@ from typing import ClassVar
 
 LONGEST_NAME = 100  # characters of names that are compared for a misspelling; headers of loggers have up to some 60
 MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
-MOST_LOGS = 3  # logs that one message names; of more the number is said
+MOST_LOGS = 3  # logs that one message names; of the others it states the number
 
 
-# What moves a terminal's cursor, sets its colors, ends a line, or turns the direction of writing; lone surrogates.
+# Control characters, line ends, marks of writing direction, and lone surrogates.
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 def visible(text: str, but: str = "") -> str:
-    """The text with control characters written as escapes, so that no name from a file acts on a terminal.
+    """The text with control characters escaped, so that a name from a file cannot control the terminal.
 
     Parameters
     ----------
-    but : characters that stay.
+    but : characters that are not escaped.
     """
     return _CONTROL.sub(lambda m: m[0] if m[0] in but else m[0].encode("unicode_escape").decode(), text)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One message to the user: place, fact, what was found there, remedy.
+    """One message to the user: place, fact, offending value, remedy.
 
     Parameters
     ----------
     where : file with line (``coast.yaml:12``), or file with channel (``run1.csv, column 'Speed'``).
-    what : one sentence fragment that states the fact.
-    got : the offending text or value; empty where there is none to show.
-    remedy : what the user can do; empty where nothing can be done.
-    minor : a note, no reason to doubt the result.
-    fault : a sensor did not measure, so that the diagnosis must not name another cause; also a doubt.
+    what : a sentence fragment that states the fact.
+    got : the offending text or value, or empty.
+    remedy : what the user can do; empty if nothing.
+    minor : a note, not a reason to doubt the result.
+    fault : a sensor failed, so that the diagnosis must not name another cause; also a doubt.
     doubt : a reason to doubt the result; reported first.
     """
 
@@ -59,7 +59,7 @@ class Finding:
 
 
 class VdynError(Exception):
-    """A problem of the user's input or result, with all its findings."""
+    """A problem of the input or the result, with all its findings."""
 
     exit_code: ClassVar[int] = 70
 
@@ -78,7 +78,7 @@ class InputError(VdynError):
 
 
 class ResultError(VdynError):
-    """The input is well-formed but the answer is not good: exit code 1."""
+    """The input is valid but the result is not good: exit code 1."""
 
     exit_code: ClassVar[int] = 1
 
@@ -91,10 +91,10 @@ def raise_all(findings: Iterable[Finding], error: type[VdynError] = InputError) 
 
 
 def close_names(name: str, known: Iterable[str]) -> list[str]:
-    """Up to three of the known names that are spelled alike.
+    """Up to three of the known names with a similar spelling.
 
-    Assumes names of at most 100 characters: the time is that of the product of two lengths, so longer ones are left
-    out, and of more than 2000 names the first ones are compared.
+    The time grows with the product of two lengths, so names of more than 100 characters are left out, and only the
+    first 2000 names are compared.
     """
     from difflib import get_close_matches
     from itertools import islice
@@ -104,18 +104,18 @@ def close_names(name: str, known: Iterable[str]) -> list[str]:
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """The remedy for a misspelled name: up to three close names, case ignored, or ``otherwise`` where none is close."""
+    """The remedy for a misspelled name: up to three similar names, ignoring case; ``otherwise`` if there are none."""
     plain = {k.lower(): k for k in reversed(tuple(known))}
     near = [plain[k] for k in close_names(name.lower(), plain)]
     return f"did you mean {' or '.join(near)}?" if near else otherwise
 
 
 def merge_lines(findings: Sequence[Finding], least: int) -> tuple[Finding, ...]:
-    """Merge findings of several lines of a file that differ in line and place in a list only: all lines, said once.
+    """Merge findings of a file that differ only in line and in list index: one finding with all lines.
 
     Parameters
     ----------
-    findings : ``where`` is ``file:line``. least : smallest number of similar findings that are merged.
+    findings : with ``file:line`` as ``where``. least : smallest number of similar findings that are merged.
     """
     groups: dict[tuple[str, str, str, str], list[Finding]] = {}
     for found in findings:
@@ -133,7 +133,7 @@ def merge_lines(findings: Sequence[Finding], least: int) -> tuple[Finding, ...]:
 
 
 def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding, ...]:
-    """Merge findings of several logs that differ in numbers only: the first log's finding, and how many more logs.
+    """Merge findings of several logs that differ only in numbers: the first log's finding, with the number of others.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding,
 
 
 def in_file_order(findings: Sequence[Finding], file: str) -> tuple[Finding, ...]:
-    """The findings with those of a file's lines first, by line (``coast.yaml:12``)."""
+    """The findings, those with a line of the file (``coast.yaml:12``) first and by line."""
 
     def line(found: Finding) -> float:
         place, _, number = found.where.rpartition(":")
@@ -169,7 +169,7 @@ def in_file_order(findings: Sequence[Finding], file: str) -> tuple[Finding, ...]
 
 
 def merge_logs(findings: Sequence[Finding], logs: Sequence[str]) -> tuple[Finding, ...]:
-    """Merge findings that differ in the name of a log only: said once, with the first logs and how many more.
+    """Merge findings that differ only in the name of a log: one finding with the first logs and the number of others.
 
     Parameters
     ----------

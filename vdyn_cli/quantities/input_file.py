@@ -1,4 +1,4 @@
-"""Opening an input: a file of some size, never a pipe or a device, whose reading may not end."""
+"""Opening of input files; refuses pipes and devices, because reading them may never end."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ def open_regular(path: Path) -> BinaryIO:
 
     Raises
     ------
-    OSError : as ``open`` does; and, with the reason in ``strerror``, for a pipe, a device, or a path with a character
-        that no path may have.
+    OSError : as ``open``; also, with the reason in ``strerror``, for a pipe, a device, or a path with an invalid
+        character.
     """
     try:
-        # Without O_NONBLOCK, opening a pipe waits until somebody writes into it.
+        # Without O_NONBLOCK, opening a pipe waits for a writer.
         number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except ValueError:
-        raise OSError(errno.EINVAL, "the path holds a character that no path may have") from None
+        raise OSError(errno.EINVAL, "the path contains an invalid character") from None
     try:
         kind = stat.S_IFMT(os.fstat(number).st_mode)
         if kind == stat.S_IFDIR:
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
         if kind != stat.S_IFREG:
-            raise OSError(errno.EINVAL, f"it is {_KINDS.get(kind, 'no file')}, copy its content into a file")
+            raise OSError(errno.EINVAL, f"it is {_KINDS.get(kind, 'not a file')}; copy its content into a file")
         return os.fdopen(number, "rb")
     except BaseException:
         os.close(number)

@@ -1,4 +1,4 @@
-"""A learned law as data: what a result's JSON holds of it, and what other steps and exports rebuild it from."""
+"""A learned law as data: its form in a result's JSON, from which other steps and exports rebuild it."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ Form = Literal[
 
 
 class CurveDefinition(Record):
-    """The addition to one element's law at one place, over one signal of the law.
+    """Addition to one element's law at one place, as a function of one signal of the law.
 
     Parameters
     ----------
-    place : the call of the law ("front"), or every call where empty. coordinate : the law's signal, in
-        ``coordinate_unit``; ``factor`` : a signal that multiplies the addition, or empty.
-    span : of the coordinate; beyond, a table is constant. scale : above which the table's cosines are compressed.
+    place : call of the law ("front"); empty: every call. coordinate : name of the law's signal, in
+        ``coordinate_unit``. unit : of the addition. factor : signal that multiplies the addition, or empty.
+    span : range of the coordinate; outside it a table is constant. scale : coordinate above which the table's cosines
+        are compressed.
     anchored : the addition is zero at zero.
-    form : of the addition. unknowns : its coefficients, in the order of the form.
-    basis : of a table, one row for each cosine: how its coefficients follow from the unknowns. Empty for formulas.
-    reference : of a power, the coordinate at which it has its size.
+    form : of the addition. unknowns : names of its coefficients, in the order of the form.
+    basis : of a table, one row per cosine: linear map from the unknowns to its coefficients. Empty for formulas.
+    reference : of a power, the coordinate at which the addition equals its coefficient.
     """
 
     place: str
@@ -40,7 +41,7 @@ class CurveDefinition(Record):
 
 
 class LawDefinition(Record):
-    """A learned law: the element it corrects, in words, and its curves, one for each place."""
+    """A learned law: the element that it corrects, its label and tags, and one curve for each place."""
 
     element: str
     label: str

@@ -1,4 +1,4 @@
-"""A log: named SI channels on one clock. A measurement, a simulation and a fit are the same type."""
+"""A log: named SI channels on one clock. Measurements and simulations have the same type."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ Samples = tuple[Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class LogSource:
-    """Where the samples of a log stand in the file that it was read from.
+    """The place of a log's samples in the file that it was read from.
 
     Parameters
     ----------
     columns : the file's name of each channel.
-    line_of : the file's line of a sample.
-    problems : what makes the log unusable, kept so that one message holds them and those of its channels.
-    row : what the file calls a sample's place, in messages: line, row, sample.
-    others : the mapped channels of the same file that stand on other clocks, one log a clock; all clocks of a file
-        count the time from the same moment.
+    line_of : index of a sample -> its line in the file.
+    problems : findings that make the log unusable, collected so that one message can report them all.
+    row : the file's word for a sample's place, for messages: line, row, sample.
+    others : the mapped channels of the same file on other clocks, one log per clock; all clocks of a file have the same
+        origin.
     """
 
     columns: Mapping[str, str]
@@ -38,27 +38,27 @@ class LogSource:
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """Channels sampled on one strictly rising clock.
+    """Channels sampled on one strictly increasing clock.
 
     Parameters
     ----------
-    name : what the user calls it, such as the file name.
+    name : for messages, such as the file name.
     time : (n,) s, finite and strictly increasing.
     channels : each (n,), SI, NaN where the logger wrote nothing.
-    findings : what is doubtful about the data.
-    source : of a log as a reader gives it, whose channels still have the file's units and signs; None for all others.
-    samples : on this clock, of channels whose values lie on straight lines between the samples of another logger; of
-        no channel that was replaced since, and of the whole log where this is a part.
+    findings : doubts about the data.
+    source : only for a log from a reader, whose channels still have the file's units and signs; else None.
+    samples : original samples, on this clock, of channels that were interpolated linearly from another logger; not of
+        channels replaced since. Of a part of a log, those of the whole log.
 
     Notes
     -----
-    Arrays are kept as read-only views, so no step can edit a measurement in place. ``log["speed"]`` gives a
-    channel and ``log["time"]`` the clock.
+    Arrays are stored as read-only views, so that no step can modify a measurement. ``log["speed"]`` is a channel,
+    ``log["time"]`` the clock.
 
     Raises
     ------
-    ValueError : a clock that does not rise or a channel of another length; both are programming errors here,
-        since the reader reports a user's bad file before it makes a log.
+    ValueError : the clock does not increase, or a channel has another length. These are programming errors: a reader
+        reports a bad file before it creates a log.
     """
 
     name: str
@@ -96,16 +96,16 @@ class Log:
         return f"{self.name}, column '{self.source.columns[channel]}'" if self.source else f"{self.name}, {channel}"
 
     def line(self, sample: int) -> int:
-        """The file's line of a sample; its number, counted from 1, where the log was not read from a file."""
+        """The file's line of a sample; its number, counted from 1, if the log was not read from a file."""
         return self.source.line_of(sample) if self.source else sample + 1
 
     @property
     def row(self) -> str:
-        """What a sample's place in the file is called in messages: line, row, sample."""
+        """The word for a sample's place in the file, for messages: line, row, sample."""
         return self.source.row if self.source else "line"
 
     def between(self, start: float, stop: float) -> Log:
-        """The part with start <= time <= stop, as views; empty when no sample lies there."""
+        """The part with start <= time <= stop, as views; it may have no samples."""
         first, last = np.searchsorted(self.time, start, "left"), np.searchsorted(self.time, stop, "right")
         part = slice(first, last)
         return replace(self, time=self.time[part], channels={k: v[part] for k, v in self.channels.items()})
@@ -117,11 +117,11 @@ class Log:
         return replace(self, channels={**self.channels, **added}, samples=samples)
 
     def __sub__(self, other: Log) -> Log:
-        """The difference of the channels that both have; the clocks must be the same.
+        """The difference of the channels that both logs have.
 
         Raises
         ------
-        ValueError : another clock. Nothing is interpolated to make a difference possible.
+        ValueError : the clocks differ; nothing is interpolated.
         """
         if not np.array_equal(self.time, other.time):
             raise ValueError(f"'{self.name}' and '{other.name}' are not on the same clock")

@@ -1,4 +1,4 @@
-"""Numbers as text: as many digits as their uncertainty leaves."""
+"""Numbers as text, rounded according to their uncertainty."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def magnitude(value: float, digits: int) -> int:
 
 
 def decimals(uncertainty: float, most: int = 8) -> int:
-    """Decimals that show two significant digits of an uncertainty: 1 - magnitude, between 0 and ``most``."""
+    """Number of decimals that shows two significant digits of an uncertainty: 1 - magnitude, from 0 to ``most``."""
     if not isfinite(uncertainty) or uncertainty <= 0:
         return most
     return min(max(1 - magnitude(uncertainty, 2), 0), most)
@@ -28,12 +28,12 @@ def two_digits(uncertainty: float) -> str:
 
 
 def number(value: float, half: float) -> str:
-    """A value with the digits that its half-width leaves, five significant digits where that is not known."""
+    """A value rounded according to its half-width; to five significant digits where that is not known."""
     if not isfinite(half) or half <= 0:
         return f"{value:.5g}"
     return f"{value:.{decimals(half)}f}"
 
 
 def moment(time: float) -> str:
-    """A time of a log, s, as messages state it: to the millisecond where it counts from 1970 or from a day's begin."""
+    """A time of a log, s, for messages; to the millisecond if it is counted from 1970 or from midnight."""
     return f"{time:.6g}" if abs(time) < 1e4 else f"{time:.3f}".rstrip("0").rstrip(".")

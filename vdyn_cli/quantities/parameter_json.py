@@ -1,4 +1,4 @@
-"""Parameter files read: JSON that a step, the pipeline or a user wrote, checked by unit, range and finiteness."""
+"""Reading of parameter files: JSON of a step, the pipeline or a user, with checks of units, ranges and finiteness."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 MOST_BYTES = 64 << 20  # of a parameter file; those of 300 runs have some 1 MB
-ROUNDING = 1e-9  # by which a correlation may lie beyond 1
+ROUNDING = 1e-9  # by which the magnitude of a correlation may exceed 1
 _TEXT = {"unit": 60, "meaning": 200, "source": 40}  # longest texts of an entry, characters
 _AGAIN = "run the step that wrote the file again, or correct the number"
 _WRITTEN = "give a JSON that a vdyn step or pipeline wrote, such as out/parameters.json"
@@ -28,13 +28,13 @@ _WRITTEN = "give a JSON that a vdyn step or pipeline wrote, such as out/paramete
 
 @dataclass(frozen=True)
 class ParameterDocument:
-    """What one read of a parameter file gave.
+    """Content of a parameter file.
 
     Parameters
     ----------
     content : the JSON document.
     parameters : its estimates, correlations and extensions, in SI.
-    digest : sha256 of the bytes that were read.
+    digest : sha256 of the file.
     """
 
     content: Mapping[str, Any]
@@ -53,10 +53,10 @@ def read_parameters(path: Path) -> Parameters:
 
 
 def read_document(path: Path) -> ParameterDocument:
-    """Read a parameter JSON, once.
+    """Read a parameter JSON.
 
-    Every number is finite; the standard deviation is not negative, and the interval's ends are in order. A parameter of
-    the vocabulary is converted to its SI unit, and lies in its physical range.
+    Every number must be finite, a standard deviation not negative, and an interval's ends in order. A parameter of the
+    vocabulary is converted to its SI unit and must lie in its physical range.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def _laws(entries: Mapping[str, Any], where: str, problems: list[Finding]) -> di
             found[str(name)] = LawDefinition.model_validate(entry)
         except ValidationError as error:
             place = ".".join(map(str, error.errors()[0]["loc"]))
-            problems.append(Finding(f"{where} '{_shown(name)}'", "is no definition of a law", place))
+            problems.append(Finding(f"{where} '{_shown(name)}'", "is not a definition of a law", place))
     return found
 
 
@@ -102,11 +102,11 @@ def _of_refused(path: Path, document: Mapping[str, Any]) -> Finding:
     step = _shown(document.get("step"))
     why = one_line(str(document.get("sentence"))[:200])
     remedy = f"run 'vdyn {step}' on data that determine them, or leave this file out; its report shows where it fails"
-    return Finding(str(path), f"holds no parameters: the result of '{step}' was not published", why, remedy)
+    return Finding(str(path), f"contains no parameters: the result of '{step}' was not published", why, remedy)
 
 
 def one_line(text: str) -> str:
-    """The text with a blank in the place of every character that cannot be printed, such as a line end."""
+    """The text with every unprintable character, such as a line end, replaced by a blank."""
     return "".join(letter if letter.isprintable() else " " for letter in text)
 
 
@@ -131,7 +131,7 @@ def _shown(value: object) -> str:
 
 
 def _estimates(entries: Any, where: str, problems: list[Finding], known: Mapping[str, Quantity]) -> dict[str, Estimate]:
-    """The entries in SI; those that are wrong are left out and reported."""
+    """The entries in SI; wrong ones are left out and added to ``problems``."""
     if entries is None:
         return {}
     if not isinstance(entries, dict):
@@ -154,15 +154,15 @@ def _estimates(entries: Any, where: str, problems: list[Finding], known: Mapping
 
 
 def _misshapen(name: str, entry: Any) -> str:
-    """Why an entry is no estimate."""
+    """Why an entry is not an estimate."""
     if not name.isidentifier():
-        return "has a name that no parameter can have"
+        return "has an invalid name"
     keys = ("value", "std", "interval95", *_TEXT)
     missing = [key for key in keys if key not in entry] if isinstance(entry, dict) else keys
     if missing:
         return f"lacks {', '.join(missing)}"
     wrong = [key for key in ("value", "std") if not isinstance(entry[key], int | float)]
-    return f"holds no number as {' and '.join(wrong)}" if wrong else "holds an entry of a wrong type"
+    return f"has no number as {' and '.join(wrong)}" if wrong else "has an entry of a wrong type"
 
 
 def _entry(name: str, entry: Any) -> Estimate:
@@ -206,7 +206,7 @@ def in_si(estimate: Estimate, quantity: Quantity) -> Estimate:
     low, high = estimate.interval95
     return Estimate(
         si(estimate.value),
-        si(estimate.std) - si(0.0),  # a deviation has no zero point: 5 degC are 5 K
+        si(estimate.std) - si(0.0),  # without the offset of the unit: a deviation of 5 degC is 5 K
         (si(low), si(high)),
         quantity.unit,
         estimate.meaning,
@@ -220,7 +220,7 @@ def _wrong_numbers(estimate: Estimate, quantity: Quantity | None, place: str) ->
     low, high = estimate.interval95
     numbers = (estimate.value, estimate.std, low, high, estimate.baseline or 0.0)
     if not all(map(math.isfinite, numbers)):
-        yield Finding(place, "holds a number that is not finite", ", ".join(f"{n:g}" for n in numbers[:4]), _AGAIN)
+        yield Finding(place, "has a number that is not finite", ", ".join(f"{n:g}" for n in numbers[:4]), _AGAIN)
     elif estimate.std < 0.0:
         yield Finding(place, "has a negative standard deviation", f"{estimate.std:g}", _AGAIN)
     elif low > high:
@@ -231,7 +231,7 @@ def _wrong_numbers(estimate: Estimate, quantity: Quantity | None, place: str) ->
 
 
 def _correlation(rows: Mapping[str, Any], where: str, problems: list[Finding]) -> dict[str, dict[str, float]]:
-    """Correlations from -1 to 1; null, as it is written for a parameter without scatter, is left out."""
+    """Correlations from -1 to 1; null entries, of parameters without scatter, are left out."""
     found: dict[str, dict[str, float]] = {}
     for name, row in rows.items():
         try:

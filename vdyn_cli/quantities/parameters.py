@@ -1,4 +1,4 @@
-"""Estimates and the parameter set: what one step gives and the next one needs."""
+"""Estimates and the parameter set that steps pass on to each other."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class MissingParameterError(InputError):
 
 @dataclass(frozen=True)
 class Estimate:
-    """One parameter's value with what is known of its error, in SI units.
+    """One parameter's value with its uncertainty, in SI units.
 
-    ``source`` is ``given``, ``measured`` or the step that estimated it; ``baseline`` is the value
-    before the model was extended by a named effect. ``std`` 0 means: given as exact. ``spans`` names the answers of
-    the diagnosis whose values the interval holds beside its own, where the data leave several open.
+    ``source`` is ``given``, ``measured`` or the step that estimated it; ``baseline`` is the value before the model was
+    extended by an effect. ``std`` 0 means: stated as exact. ``spans`` names the other possible explanations of the
+    diagnosis whose values the interval includes, where the data do not decide between several.
     """
 
     value: float
@@ -46,13 +46,13 @@ class Estimate:
 
     @classmethod
     def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:
-        """A number stated by the user; its interval is the normal one of its standard deviation."""
+        """A number stated by the user, with the normal 95 % interval of its standard deviation, SI."""
         half = NORMAL95 * std
         return cls(value, std, (value - half, value + half), quantity.unit, quantity.meaning, source)
 
     @classmethod
     def of(cls, name: str, value: float, std: float, interval95: tuple[float, float], source: str) -> Estimate:
-        """An estimate of a parameter of the vocabulary, which gives its unit and meaning."""
+        """An estimate of a parameter, with unit and meaning from the vocabulary, SI."""
         quantity = PARAMETERS[name]
         low, high = interval95
         return cls(
@@ -67,8 +67,8 @@ Extensions = Mapping[str, Mapping[str, Estimate]]
 class Parameters(Mapping[str, Estimate]):
     """Named estimates, with the correlation of those estimated together.
 
-    ``extensions`` are the accepted effects that belong to the vehicle: effect, its unknowns, their estimates; ``laws``
-    define those of them that were learned.
+    ``extensions`` are the accepted effects that belong to the vehicle: estimates by effect and unknown; ``laws`` define
+    the learned ones among them.
     """
 
     estimates: Mapping[str, Estimate] = field(default_factory=dict)
@@ -86,12 +86,12 @@ class Parameters(Mapping[str, Estimate]):
         return len(self.estimates)
 
     def value(self, name: str, default: float) -> float:
-        """The parameter's value, or the default where nothing is known of it."""
+        """The parameter's value, SI, or the default where it is missing."""
         estimate = self.estimates.get(name)
         return default if estimate is None else estimate.value
 
     def updated(self, later: Parameters) -> Parameters:
-        """These parameters with the later ones in their place or beside them."""
+        """These parameters, with the later ones added or in their place."""
         correlation = {**self.correlation}
         for name, row in later.correlation.items():
             correlation[name] = {**correlation.get(name, {}), **row}
@@ -100,11 +100,15 @@ class Parameters(Mapping[str, Estimate]):
         return Parameters({**self.estimates, **later.estimates}, correlation, extensions, laws)
 
     def require(self, *names: str, where: str) -> None:
-        """Raise if a parameter is missing, with all missing ones and the steps that estimate them.
+        """Check that parameters are present.
+
+        Parameters
+        ----------
+        names : of parameters. where : place for the message.
 
         Raises
         ------
-        MissingParameterError : a name is missing.
+        MissingParameterError : lists all missing parameters and the steps that estimate them.
         """
         missing = [n for n in names if n not in self.estimates]
         if missing:
@@ -127,20 +131,20 @@ _BY_STEP = {
 
 
 def wider_than_value(name: str, estimate: Estimate) -> bool:
-    """Whether half of the 95 % interval is larger than a value that is positive by its nature.
+    """Whether the half-width of the 95 % interval exceeds the value of a parameter that cannot be negative.
 
-    Of one that may have either sign, such as the magic formula's E, zero is a value like others.
+    Always False for a parameter that can have either sign, such as the magic formula's E.
     """
     quantity = PARAMETERS.get(name)
     return quantity is not None and quantity.lower >= 0.0 and estimate.half_width > abs(estimate.value)
 
 
-# Which step gives a parameter, for the remedy where it is missing; a test holds it against the steps themselves.
+# The step that estimates a parameter, for the remedy where it is missing; a test compares it with the steps.
 GIVERS: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for name in names.split()}
 
 
 def _missing(names: Sequence[str], where: str) -> Finding:
-    """The message for missing parameters that one step estimates together."""
+    """The message for missing parameters that the same step estimates."""
     giver = GIVERS.get(names[0])
     lines = "', '".join(f"{n}: <number> {PARAMETERS[n].unit}".rstrip() for n in names)
     remedy = f"add '{lines}' under vehicle"

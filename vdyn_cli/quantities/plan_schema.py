@@ -1,4 +1,4 @@
-"""What ``vdyn plan`` expects of runs, typed once for the terminal and the JSON."""
+"""The document of ``vdyn plan``: expected accuracy of runs, for the terminal and the JSON."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vdyn_cli.quantities.result_schema import Entry, FindingEntry
 
 
 class PlannedParameter(Entry):
-    """A parameter that the step estimates, and how accurately."""
+    """A parameter that the step estimates, with its expected accuracy."""
 
     name: str = Field(description="name of the parameter")
     value: float | None = Field(description="value that the plan assumes or the logs give, SI")
@@ -23,7 +23,7 @@ class PlannedParameter(Entry):
 
 
 class Assumed(Entry):
-    """A number that the simulated day needs."""
+    """A value that the simulation of the test day assumes."""
 
     name: str = Field(description="key under 'plan' of the description")
     value: float = Field(description="value, SI")
@@ -33,14 +33,14 @@ class Assumed(Entry):
 
 
 class Separation(Entry):
-    """How well runs tell two effects apart, or one from nothing."""
+    """How well runs separate two effects, or detect one."""
 
     effects: list[str] = Field(description="one effect, or two")
     t: float = Field(description="standard errors, at half of the plausible range")
 
 
 class AddedRuns(Entry):
-    """Runs that could be added, and what they bring."""
+    """Runs that could be added, and their expected benefit."""
 
     manoeuvre: str = Field(description="what to drive")
     runs: int = Field(description="number of further runs")
@@ -56,7 +56,7 @@ class PlanDocument(Entry):
     title: str = Field(description="title of the description")
     basis: Literal["simulated", "logs"] = Field(description="whether the plan is from simulated runs or from logs")
     runs: int = Field(description="number of runs that the figures are for")
-    channels: list[str] = Field(description="channels that the plan counts on")
+    channels: list[str] = Field(description="channels that the plan assumes to be logged")
     good: bool = Field(description="whether the runs determine every parameter")
     sentence: str = Field(description="the answer")
     parameters: list[PlannedParameter] = Field(description="expected accuracy")
@@ -64,7 +64,7 @@ class PlanDocument(Entry):
         description="candidate effects that the runs can detect, and their smallest size"
     )
     not_testable: list[NotTestable] = Field(description="candidate effects that the runs cannot detect, and why")
-    confused: list[Separation] = Field(description="pairs of effects that the runs cannot tell apart")
+    confused: list[Separation] = Field(description="pairs of effects that the runs cannot separate")
     added: list[AddedRuns] = Field(description="runs to add, the least effort first")
-    assumed: list[Assumed] = Field(description="what the simulated day assumes")
+    assumed: list[Assumed] = Field(description="values that the simulation of the test day assumes")
     findings: list[FindingEntry] = Field(description="notes on the description and the fit")

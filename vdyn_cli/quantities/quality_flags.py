@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 States = NDArray[np.uint8]
 
-EVERY = "all"  # in place of a channel's name: the fault is of every channel of the log
+EVERY = "all"  # in place of a channel's name: the fault concerns every channel of the log
 
 
 class Flag(IntEnum):
@@ -35,9 +35,9 @@ class Fault:
     Parameters
     ----------
     channel : its name, or ``EVERY``.
-    first, stop : indices of its first sample, and of the first one after it.
+    first, stop : indices of the segment's first sample and of the first one after it.
     test : name of the test: frozen, straight_line, spike, dropout; level_step, saturated, clock_gap (suspect).
-    why : the fact, with its numbers, as part of a sentence.
+    why : the fact, with its numbers, as a sentence fragment.
     state : FAILED or SUSPECT.
     """
 
@@ -61,8 +61,8 @@ class LogFlags:
     Parameters
     ----------
     name : of the log.
-    states : of each channel (n,), codes of ``Flag``.
-    faults : in the order of their tests; every sample that is suspect or failed lies in one.
+    states : (n,) codes of ``Flag`` for each channel.
+    faults : in the order of their tests; every suspect or failed sample belongs to one.
     """
 
     name: str
@@ -73,8 +73,3 @@ class LogFlags:
         """The number of samples in each state that occurs: ``{"good": 990, "missing": 10}``."""
         states, numbers = np.unique(self.states[channel], return_counts=True)
         return {Flag(s).name.lower(): int(k) for s, k in zip(states, numbers, strict=True)}
-
-    def test_of(self, channel: str, sample: int) -> str:
-        """The test that a sample failed, or that made it suspect; empty where there is none."""
-        over = (f for f in self.faults if f.channel in (channel, EVERY) and f.first <= sample < f.stop)
-        return next((f.test for f in over), "")

@@ -1,4 +1,4 @@
-"""Physical quantities and the border where units become SI. The one door to pint."""
+"""Physical quantities, and conversion of units to and from SI. The only module that uses pint."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 
 class UnitError(ValueError):
-    """A unit that is unknown, or of another dimension than the quantity asked for."""
+    """A unit is unknown, or has another dimension than the quantity."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a number means: its name in files, its SI unit, and the range that physics allows.
+    """A physical quantity: its name in files, SI unit, meaning and physical range.
 
-    ``lower`` and ``upper`` bound what a passenger car or its sensors can have; they are wide, for refusing
-    a wrong unit or a slipped decimal rather than for steering a fit.
+    ``lower`` and ``upper`` are wide limits for cars and their sensors, to detect a wrong unit or a misplaced decimal
+    point, not to constrain a fit.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Quantity:
     upper: float = math.inf
 
     def allows(self, value: float) -> bool:
-        """Whether a value in the SI unit lies within the range, its ends included."""
+        """Whether a value in the SI unit lies within the range, including its ends."""
         return self.lower <= value <= self.upper
 
 
@@ -77,20 +77,20 @@ def _scale(unit: str, si_unit: str) -> tuple[float, float]:
 
 
 def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
-    """As ``_scale``, by the unit library."""
-    # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions; a force
-    # in "lb" is in pounds of force.
+    """The same as ``_scale``, from the unit library."""
+    # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions; "lb" of a
+    # force is pound-force.
     text = _BY_KIND.get((unit[: unit_grammar.LONGEST].strip().lower(), si_unit), unit)
     text = unit_grammar.written_products(text)
     if wrong := unit_grammar.why_no_unit(text):
         raise UnitError(f"'{unit[:40]}' {wrong}")
-    # "kgm2" is known whole, "m/s2" is not; loggers write RPM, KM/H and MPH, which without capitals are units.
+    # "kgm2" is a defined name, "m/s2" is not; loggers write RPM, KM/H and MPH, which are units in lower case.
     spellings = dict.fromkeys((text, unit_grammar.written_powers(text), unit_grammar.written_powers(text).lower()))
     for last, spelling in enumerate(spellings, 1 - len(spellings)):
         try:
             factor, offset = _by_library(spelling, si_unit)
             break
-        except Exception as error:  # pint raises a dozen kinds, tokenizer errors among them
+        except Exception as error:  # pint raises many kinds, also tokenizer errors
             if last == 0:
                 raise UnitError(_why(unit, si_unit, error)) from None
     if factor == 0.0 or not (math.isfinite(factor) and math.isfinite(offset)):
@@ -99,7 +99,7 @@ def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
 
 
 def _by_library(unit: str, si_unit: str) -> tuple[float, float]:
-    """As ``_scale``; raises whatever the library raises."""
+    """The same as ``_scale``; raises the library's exceptions."""
     quantity = _registry().Quantity
     zero, one = (quantity(x, unit or "1").to(si_unit or "1").magnitude for x in (0.0, 1.0))
     return float(one - zero), float(zero)
@@ -112,7 +112,7 @@ def _why(unit: str, si_unit: str, error: Exception) -> str:
 
 
 def to_si(values: Values, unit: str, si_unit: str) -> Values:
-    """Convert values in ``unit`` to ``si_unit``; exact where the units are the same.
+    """Convert values in ``unit`` to ``si_unit``; exact for equal units.
 
     Raises
     ------
@@ -136,7 +136,7 @@ _MEASURED = re.compile(rf"^\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER}))?\s
 
 @dataclass(frozen=True)
 class Given:
-    """A number that the user gave, in SI, with its standard deviation (0: exact)."""
+    """A number stated by the user, in SI, with its standard deviation (0: exact)."""
 
     value: float
     std: float = 0.0
@@ -163,7 +163,7 @@ def parse(text: str | float, si_unit: str) -> Given:
 
 
 def _finite(value: float, std: float, text: str) -> Given:
-    """The number, unless it or its standard deviation is too large for one, infinite or not a number."""
+    """The number; UnitError if it or its standard deviation is not finite."""
     try:
         found = Given(float(value), std)
     except OverflowError:  # an integer of more than 308 digits

@@ -1,6 +1,6 @@
 """The result of a step: parameters, fit summary, and the figures and tables of its report.
 
-Figures are described here as data, so that no step knows how they are drawn.
+Figures are data; the report draws them.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class Comparison:
     """One run of one channel, measured against simulated; the standard figure of every step.
 
-    ``x`` is what the channel is drawn over (time, slip); ``baseline`` is the simulation before the model
-    was extended; ``used`` marks the samples that entered the fit (all, when None). Arrays are (n,), in ``unit``.
+    ``x`` is the abscissa (time, slip); ``baseline`` is the simulation before the model was extended; ``used`` marks the
+    samples that were fitted (None: all). Arrays are (n,); measured, simulated and baseline are in ``unit``.
     """
 
     run: str
@@ -43,9 +43,9 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Series:
-    """One line, cloud of points, band (between ``y`` and ``y2``) or set of bars of a figure.
+    """One line, set of points, band (between ``y`` and ``y2``) or set of bars of a figure.
 
-    ``error`` is the half-width of error bars; ``role`` chooses the color.
+    ``error`` is the half-width of error bars; ``role`` determines the color.
     """
 
     label: str
@@ -59,7 +59,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure as data; the caption states what it shows and how good and bad results look."""
+    """A figure as data; the caption says what it shows and how good and bad results look."""
 
     key: str
     title: str
@@ -73,7 +73,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Table:
-    """A table: cells are text already in the units and digits to show."""
+    """A table; the cells are text with final units and digits."""
 
     key: str
     title: str
@@ -88,7 +88,7 @@ MISFIT = 2.5  # rms over noise floor above which the model is in doubt
 
 @dataclass(frozen=True)
 class FitSummary:
-    """How the fit went: ``rms`` and ``noise_floor`` in ``unit`` of the fitted channel."""
+    """Quality of the fit: ``rms`` of the residual and ``noise_floor`` in ``unit`` of the fitted channel."""
 
     runs: tuple[str, ...]
     rms: float
@@ -102,7 +102,7 @@ class FitSummary:
 
     @property
     def misfit(self) -> str:
-        """The message for a residual far above the noise floor; empty where it is not."""
+        """The message for a residual far above the noise floor, else empty."""
         if not self.rms > MISFIT * self.noise_floor > 0:
             return ""
         return f"the rms residual is {self.rms / self.noise_floor:.0f} times the noise floor"
@@ -112,13 +112,12 @@ class FitSummary:
 class Result:
     """The outcome of one step.
 
-    ``sentence`` is the closing sentence an engineer would say; ``extra`` holds further numbers for the JSON
-    (for example the road load in dynamometer units), keyed by topic. ``amplitudes`` are the estimates of the unknowns
-    of effects that the model was extended by. ``refused`` says why the result is not published: it is then without
-    parameters. ``withheld`` are parameters that the data do not determine, each with the reason. ``quality`` is that of
-    the logs, with what was cut. ``restate`` writes the closing sentence from other intervals of the same parameters and
-    from ``extra``; None where the sentence contains none. ``contradicted``: a plain evaluation of the same logs differs
-    from the result by more than their errors.
+    ``sentence`` is the result in one sentence; ``extra`` holds further numbers for the JSON (for example the road load
+    in dynamometer units), by topic. ``amplitudes`` are the estimated unknowns of the effects that extend the model.
+    ``refused`` says why the result is not published; it then has no parameters. ``withheld`` are parameters that the
+    data do not determine, each with the reason. ``quality`` is that of the logs, with the cuts. ``restate`` writes
+    ``sentence`` again for other intervals of the same parameters and ``extra``; None where it contains no intervals.
+    ``contradicted``: a simple evaluation of the same logs differs from the result by more than the errors of both.
     """
 
     step: str

@@ -1,6 +1,6 @@
-"""The published form of a step's result JSON and of the pipeline's ``parameters.json``, as pydantic models.
+"""Pydantic models of the published JSON files, such as a step's result and the pipeline's ``parameters.json``.
 
-A number that is not finite has no form in JSON: it is written as null, so that the schema allows null for each number.
+JSON has no number that is not finite: it is written as null, so the schema allows null for each number.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Entry(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _null_is_no_number(cls, data: Any) -> Any:
+    def _nan_for_null(cls, data: Any) -> Any:
         numbers = {name for name, field in cls.model_fields.items() if field.annotation is float}
         if not isinstance(data, dict):
             return data
@@ -42,9 +42,9 @@ class EstimateEntry(Entry):
     source: str = Field(description="'given', 'measured', or the step that estimated it")
     spans: list[str] = Field(
         [],
-        description="answers of the diagnosis whose values the interval holds beside the fit's own: names of effects "
-        "joined by ' + ', 'baseline', or 'unexplained' for a bias by what no effect explains; empty where the fit "
-        "alone gives the interval",
+        description="other possible explanations of the diagnosis whose values the interval includes: names of effects "
+        "joined by ' + ', 'baseline', or 'unexplained' for a bias that no effect explains; empty where the interval "
+        "is that of the fit alone",
     )
 
 
@@ -63,7 +63,7 @@ class FitEntry(Entry):
 
 
 class FindingEntry(Entry):
-    """One message: place, fact, what was found there, remedy."""
+    """One message: place, fact, offending value, remedy."""
 
     where: str = Field(description="file and line, or log and channel")
     what: str = Field(description="the fact")
@@ -83,16 +83,16 @@ class Versions(BaseModel):
 
 
 class ProvenanceDocument(Entry):
-    """What the result was made from; the same inputs, settings and versions give the same bytes."""
+    """Origin of the result; the same inputs, settings and versions give the same bytes."""
 
     inputs: dict[str, str] = Field(description="sha256 of every file that was read, by its path or name")
-    settings: dict[str, JsonValue] = Field({}, description="the test's description as resolved, in SI units")
+    settings: dict[str, JsonValue] = Field({}, description="the test's description with all defaults, in SI units")
     versions: Versions = Field(description="versions of the program and its packages")
-    command: str = Field(description="the command that makes this file")
+    command: str = Field(description="the command that reproduces this file")
 
 
 class ParameterSetDocument(BaseModel):
-    """What a result of a step and of the pipeline have in common; ``--known`` and ``vdyn export`` read these keys."""
+    """The common keys of the results of a step and of the pipeline, which ``--known`` and ``vdyn export`` read."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -130,18 +130,18 @@ class LedgerEntry(Entry):
 
 
 class ClockEntry(Entry):
-    """How a logger's clock differs from the first one's: it stamps t + delay + drift (t - at) what that stamps t."""
+    """Clock of a logger relative to the first one's: at time t of the first, it shows t + delay + drift (t - at)."""
 
-    run: str = Field(description="log of the logger that gives the clock")
+    run: str = Field(description="log of the first logger, which is the reference")
     logger: str = Field(description="log of the other logger")
-    pair: tuple[str, str] = Field(description="channels of the two that tell the difference; time twice: it is stated")
+    pair: tuple[str, str] = Field(description="channels from which it is estimated; 'time' twice: it is stated")
     delay: float = Field(description="by which the other logger's clock is ahead, s")
     delay_std: float = Field(description="standard error of the delay, s; the parameters' intervals contain it")
     at: float = Field(description="time of the first logger for which the delay holds, s")
     drift: float = Field(description="change of the delay over time, s/s")
     drift_std: float = Field(description="standard error of the drift, s/s")
     corrected: bool = Field(description="whether the drift is corrected; else it is not significant")
-    gain: float = Field(description="of the second channel over the first, in SI units")
+    gain: float = Field(description="second channel over first, in SI units")
     offset: float = Field(description="of the second channel, in its SI unit")
     channels: list[str] = Field(description="channels that were resampled from the other logger")
 
@@ -153,7 +153,7 @@ class SurveyEntry(Entry):
     start: float = Field(alias="from", description="first position, m")
     stop: float = Field(alias="to", description="last position, m")
     points: int = Field(description="number of points")
-    kind: Literal["elevation", "grade"] = Field(description="what it holds")
+    kind: Literal["elevation", "grade"] = Field(description="surveyed quantity")
     std: float = Field(description="stated error of its values, m or m/m; 0: taken as exact")
 
 
@@ -169,7 +169,7 @@ class QualityEntry(BaseModel):
     clocks: list[ClockEntry] = Field([], description="differences of the clocks of several loggers")
     road: SurveyEntry | None = Field(None, description="survey of the road (coast-down); null without one")
     influence: dict[str, dict[str, float]] = Field(
-        {}, description="run: parameter: how much higher it is without this run, in its SI unit"
+        {}, description="run: parameter: its change when this run is left out, in its SI unit"
     )
 
 
@@ -246,7 +246,7 @@ class ComparedEntry(Entry):
     old_interval95: tuple[float, float] = Field(description="its 95 % interval")
     new: float = Field(description="value in the second file")
     new_interval95: tuple[float, float] = Field(description="its 95 % interval")
-    difference: float = Field(description="new less old")
+    difference: float = Field(description="new minus old")
     standard_error: float = Field(description="standard error of the difference if both errors are independent")
     z: float | None = Field(description="difference over standard error; null if values without an error differ")
     moved: bool = Field(description="whether the difference is beyond both uncertainties, at 95 %")
@@ -263,7 +263,7 @@ class ComparisonDocument(Entry):
     parameters: list[ComparedEntry] = Field(description="parameters that are in both files")
     only_old: list[str] = Field(description="parameters that only the first file has")
     only_new: list[str] = Field(description="parameters that only the second file has")
-    verdicts: list[str] = Field(description="verdicts of the diagnosis that differ, one a step")
+    verdicts: list[str] = Field(description="verdicts of the diagnosis that differ, one per step")
     assumed: str = Field(description="what is assumed about the errors of both files")
 
 
@@ -277,6 +277,6 @@ def document_schema(model: type[BaseModel]) -> dict[str, Any]:
 
     Parameters
     ----------
-    model : :class:`ResultDocument` or :class:`ParametersDocument`.
+    model : one of the documents above, such as :class:`ResultDocument`.
     """
     return model.model_json_schema(schema_generator=_NumbersOrNull)

@@ -1,4 +1,4 @@
-"""A threshold of a policy: its value with unit, meaning and reason, and the text that prints them."""
+"""Thresholds of a policy: value with unit, meaning and reason, and their listing as text."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ N = TypeVar("N", int, float)
 
 
 def threshold(value: N, unit: str, meaning: str, reason: str) -> N:
-    """A field of a policy: its value, and what ``thresholds_text`` prints of it."""
+    """A dataclass field of a policy with its default, unit, meaning and reason, for ``thresholds_text``."""
     return field(default=value, metadata={"unit": unit, "meaning": meaning, "reason": reason})
 
 
@@ -19,7 +19,7 @@ def thresholds_text(policy: Any, width: int = 100) -> str:
 
     Parameters
     ----------
-    policy : a dataclass whose fields ``threshold`` made.
+    policy : a dataclass whose fields are defined by ``threshold``.
     """
     paragraphs = []
     for one in fields(policy):

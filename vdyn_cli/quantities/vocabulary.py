@@ -13,7 +13,7 @@ def _named(quantities: Iterable[Quantity]) -> dict[str, Quantity]:
 
 Q = Quantity
 
-# The vehicle's parameter set (the paper's Table 2 as far as its text states it), in the order of the summary.
+# The vehicle's parameter set (the paper's Table 2, as far as its text states it), in the order of the summary.
 TABLE = _named(
     [
         Q("mass", "kg", "vehicle mass as tested", "M", 50, 60_000),
@@ -51,7 +51,7 @@ TABLE = _named(
     ]
 )
 
-# What else a description of the vehicle or the day may state.
+# Further quantities that a description of the vehicle or the test day may state.
 OTHERS = _named(
     [
         Q("rotating_mass", "kg", "inertia of everything that turns, as mass at the tire contact", "mr", 0, 5_000),
@@ -173,8 +173,8 @@ CHANNELS = _named(
     ]
 )
 
-# Channels that may be constant over a whole log: commands, properties of place and weather. The reading of any other
-# sensor varies as long as it measures.
+# Channels that may be constant over a whole log: commands, road and weather. The reading of any other working sensor
+# varies.
 COMMANDS = (
     "drive_torque",
     "drive_torque_left",
@@ -184,4 +184,4 @@ COMMANDS = (
     "brake_torque",
 )
 STEADY = ("time", *COMMANDS, "grade", "wind_speed")
-TREMBLING = frozenset(n for n in CHANNELS if n not in STEADY)
+VARYING = frozenset(n for n in CHANNELS if n not in STEADY)

@@ -13,7 +13,7 @@ from vdyn_cli.io.interpolation import own_rows
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.vocabulary import TREMBLING
+from vdyn_cli.quantities.vocabulary import VARYING
 
 Rows = NDArray[np.intp]
 
@@ -65,7 +65,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
 
     Notes
     -----
-    *Stuck*: a channel of a moving vehicle (``TREMBLING``) holds a single value, and not zero.
+    *Stuck*: a channel of a moving vehicle (``VARYING``) holds a single value, and not zero.
 
     *Clipped*: the largest or smallest value stands for several samples, more than once, and the signal comes and goes
     too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
@@ -91,7 +91,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
         values = values[rows]
 
     line = _Rows(lambda index: log.line(int(index if rows is None else rows[index])), log.row)
-    if values.size >= _STUCK and values[0] != 0.0 and channel in TREMBLING and np.all(values == values[0]):
+    if values.size >= _STUCK and values[0] != 0.0 and channel in VARYING and np.all(values == values[0]):
         what = "is constant throughout: sensor failed or not connected"
         remedy = "remove the channel, or repair the sensor and repeat the test"
         return Quality(

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
-from vdyn_cli.quantities.vocabulary import TREMBLING
+from vdyn_cli.quantities.vocabulary import VARYING
 
 TESTS = {
     "frozen": "sensor or logger frozen",
@@ -183,7 +183,7 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
         else:
             total = sum(r.samples for r in rows)
             what += f": {total} sample{'s' if total != 1 else ''} cut"
-            still = test == "frozen" and channel in (EVERY, *TREMBLING)  # a sensor that measures never does
+            still = test == "frozen" and channel in (EVERY, *VARYING)  # a sensor that measures never does
             remedy = "nothing to do for this log; look for the fault in sensor, plug or logger before the next run"
             yield Finding(
                 where, what, "", remedy if still else f"nothing to do, or add 'keep: [{keep}]' to the run to use it"

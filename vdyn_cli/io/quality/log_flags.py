@@ -30,7 +30,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.quantity import from_si
-from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, TREMBLING
+from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, VARYING
 
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
@@ -116,7 +116,7 @@ class _Sampled:
     @property
     def varies(self) -> bool:
         """Whether the reading varies as long as the sensor measures: a command that is noisy when idle does, too."""
-        return self.name in TREMBLING or (self.name in COMMANDS and not self._idles)
+        return self.name in VARYING or (self.name in COMMANDS and not self._idles)
 
     @cached_property
     def _idles(self) -> bool:
