@@ -173,7 +173,7 @@ def test_the_bump_is_found_wherever_it_is_told_to_be(told: float | None) -> None
     near(result)
     places = [run["distance_front"] for run in result.extra["crossings"]]
     assert np.allclose(places, [c.distance for c in plant.runs(SEED)], atol=5e-3)
-    assert bool([f for f in result.findings if "the bump lies" in f.what]) == (told is not None)
+    assert bool([f for f in result.findings if "show the bump" in f.what]) == (told is not None)
 
 
 def test_the_nearer_of_two_bumps_is_taken_where_it_is_told() -> None:

@@ -15,14 +15,14 @@ from vdyn_cli.steps.area.spec import AreaSpec, ReferenceBox
 
 @dataclass(frozen=True)
 class Pictures:
-    """The photo, and the masks where there are any; gray levels (rows, columns), 0 to 1."""
+    """The photo and its masks, None where not given; gray levels (rows, columns), 0 to 1."""
 
     photo: Array
     mask: Array | None
     exclude: Array | None
 
 
-ALIKE = 1.1  # ratio of the scales across and down: lenses and cameras held askew reach 1.03, slips of the ruler more
+ALIKE = 1.1  # ratio of the scales across and down: lenses and skewed cameras reach 1.03, wrong lengths more
 
 
 class BoxEdges(NamedTuple):
@@ -45,11 +45,11 @@ class BoxEdges(NamedTuple):
 
 
 def load_pictures(spec: AreaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[Pictures, tuple[Path, ...]]:
-    """Read the pictures, which must have the same size, and the paths read.
+    """Read the pictures, which must have the same size, and return them with their paths.
 
     Parameters
     ----------
-    folder : of the description. logs : not used: the step reads none.
+    folder : of the description. logs : not used, because the step reads none.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def load_pictures(spec: AreaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[
 
 
 def box_edges(box: ReferenceBox, photo: Array) -> BoxEdges:
-    """The box in the photo (rows, columns); the photo's own edges where the description leaves them out.
+    """The box in the photo (rows, columns); edges that the description omits are those of the photo.
 
     Raises
     ------

@@ -18,17 +18,17 @@ from vdyn_cli.steps.area.silhouette import Mask, Silhouette, find_silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
 from vdyn_cli.steps.contract import Problem
 
-PLAUSIBLE = (0.5, 8.0)  # m^2: cars have 1.5 to 3; beyond a factor of three the box or the threshold is wrong
-MASK_THRESHOLD = 0.5  # of white, in a painted mask
+PLAUSIBLE = (0.5, 8.0)  # m^2: cars have 1.5 to 3; off by a factor of three, the box or the threshold is wrong
+MASK_THRESHOLD = 0.5  # gray level of a painted mask, 1 white
 
 
 @dataclass(frozen=True)
 class AreaProblem(Problem):
-    """A picture whose silhouette is counted (see steps.contract.Problem); nothing is simulated or diagnosed.
+    """A picture whose silhouette area is measured (see steps.contract.Problem); nothing is simulated or diagnosed.
 
     Parameters
     ----------
-    edges : of the box in the picture. exclude : (rows, columns), pixels that do not count.
+    edges : of the box in the picture. exclude : (rows, columns), True for pixels that do not count.
     """
 
     spec: AreaSpec
@@ -64,7 +64,7 @@ class AreaProblem(Problem):
 
 
 def prepare(spec: AreaSpec, pictures: Pictures, known: Parameters) -> AreaProblem:
-    """Place the box in the picture and mark what does not count. Reads no known parameters.
+    """Locate the box in the picture and mark the excluded pixels. Reads no known parameters.
 
     Raises
     ------

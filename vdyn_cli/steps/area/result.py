@@ -16,9 +16,9 @@ from vdyn_cli.steps.area.silhouette import Silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
 
 CORNER = 0.5  # pixels, standard deviation of a box corner read from the picture: rounding alone gives 0.29
-SKEWED = 0.02  # relative difference of the scales that a camera held askew by 10 degrees makes
-DROPPED = 0.001  # share of the area in small pieces that is worth a look
-BEYOND = 3  # pixels by which the silhouette may reach beyond the box: the blur of its edge
+SKEWED = 0.02  # relative difference of the scales that a camera turned by 10 degrees causes
+DROPPED = 0.001  # share of the area in small pieces above which they are reported
+BEYOND = 3  # pixels by which the silhouette may extend beyond the box: the blur of its edge
 
 
 def area_budget(pixels: float, edge_std: float, spec: AreaSpec, edges: BoxEdges) -> Budget:
@@ -73,7 +73,7 @@ def result_of(spec: AreaSpec, photo: Array, shape: Silhouette, edges: BoxEdges, 
 
 
 def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Finding, ...]:
-    """What is doubtful about the silhouette."""
+    """Findings about the silhouette, the box and the camera."""
     found = []
     rows, columns = np.nonzero(shape.inside)
     if rows.min() == 0 or columns.min() == 0 or rows.max() == shape.inside.shape[0] - 1:
@@ -84,7 +84,7 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
     if across or rows.min() < top - BEYOND or rows.max() + 1 > bottom + BEYOND:
         remedy = "exclude mirrors and antennas; otherwise check the box's edges"
-        found.append(Finding(spec.image, "the silhouette reaches beyond the box", remedy=remedy))
+        found.append(Finding(spec.image, "the silhouette extends beyond the box", remedy=remedy))
     across, down = spec.box.width.value / edges.across, spec.box.height.value / edges.down
     stds = (g.std / g.value for g in (spec.box.width, spec.box.height))
     corners = (CORNER * 2**0.5 / pixels for pixels in (edges.across, edges.down))

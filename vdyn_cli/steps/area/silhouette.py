@@ -1,4 +1,4 @@
-"""The area of a silhouette in a picture, to a fraction of a pixel, and what limits it."""
+"""The area of a silhouette in a picture, to a fraction of a pixel, with its standard deviation."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from vdyn_cli.quantities.arrays import Array
 
 Mask = NDArray[np.bool_]
 
-EDGE = 4  # pixels on either side of the threshold's line in which the picture's blur is looked for
-SMALLEST = 0.02  # a piece of less than this share of the largest one is dirt, not car
-FEWEST_PIXELS = 100  # of car and of background, through which a quadratic surface can be fitted
-LEAST_CONTRAST = 4.0  # gray levels between car and background, in units of their noise
-BLUR = 0.1  # of the step between car and background: how well the place of the edge within the blur is known
+EDGE = 4  # pixels on either side of the threshold's contour that may be blurred
+SMALLEST = 0.02  # share of the largest piece below which a piece is dirt
+FEWEST_PIXELS = 100  # of car and of background, for the fit of a quadratic surface
+LEAST_CONTRAST = 4.0  # difference between the gray levels of car and background, in units of their noise
+BLUR = 0.1  # share of the step between car and background, uncertainty of the edge's gray level
 MOST_FITTED = 40_000  # pixels of a surface fit: more cost time and change nothing
 
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What is car in a picture.
+    """The silhouette of a car in a picture.
 
     Parameters
     ----------
-    cover : (rows, columns), share of each pixel that is car.
-    inside : where the car covers more than half.
+    cover : (rows, columns), share of each pixel that the car covers.
+    inside : (rows, columns), True for pixels of the car by the threshold.
     threshold : gray level between car and background.
-    pixels : area in pixels. edge_std : its standard deviation from where in the blur the edge is taken to be.
-    contrast : gray levels between car and background in units of their noise.
+    pixels : area in pixels. edge_std : its standard deviation due to the position of the edge within the blur.
+    contrast : difference between the gray levels of car and background, in units of their noise.
     pieces : number of pieces kept. dropped : area of the small pieces left out, as a share of those kept.
     """
 
@@ -44,7 +44,7 @@ class Silhouette:
 
 
 def otsu(gray: Array) -> float:
-    """The gray level that separates two classes best: largest variance between them.
+    """Otsu's threshold: the gray level that maximizes the variance between the two classes.
 
     Source: Otsu, IEEE Trans. SMC 9 (1979) 62.
     """
@@ -61,8 +61,8 @@ def otsu(gray: Array) -> float:
 def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: Mask) -> Silhouette:
     """Separate a dark (or bright) car from its background.
 
-    The threshold finds the car; at its edge, a pixel counts by where its gray level lies between the car's and the
-    background's around it, each a smooth surface over the picture (light falls off towards the corners).
+    The threshold locates the car. A pixel at its edge counts by its gray level, interpolated between quadratic
+    surfaces fitted to the gray levels of car and background (light falls off towards the corners).
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
 
     Raises
     ------
-    ValueError : car and background cannot be separated, or nothing is found.
+    ValueError : car and background cannot be separated, or no silhouette is found.
     """
     from scipy.ndimage import binary_dilation, binary_erosion
 
@@ -98,7 +98,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
 
 
 def _large_pieces(inside: Mask) -> tuple[Mask, int, float]:
-    """The largest connected piece and others of some size, holes filled; their number; the share left out."""
+    """The large connected pieces with holes filled, their number, and the area left out as a share of them."""
     from scipy.ndimage import binary_fill_holes, label
 
     labels, count = label(inside)
@@ -112,7 +112,7 @@ def _large_pieces(inside: Mask) -> tuple[Mask, int, float]:
 
 
 def _surface(gray: Array, where: Mask) -> Array:
-    """A quadratic surface through the gray levels of the marked pixels, over the whole picture."""
+    """A quadratic surface fitted to the gray levels of the marked pixels, evaluated over the whole picture."""
     rows, columns = gray.shape
     y, x = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)

@@ -1,4 +1,4 @@
-"""The description of a silhouette picture: what its YAML may say."""
+"""The YAML model of a silhouette picture."""
 
 from __future__ import annotations
 

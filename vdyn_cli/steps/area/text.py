@@ -8,15 +8,15 @@ from vdyn_cli.steps.area.pictures import BoxEdges
 from vdyn_cli.steps.area.silhouette import Silhouette
 
 METHODS = (
-    "Car and background separated by a threshold (Otsu's, unless given); pixels at the edge counted by where their "
-    "gray level lies between smooth surfaces through the car's and the background's; scaled by the reference box; "
-    "perspective corrected by the similarity of triangles. Uncertainty propagated to first order from the box, its "
-    "corners, the camera's distance, and the place of the edge within the blur."
+    "Car and background were separated by a threshold (Otsu's, unless given). Pixels at the edge count by their gray "
+    "level between smooth surfaces fitted to car and background. The reference box gives the scale; similar triangles "
+    "correct the perspective. The uncertainty was propagated to first order from the box, its corners, the camera's "
+    "distance, and the position of the edge within the blur."
 )
 
 
 def sentence(budget: Budget, share: float, box_area: float) -> str:
-    """The closing sentence: the area, and the share of the box (``box_area`` m^2) that the silhouette fills."""
+    """The headline: the area, and the share of the box (``box_area`` m^2) that the silhouette fills."""
     low, high = budget.interval95
     return (
         f"The frontal area is {budget.value:.3f} m^2 (95 %: {low:.3f} to {high:.3f}): the silhouette fills "
@@ -25,7 +25,7 @@ def sentence(budget: Budget, share: float, box_area: float) -> str:
 
 
 def silhouette(shape: Silhouette, share: float, edges: BoxEdges) -> Table:
-    """The silhouette in pixels; ``share`` of the box with these ``edges``."""
+    """Table of the silhouette in pixels; ``share`` of the box with these ``edges``."""
     rows = (
         ("silhouette", f"{shape.pixels:.0f} pixels"),
         ("box", f"{edges.across:.1f} x {edges.down:.1f} pixels"),
@@ -37,6 +37,6 @@ def silhouette(shape: Silhouette, share: float, edges: BoxEdges) -> Table:
 
 
 def uncertainty(budget: Budget) -> Table:
-    """The uncertainty budget of the area."""
+    """Table of the uncertainty budget of the area."""
     caption = "To improve the result, measure the quantity with the largest contribution more accurately."
     return budget.table("budget", "Sources of uncertainty", "m²", caption)

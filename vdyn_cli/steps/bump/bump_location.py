@@ -1,4 +1,4 @@
-"""Where in a log the bump lies: a matched filter finds the response of a typical car in the axle loads."""
+"""Position of the bump in a log: a matched filter finds the response of a typical car in the axle loads."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.bump.crossing import CHANNELS, LOADS, traveled
 
 LEAD, TAIL = 0.1, 0.6  # s of the response before the front axle meets the bump and after the rear axle has left it
-REACH = 1.0  # s by which an axle's change may lie elsewhere than expected, beyond the delay itself
-NEARLY = 0.7  # of the best score: a place as good as that, near the stated distance, is preferred
+REACH = 1.0  # s by which an axle's response may deviate from its expected time, in addition to the delay
+NEARLY = 0.7  # share of the best score from which a position near the stated distance is preferred
 CLOCKS = 0.2  # s by which clocks of two loggers may differ: the range of the candidate effect
-ROUNDS, SAME_SPEED = 3, 0.02  # of the search, since the speed at the bump shapes the response; relative
+ROUNDS, SAME_SPEED = 3, 0.02  # most rounds of the search, as the response depends on the speed; relative change
 
 
 @dataclass(frozen=True)
 class BumpLocation:
-    """Where the bump was found, and how well a typical car's response fits the log there.
+    """Position of the bump in a log, and how well a typical car's response fits the log there.
 
     Parameters
     ----------
     distance : m from the log's start to the bump's near edge, front axle.
     speed : m/s there.
     correlation : of the loads with the response, 0 to 1.
-    gain : of each channel, measured over simulated; 1 for the typical car. Of the body's at the best shift in time.
-    delay : s from the front load's change to the rear load's, each found by itself.
+    gain : of each channel, measured over simulated; 1 for the typical car. Body channels are shifted in time to match.
+    delay : s from the front load's response to the rear load's, each located separately.
     """
 
     distance: float
@@ -42,13 +42,13 @@ class BumpLocation:
 def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, stated: float | None) -> BumpLocation:
     """Find the bump by a matched filter over the whole log.
 
-    The response of a typical car at the log's own speed is correlated with the changes of both loads. The place of the
-    largest correlation is taken, or one nearly as good within a wheelbase of the ``stated`` distance.
+    The response of a typical car at the logged speed is correlated with the changes of both loads. The result is the
+    position of the largest correlation, or one nearly as good within a wheelbase of the ``stated`` distance.
 
     Parameters
     ----------
     simulator : of the half car, without unknowns, its ``distance_front`` 0.
-    width, wheelbase : m. stated : distance that the description states, m; None where it states none.
+    width, wheelbase : m. stated : distance in the description, m; None where it states none.
     """
     way = traveled(log)
     step = float(np.median(np.diff(log.time)))
@@ -71,7 +71,7 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
 
 
 def _changes(log: Log, name: str) -> tuple[Array, Array]:
-    """Times and values of a channel, less its median."""
+    """Times and values of a channel minus its median."""
     good = np.isfinite(log[name])
     values = log[name][good]
     return log.time[good], values - np.median(values)
@@ -84,7 +84,7 @@ def _speed_near(log: Log, time: float) -> float:
 
 
 def _response(simulator: Simulator, speed: float, step: float, length: float) -> dict[str, Array]:
-    """Changes of all channels of a car that crosses the bump at constant speed, sampled each ``step``."""
+    """Changes of all channels of a car that crosses the bump at constant speed, sampled every ``step`` s."""
     pace = max(abs(speed), 0.1)
     time = np.arange(0.0, LEAD + length / pace + TAIL, step)
     drive = Drive(time, {"speed": pace, "elapsed": 0.0}, {"position": -pace * LEAD})
@@ -114,7 +114,7 @@ def _best_place(
 
 
 def _correlation(change: Array, response: Array) -> Array:
-    """Sum of change x response for every place of the response, from its last sample at the log's first one on."""
+    """Sum of change x response for every shift; at the first, the response's last sample meets the log's first."""
     size = change.size + response.size - 1
     padded = 1 << (size - 1).bit_length()
     product = np.fft.rfft(change, padded) * np.fft.rfft(response[::-1], padded)
@@ -136,9 +136,10 @@ def _gains(changes: Mapping[str, Array], response: Mapping[str, Array]) -> tuple
 
 
 def _shifted_gain(change: Array, response: Array, at: int, step: float) -> float:
-    """Gain over the response at the shift, up to CLOCKS, at which they match best: there its sign is the channel's.
+    """Gain over the response at the best shift within CLOCKS.
 
-    The body's channels may come from a logger whose clock differs from that of the loads.
+    The body channels may come from a logger whose clock differs from that of the loads; at the best shift the gain
+    has the sign of the channel.
     """
     score = _correlation(change, response)
     here, reach = at + response.size - 1, round(CLOCKS / step)
@@ -148,15 +149,15 @@ def _shifted_gain(change: Array, response: Array, at: int, step: float) -> float
 
 
 def _delay(changes: Mapping[str, Array], response: Mapping[str, Array], at: int, expected: float, step: float) -> float:
-    """Time from the front load's change to the rear load's, s, each found by itself near ``at``.
+    """Time from the front load's response to the rear load's, s, each located separately near ``at``.
 
-    A wrong speed moves both by the same time, so the difference is right.
+    A wrong speed shifts both by the same time, so the difference is correct.
     """
     reach = round((REACH + expected) / step)
     places = []
     for name in LOADS:
         score = _correlation(changes[name], response[name])
-        near = at + response[name].size - 1  # where the score of the response that begins at ``at`` stands
+        near = at + response[name].size - 1  # index of the score of the response that begins at ``at``
         first = max(near - reach, 0)
         places.append(first + int(np.argmax(score[first : near + reach + 1])))
     return expected + (places[1] - places[0]) * step

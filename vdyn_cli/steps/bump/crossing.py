@@ -1,4 +1,4 @@
-"""One crossing, ready to be fitted: the part of a log around the bump, its channels, their noise, a smooth speed."""
+"""One crossing prepared for the fit: the part of a log around the bump, its channels, their noise, a smooth speed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LOADS = ("front_load", "rear_load")
 BODY_CHANNELS = ("vertical_acceleration", "pitch_rate")
 CHANNELS = (*LOADS, *BODY_CHANNELS)
 # s that are fitted before the front axle meets the bump, and after the rear axle does: at 1.2 Hz and 0.3 of critical
-# damping the body's motion then is below 1 % of its first amplitude (exp(-0.3 2 pi 1.2 2.5) = 0.004)
+# damping the body's motion has decayed below 1 % of its first amplitude (exp(-0.3 2 pi 1.2 2.5) = 0.004)
 BEFORE, AFTER = 1.0, 2.5
 
 
@@ -30,10 +30,10 @@ class Crossing:
     Parameters
     ----------
     run : the log's name. time : (n,) s, as logged.
-    channels : each (n,), NaN where nothing can be compared. noise : of each, its white standard deviation.
-    speed : smooth. origin : m traveled since the log's start at the first sample.
-    distance : m from the log's start to the bump's near edge, as found by looking for it.
-    clipped : samples of each channel that stood at the sensor's limit and were left out.
+    channels : each (n,), NaN where there is no usable reading. noise : of each, standard deviation of its white noise.
+    speed : smoothed. origin : m traveled since the log's start at the first sample.
+    distance : m from the log's start to the bump's near edge, as located by ``find_bump``.
+    clipped : for each channel, number of samples at the sensor's limit, which are left out.
     """
 
     run: str
@@ -52,13 +52,13 @@ class Crossing:
 
     @cached_property
     def drive(self) -> Drive:
-        """The inputs of the simulation."""
+        """Inputs of the simulation of the crossing."""
         inputs = {"speed": self.speed.value, "elapsed": self.speed.elapsed}
         return Drive(self.time, inputs, {"position": self.origin})
 
 
 def traveled(log: Log) -> Array:
-    """Distance (n,) since the log's start, m, by the speed as measured."""
+    """Distance (n,) since the log's start, m: the integral of the measured speed."""
     good = np.isfinite(log["speed"])
     speed = np.interp(log.time, log.time[good], log["speed"][good])
     return np.concatenate([[0.0], np.cumsum(np.diff(log.time) * (speed[1:] + speed[:-1]) / 2)])
@@ -87,13 +87,13 @@ def cut_crossing(log: Log, distance: float, wheelbase: float) -> Crossing:
 
 
 def at_limit(values: Array, noise: float) -> NDArray[np.bool_]:
-    """Samples (n,) at the sensor's limit: three or more in a row at the very top or bottom, unless that is zero.
+    """Mask (n,) of samples at the sensor's limit: three or more in a row at a nonzero maximum or minimum.
 
-    The limit cuts the noise of samples within three deviations of it on one side, so they are excluded, too.
+    Samples within three standard deviations of the limit are included, because it cuts off their noise on one side.
 
     Parameters
     ----------
-    values : (n,). noise : its white standard deviation, in the same unit.
+    values : (n,). noise : standard deviation of their white noise, in the same unit.
     """
     found = np.zeros(values.size, dtype=bool)
     for end in (np.nanmax(values), np.nanmin(values)):

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes beside the channels of a bump test: keys that no log tells."""
+"""What ``vdyn init`` writes for a bump test beside the channels: keys that no log contains."""
 
 DRAFT = """\
 vehicle:
@@ -8,7 +8,7 @@ vehicle:
   pitch_inertia: "?"        # from the step cg, such as 2200 kg m^2
   unsprung_mass_front: "?"  # both wheels with their carriers, such as 82 kg
   unsprung_mass_rear: "?"   # both wheels with their carriers, such as 70.7 kg
-# manoeuvre: drop            # of a rig or car that is let go above its rest; then remove 'bump', and map heights
+# manoeuvre: drop            # a rig or car released above its rest position; then remove 'bump', and map heights
 bump:
   height: "?"               # largest, such as 50 mm
   width: "?"                # along the road, such as 400 mm

@@ -1,4 +1,4 @@
-"""Output error on drops: springs, dampers and tires from the heights of body and wheels of all runs at once."""
+"""Output-error fit of drops: springs, dampers and tires from the heights of body and wheels of all runs at once."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from vdyn_cli.steps.contract import NO_VALUES
 
 LARGEST_STEP = 1.1e-3  # s, of the integration
 TOLERANCE = 1e-3  # of a residual's variance
-FIRST_DAMPING = 0.1  # of critical, where the search begins
-TIRE_OVER_SPRING = (4.0, 50.0)  # stiffnesses, range in which the search begins
+FIRST_DAMPING = 0.1  # of critical, start value
+TIRE_OVER_SPRING = (4.0, 50.0)  # ratio of stiffnesses, range of the start value
 
 
 @dataclass(frozen=True)
 class DropFit:
-    """Drops of one rig, and the unknowns to be found from them.
+    """Drops of one rig, and the unknowns estimated from them.
 
     Shared unknowns are stiffness and damping of each axle on the rig, the tires' stiffness, uncertain masses and
-    lengths, and those of ``effects``. Every run has its own heights and rates at the start, and zeros of its sensors.
+    lengths, and those of ``effects``. Unknowns of each run are heights and rates at the start and the sensors' zeros.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class DropFit:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """What moves at the start, with its rate."""
+        """Names of the coordinates whose start values are unknown, each with its rate."""
         return tuple(f"{n}{rate}" for n in motions(self.axles) for rate in ("", "_rate"))
 
     @cached_property
@@ -70,13 +70,13 @@ class DropFit:
 
     @cached_property
     def start(self) -> Mapping[str, float]:
-        """Where the search begins: springs from the swing's frequency, tires from how far the wheels follow."""
+        """Start values: springs from the oscillation's frequency, tires from the ratio of wheel to body motion."""
         found, tires = {}, []
         for end in self.axles:
             body, wheel = f"body_height_{end}", f"wheel_height_{end}"
             turns = 2 * np.pi * float(np.median(np.array([run.frequency(body) for run in self.runs])))
             whole = self.sprung[end] * turns**2  # spring and tires in series
-            follow = float(np.median([_follow(run, body, wheel) for run in self.runs]))
+            follow = float(np.median([_wheel_over_body(run, body, wheel) for run in self.runs]))
             ratio = float(np.clip(1 / max(follow, 1e-3) - 1, *TIRE_OVER_SPRING))
             stiffness = whole * (1 + 1 / ratio)
             found[f"suspension_stiffness_{end}"] = stiffness
@@ -98,12 +98,12 @@ class DropFit:
 
     @cached_property
     def own(self) -> tuple[Unknown, ...]:
-        """The unknowns that each drop has for itself: the start, then the sensors' zeros."""
+        """The unknowns of each drop: motion at the start, then the sensors' zeros."""
         names = (*(f"start.{n}" for n in self.states), *(f"{n}_zero" for n in self.channels))
         return tuple(Unknown(n, 0.0, per_run=True, nuisance=True) for n in names)
 
     def _first_own(self) -> dict[str, Array]:
-        """Where the search for each drop's own unknowns begins: as measured."""
+        """Start values of each drop's own unknowns, from the measured heights."""
         found: dict[str, list[float]] = {u.name: [] for u in self.own}
         for run in self.runs:
             bodies = [run.first(f"body_height_{end}") for end in self.axles]
@@ -125,7 +125,7 @@ class DropFit:
 
     @cached_property
     def simulator(self) -> Simulator:
-        """The car with every unknown but the sensors' zeros."""
+        """The model with all unknowns except the sensors' zeros."""
         names = [u.name for u in (*self.shared, *self.own[: len(self.states)])]
         step = max(float(np.median(np.diff(run.time))) for run in self.runs)
         values = {**self.known, **self.start, **{u.name: u.start for u in self.shared}}
@@ -133,7 +133,7 @@ class DropFit:
         return Simulator(self.model, values, names, self.effects, substeps=substeps)
 
     def regression(self, start: Mapping[str, float] = NO_VALUES) -> Regression:
-        """The whitened regression over all drops, begun at ``start`` where that has an unknown."""
+        """The whitened regression over all drops; ``start`` replaces start values of shared unknowns."""
         shared = tuple(replace(u, start=start.get(u.name, u.start)) for u in self.shared)
         return Regression((*shared, *self.own), tuple(run.run for run in self.runs), self.rows, self._first_own())
 
@@ -147,11 +147,11 @@ class DropFit:
         return solve(self.regression(), tolerance=TOLERANCE)
 
     def simulate(self, run: int, theta: Array) -> Simulated:
-        """One drop at its local unknowns ``theta`` (k,): shared, then its own."""
+        """One drop simulated at its local unknowns ``theta`` (k,): shared, then its own."""
         return self.simulator(self.runs[run].drive, theta[: len(self.simulator.unknowns)])
 
     def rows(self, run: int, theta: Array) -> Rows:
-        """Whitened residuals of one drop: channel after channel, samples without a reading left out."""
+        """Whitened residuals of one drop, channel by channel; samples without a reading are left out."""
         drop, simulated = self.runs[run], self.simulate(run, theta)
         first = len(self.simulator.unknowns)
         residuals, jacobians, times = [], [], []
@@ -172,13 +172,13 @@ class DropFit:
         return np.array([*shared, *(solution.per_run[u.name][run] for u in self.own)])
 
 
-def _follow(run: DropRun, body: str, wheel: str) -> float:
-    """How far the wheel follows the body: the slope of its height over the body's."""
+def _wheel_over_body(run: DropRun, body: str, wheel: str) -> float:
+    """Ratio of the wheel's to the body's motion: the regression slope of their heights."""
     x, y = run.heights[body] - run.rest[body], run.heights[wheel] - run.rest[wheel]
     good = np.isfinite(x) & np.isfinite(y)
     return float(x[good] @ y[good]) / max(float(x[good] @ x[good]), 1e-12)
 
 
 def with_effects(fit: DropFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> DropFit:
-    """The fit with effects in the car's laws, their unknowns shared by all drops."""
+    """The fit with effects in the car's laws and their unknowns, which all drops share."""
     return replace(fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))

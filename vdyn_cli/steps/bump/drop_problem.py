@@ -1,4 +1,4 @@
-"""A drop test, prepared once: the drops cut from the logs, and the car that is let go."""
+"""The problem of a drop test: the drops cut from the logs, and the model of the released car."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 
-FREE_FORCE = 200.0  # N, plausible size of a free profile: dry friction of the struts of an axle
-STROKE, STROKE_RATE = 0.05, 0.5  # m, m/s: what a drop deflects springs and dampers by
+FREE_FORCE = 200.0  # N, plausible amplitude of a free profile: dry friction of the struts of an axle
+STROKE, STROKE_RATE = 0.05, 0.5  # m, m/s: deflections of springs and dampers in a drop
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class DropProblem(SimulatedProblem):
 
     Parameters
     ----------
-    fit : without effects. wheels : of an axle that are on the rig.
+    fit : without effects. wheels : number of an axle's wheels on the rig.
     findings : about the description and the logs.
     """
 
@@ -55,7 +55,7 @@ class DropProblem(SimulatedProblem):
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Forces that are free over stroke rate (dampers) and stroke (springs)."""
+        """Free profiles of force over stroke rate (dampers) and stroke (springs)."""
         return (
             profile("damper_over_rate", "damper", "stroke_rate", (-STROKE_RATE, STROKE_RATE), FREE_FORCE, "N"),
             profile("spring_over_stroke", "spring", "stroke", (-STROKE, STROKE), FREE_FORCE, "N"),
@@ -63,17 +63,17 @@ class DropProblem(SimulatedProblem):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Dampers, springs and tires of the axles on the rig, each free over its coordinate."""
+        """Dampers, springs and tires of the axles on the rig."""
         return drop_parts(self.fit.axles)
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
-        """All heights of all drops over their white noise, with effects in the car."""
+        """The heights of all drops, whitened by their noise, with effects in the model."""
         return with_effects(self.fit, effects, unknowns).regression(start)
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        """Fit springs, dampers and tires to all drops at once, with accepted effects in the car.
+        """Fit springs, dampers and tires to all drops at once, with accepted effects in the model.
 
         Raises
         ------
@@ -86,7 +86,9 @@ class DropProblem(SimulatedProblem):
         except RefusedFitError as error:
             raise unpublished(error, shown) from None
         except ResultError as error:
-            remedy = Finding("bump", "the drops do not determine springs, dampers and tires", "", "drop from higher")
+            remedy = Finding(
+                "bump", "the drops do not determine springs, dampers and tires", "", "drop from a greater height"
+            )
             raise ResultError(*error.findings, remedy) from None
         return shown(solution)
 
@@ -101,7 +103,7 @@ def prepare_drop(spec: BumpSpec, logs: Sequence[Log], known: Parameters) -> Drop
 
     Raises
     ------
-    InputError : no drop, a missing mass or height, a drop that is too short or in which nothing moves.
+    InputError : no drop, a missing mass or height, a drop that is too short or without motion.
     """
     if not logs:
         raise InputError(Finding("runs", "no drop is given", "", "list at least one log under runs"))
@@ -122,7 +124,7 @@ def prepare_drop(spec: BumpSpec, logs: Sequence[Log], known: Parameters) -> Drop
 
 
 def _masses(axles: tuple[str, ...], known: Parameters) -> tuple[dict[str, Given], tuple[Finding, ...]]:
-    """Masses and lengths of the rig, SI, and what is doubtful about them."""
+    """Masses and lengths of the rig, SI, and findings about them."""
     if len(axles) == 2:
         found, findings = car_numbers(known)
         return {n: found[n] for n in given(axles)}, findings

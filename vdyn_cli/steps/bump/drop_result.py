@@ -1,4 +1,4 @@
-"""The result of a drop test: springs, dampers and tires, each axle's natural frequency, and the drops as simulated."""
+"""The result of a drop test: springs, dampers, tires, natural frequencies of each axle, and the simulated drops."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from vdyn_cli.steps.interval_text import with_interval
 METHODS = (
     "Output error: the car is simulated from the release on and compared with the heights of body and wheels of all "
     "drops at once, each weighted by its white noise (third differences). Heights and rates at the start and the "
-    "sensors' zeros are unknowns of each drop; gravity is the load at rest, and a wheel that leaves the ground carries "
-    "nothing. Masses are known: from heights alone only stiffness and damping over mass show. Intervals from the "
-    "scatter of blocks of equal information (Bell and McCaffrey 2002)."
+    "sensors' zeros are unknowns of each drop; the weight is the load at rest, and a wheel that leaves the ground "
+    "carries no load. Masses are known, because heights alone determine only stiffness and damping over mass. "
+    "Intervals were computed from the scatter of blocks of equal information (Bell and McCaffrey 2002)."
 )
 
 
 def drop_result(fit: DropFit, wheels: int, findings: Sequence[Finding], solution: Solution) -> Result:
-    """What the fit gives, in numbers, figures, tables and sentences.
+    """The published result of a drop test at a solution of its fit.
 
     Parameters
     ----------
-    wheels : of an axle that are on the rig; with one, an axle's parameters are twice the rig's.
+    wheels : number of an axle's wheels on the rig; with one, an axle's parameters are twice the rig's.
     findings : about the description and the logs.
     """
     names = sought(fit.axles)
@@ -97,15 +97,15 @@ def _per_wheel(wheels: int) -> list[Finding]:
 def _residual(comparisons: Sequence[Comparison]) -> Figure:
     series = tuple(Series(f"{c.run}, {c.channel}", c.x, c.measured - c.simulated, role="residual") for c in comparisons)
     caption = (
-        "Measured minus simulated height. Good: noise around zero. Bad: a swing that ends earlier than the simulated "
-        "one (dry friction: its last part is at rest), a wave of the body's frequency that grows and falls (a spring "
-        "or damper that is not a straight line), bursts after the release (the release was not sudden)."
+        "Measured minus simulated height. Good: noise around zero. Bad: an oscillation that ends earlier than the "
+        "simulated one (dry friction), a wave of the body's frequency that grows and falls (a nonlinear spring or "
+        "damper), bursts after the release (the release was not sudden)."
     )
     return Figure("drop_residual", "Residual of the heights", caption, "time since the release in s", "m", series)
 
 
 def _modes(fit: DropFit, on_rig: dict[str, Estimate]) -> Table:
-    """Natural frequency and damping ratio of the body over each axle, and of wheel hop, each axle alone."""
+    """Table of natural frequency and damping ratio of body and wheel hop, each axle alone."""
     rows = []
     tire = on_rig["tire_vertical_stiffness"].value
     for end in fit.axles:
@@ -115,5 +115,5 @@ def _modes(fit: DropFit, on_rig: dict[str, Estimate]) -> Table:
         hop = np.sqrt((k + tire) / wheel)
         rows.append((f"body over the {end} axle", f"{body / (2 * np.pi):.2f}", f"{c / (2 * np.sqrt(k * mass)):.3f}"))
         rows.append((f"{end} wheel hop", f"{hop / (2 * np.pi):.2f}", f"{c / (2 * hop * wheel):.3f}"))
-    caption = "Each axle for itself: spring and tire in series under the body, in parallel at the wheel."
+    caption = "Each axle alone: spring and tire in series under the body, in parallel at the wheel."
     return Table("modes", "Natural frequencies", ("mode", "frequency [Hz]", "damping ratio"), tuple(rows), caption)

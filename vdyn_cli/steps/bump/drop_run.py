@@ -1,4 +1,4 @@
-"""One drop, ready to be fitted: the log from the release on, its heights, their noise and first values."""
+"""One drop prepared for the fit: the log from the release on, its heights, their noise and start values."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
-HELD = 10  # samples at the start of a log that tell the height at which the car is held
-MOVED = 8.0  # of the noise: the car is on its way; white noise stays below 5 deviations
-AFTER = 4.0  # s that are fitted after the release: five or more swings of a body
-LAST = 0.25  # share of the drop at whose end the car is nearly at rest
-FEWEST_SAMPLES = 100  # after the release: fifty Hz for two seconds
-SMALLEST = 20.0  # times the noise, of the first height above rest
-SLOPE_SAMPLES = 7  # from which the first rate is taken
+HELD = 10  # samples at the start of a log whose median is the height at which the car is held
+MOVED = 8.0  # standard deviations of the noise that show motion: white noise stays below 5
+AFTER = 4.0  # s that are fitted after the release: five or more oscillations of a body
+LAST = 0.25  # last share of the drop, in which the car is nearly at rest
+FEWEST_SAMPLES = 100  # after the release: 50 Hz for two seconds
+SMALLEST = 20.0  # least largest height above rest, in units of the noise
+SLOPE_SAMPLES = 7  # from which the first rate is estimated
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class DropRun:
 
     Parameters
     ----------
-    run : the log's name. time : (n,) s. heights : each channel (n,), m, NaN where nothing is written.
-    noise : of each, its white standard deviation.
+    run : the log's name. time : (n,) s. heights : each channel (n,), m, NaN where there is no reading.
+    noise : of each, standard deviation of its white noise.
     """
 
     run: str
@@ -40,7 +40,7 @@ class DropRun:
 
     @cached_property
     def rest(self) -> dict[str, float]:
-        """Where each height ends, m: the mean of the last part."""
+        """Final value of each height, m: the mean of the last part."""
         late = self.time > self.time[-1] - LAST * (self.time[-1] - self.time[0])
         return {n: float(np.nanmean(v[late])) for n, v in self.heights.items()}
 
@@ -54,11 +54,11 @@ class DropRun:
 
     @cached_property
     def drive(self) -> Drive:
-        """The clock of the simulation, which has no other input."""
+        """Times of the simulation, which has no other input."""
         return Drive(self.time, {"elapsed": self.time - self.time[0]})
 
     def frequency(self, channel: str) -> float:
-        """The frequency of the largest swing, Hz: the peak of the spectrum."""
+        """The dominant frequency, Hz: the peak of the spectrum."""
         good = np.isfinite(self.heights[channel])
         step = (self.time[-1] - self.time[0]) / (self.time.size - 1)
         even = np.arange(self.time[0], self.time[-1], step)
@@ -73,7 +73,7 @@ def drop_run(log: Log, channels: Sequence[str], release: float | None) -> DropRu
 
     Parameters
     ----------
-    channels : heights, those of the body first. release : s, the log's time of it; None: where the car first moves.
+    channels : heights, those of the body first. release : log time, s; None: the first motion of the car.
     """
     noise = {n: white_level(log[n], log.time) for n in channels}
     start = log.time[_first_motion(log, channels, noise)] if release is None else release
@@ -82,7 +82,7 @@ def drop_run(log: Log, channels: Sequence[str], release: float | None) -> DropRu
 
 
 def _first_motion(log: Log, channels: Sequence[str], noise: Mapping[str, float]) -> int:
-    """The first sample at which any height has left where it was held; 0 where the log begins in motion."""
+    """The first sample at which any height differs from its held value; 0 where the log begins in motion."""
     found = log.time.size
     for name in channels:
         away = np.abs(log[name] - np.nanmedian(log[name][:HELD])) > MOVED * max(noise[name], 1e-9)
@@ -92,7 +92,7 @@ def _first_motion(log: Log, channels: Sequence[str], noise: Mapping[str, float])
 
 
 def wrong_drop(run: DropRun) -> list[Finding]:
-    """A drop that is too short, or in which nothing moves."""
+    """Findings on a drop that is too short, or in which the body does not move."""
     if run.time.size < FEWEST_SAMPLES:
         got = f"{run.time.size} samples after the release"
         return [Finding(run.run, "is too short", got, f"log at least {FEWEST_SAMPLES} samples until the car rests")]

@@ -1,4 +1,4 @@
-"""Figures of a bump test: loads measured and simulated, and residuals over what the laws depend on."""
+"""Figures of a bump test: measured and simulated loads, and residuals over stroke rate, stroke and load."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.steps.bump.replay import ENDS, Replay
 
 UNITS = {"front_load": "N", "rear_load": "N", "vertical_acceleration": "m/s^2", "pitch_rate": "rad/s"}
-LINE = 800  # points of a loop, more than a figure has pixels across
+LINE = 800  # points of a loop, more than the pixels across a figure
 
 
 def comparisons(replays: Sequence[Replay]) -> tuple[Comparison, ...]:
@@ -36,7 +36,7 @@ def figures(replays: Sequence[Replay]) -> tuple[Figure, ...]:
             "Load residual over stroke rate",
             "Measured minus simulated axle loads over the rate of the suspension's stroke. Good: a level band as high "
             "as the load cells' noise. Bad: a V or a bend (dampers that differ in rebound and compression), a step at "
-            "zero (dry friction), a fan that opens to both sides (timing of the bump).",
+            "zero (dry friction), a fan that opens to both sides (wrong position of the bump).",
             "stroke rate in m/s, rebound positive",
             "measured minus simulated load in N",
             _residuals(replays, rates),
@@ -45,8 +45,7 @@ def figures(replays: Sequence[Replay]) -> tuple[Figure, ...]:
             "over_stroke",
             "Load residual over stroke",
             "Measured minus simulated axle loads over the suspension's stroke. Good: a level band. Bad: a bend at "
-            "the ends (progressive springs, bump stops), "
-            "two levels (dry friction).",
+            "the ends (progressive springs, bump stops), two levels (dry friction).",
             "stroke in mm, extension positive",
             "measured minus simulated load in N",
             _residuals(replays, strokes),
@@ -55,9 +54,8 @@ def figures(replays: Sequence[Replay]) -> tuple[Figure, ...]:
             "over_load",
             "Load residual over load",
             "Measured minus simulated axle loads over the simulated load, which deflects the tires. Good: a level "
-            "band, as high at zero load as "
-            "elsewhere. Bad: a bend (tires that stiffen), points far above zero at zero load (a wheel that does not "
-            "leave the road: check the bump's height), a slope (gain of the load cells).",
+            "band, as high at zero load as elsewhere. Bad: a bend (progressive tires), points far above zero at zero "
+            "load (a wheel that does not leave the road: check the bump's height), a slope (gain of the load cells).",
             "simulated axle load in N",
             "measured minus simulated load in N",
             _residuals(replays, loads),
@@ -75,15 +73,15 @@ def _loops(r: Replay) -> Figure:
         series.append(Series(f"{end}, simulated", x, y, role="simulated"))
     caption = (
         f"Axle load over the suspension's simulated stroke in the fastest run ({PurePath(r.run).stem}); zero load is "
-        "a wheel off the ground. Good: the points follow the loops. Bad: points outside or inside the loops (another "
-        "damper), or off them at one end of the stroke (bump stop, progressive spring)."
+        "a wheel off the ground. Good: the points follow the loops. Bad: points outside or inside the loops (wrong "
+        "damping), or off them at one end of the stroke (bump stop, progressive spring)."
     )
     stroke_label = "stroke in mm, extension positive"
     return Figure("loops", "Load over suspension stroke", caption, stroke_label, "axle load in N", tuple(series))
 
 
 def _evenly_along(x: Array, y: Array) -> tuple[Array, Array]:
-    """The same line with points in equal steps along it: in equal steps of time most lie where the car is at rest."""
+    """The line resampled in equal steps along it: in equal steps of time most points lie where the car is at rest."""
     steps = np.hypot(np.diff(x) / max(float(np.ptp(x)), 1e-12), np.diff(y) / max(float(np.ptp(y)), 1e-12))
     length = np.concatenate([[0.0], np.cumsum(steps)])
     even = np.linspace(0.0, length[-1], LINE)
@@ -91,7 +89,7 @@ def _evenly_along(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _residuals(replays: Sequence[Replay], over: Sequence[Mapping[str, Array]]) -> tuple[Series, ...]:
-    """The loads' residuals of both axles over something else, all runs together."""
+    """Load residuals of both axles over the quantity ``over``, all runs together."""
     return tuple(
         Series(
             f"{end} axle",

@@ -1,4 +1,4 @@
-"""Output error on bump crossings: springs, dampers and tires from all channels of all runs at once."""
+"""Output-error fit of bump crossings: springs, dampers and tires from all channels of all runs at once."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
 from vdyn_cli.steps.bump.noise import MISFIT, ChannelWeights
 from vdyn_cli.steps.contract import NO_VALUES
 
-LARGEST_STEP = 1.1e-3  # s, of the integration: with it loads are good to a hundredth of a load cell's noise
-TOLERANCE = 1e-3  # of a residual's variance: wheels that lift off make kinks, at which steps gain less than expected
+LARGEST_STEP = 1.1e-3  # s, of the integration: its error of the loads is a hundredth of a load cell's noise
+TOLERANCE = 1e-3  # of a residual's variance: lift-off is nondifferentiable, so that steps gain less than expected
 REWEIGHTINGS = 3  # of the channels, at most: each costs a whole fit
 AT_REST = (2e-3, 2e-2, 1e-3, 1e-2)  # m, m/s, rad, rad/s: standard deviations of the body's motion on a smooth road
 
 
 @dataclass(frozen=True)
 class BumpFit:
-    """Crossings, and the unknowns to be found from them.
+    """Crossings, and the unknowns estimated from them.
 
-    Shared unknowns are the five of ``SOUGHT``, uncertain known numbers, and those of ``effects``. Every run has its own
-    place of the bump, scale and slope of the speed (in standard deviations of what the speed channel leaves open),
-    motion of the body at the start, and zero of each sensor.
+    Shared unknowns are the five of ``SOUGHT``, uncertain known numbers, and those of ``effects``. Unknowns of each run
+    are the position of the bump, scale and slope of the speed (in units of their standard deviations), motion of the
+    body at the start, and zero of each sensor.
 
     Parameters
     ----------
-    effect_unknowns : of ``effects``, shared by all crossings; those left out stay zero, or nominal.
-    sensitive : the unknowns to which sensitivities are simulated; none: all.
+    effect_unknowns : of ``effects``, shared by all crossings; omitted ones stay zero, or nominal.
+    sensitive : unknowns whose sensitivities are simulated; empty: all.
     """
 
     crossings: tuple[Crossing, ...]
@@ -58,7 +58,7 @@ class BumpFit:
 
     @cached_property
     def start(self) -> Mapping[str, float]:
-        """The five unknowns of an ordinary car, where the search begins."""
+        """Start values of the five unknowns: those of a typical car."""
         return usual_car(self.known.values)
 
     @cached_property
@@ -75,7 +75,7 @@ class BumpFit:
 
     @cached_property
     def own(self) -> tuple[Unknown, ...]:
-        """The unknowns that each crossing has for itself: those of the simulation, then the sensors' zeros."""
+        """The unknowns of each crossing: those of the simulation, then the sensors' zeros."""
         priors = {"speed_scale": 1.0, "speed_ramp": 1.0}
         priors |= {f"start.{n}": s for n, s in zip(BODY, AT_REST, strict=True)}
         priors |= {f"{n}_zero": self.known.zeros[n] for n in self.channels}
@@ -85,13 +85,13 @@ class BumpFit:
 
     @cached_property
     def simulator(self) -> Simulator:
-        """The half car with every unknown but the sensors' zeros."""
+        """The half car with all unknowns except the sensors' zeros."""
         whole = self.simulator_of([u.name for u in (*self.shared, *self.own[: len(CROSSING) + len(BODY)])])
         return sensitive_to(whole, self.sensitive) if self.sensitive else whole
 
     @cached_property
     def scales(self) -> tuple[Array, ...]:
-        """Of each crossing, SI units per unit of each simulated unknown: speeds are in its standard deviations."""
+        """For each crossing, SI units per unit of each simulated unknown; not 1 for errors of the speed."""
         scales = []
         for crossing in self.crossings:
             scale = np.ones(len(self.simulator.unknowns))
@@ -103,30 +103,30 @@ class BumpFit:
 
     @cached_property
     def _narrowed(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], BumpFit]:
-        """Fits with some of the effects, each made once, by their effects' unknowns and those that are sensitive."""
+        """Cache of fits with some of the effects, by the names of their unknowns and of the sensitive ones."""
         return {}
 
     def only(self, names: Sequence[str], sensitive: Sequence[str] = ()) -> BumpFit:
-        """The fit with those effects alone that have one of these unknowns, and of theirs only these."""
+        """The fit with only these unknowns of effects, and without the effects that have none of them."""
         unknowns = tuple(u for u in self.effect_unknowns if u.name in names)
-        free, felt = tuple(u.name for u in unknowns), tuple(u.name for u in unknowns if u.name in sensitive)
-        if (free, felt) not in self._narrowed:
+        free, seen = tuple(u.name for u in unknowns), tuple(u.name for u in unknowns if u.name in sensitive)
+        if (free, seen) not in self._narrowed:
             effects = tuple(e for e in self.effects if set(e.unknowns) & set(free))
-            narrowed = replace(self, effects=effects, effect_unknowns=unknowns, sensitive=felt)
-            self._narrowed[free, felt] = narrowed
-        return self._narrowed[free, felt]
+            narrowed = replace(self, effects=effects, effect_unknowns=unknowns, sensitive=seen)
+            self._narrowed[free, seen] = narrowed
+        return self._narrowed[free, seen]
 
     def simulator_of(self, unknowns: Sequence[str]) -> Simulator:
-        """The half car with these unknowns, the others at their starts."""
+        """The half car with these unknowns, the others at their start values."""
         step = max(float(np.median(np.diff(c.time))) for c in self.crossings)
         values = {**self.known.values, **self.start, **dict.fromkeys(CROSSING, 0.0)}
         values |= {u.name: u.start for u in self.shared}
         return Simulator(self.model, values, unknowns, self.effects, substeps=int(np.ceil(step / LARGEST_STEP)))
 
     def regression(self, at: Solution | None = None, start: Mapping[str, float] = NO_VALUES) -> Regression:
-        """The whitened regression over all runs, begun at a solution, or at ``start`` where that has an unknown.
+        """The whitened regression over all runs, started at a solution, at ``start``, or at a typical car.
 
-        Its rows can be narrowed to some of the shared unknowns; the others' effects then leave the simulation.
+        Its rows can be restricted to some shared unknowns; effects without any of them are then not simulated.
         """
         begin = {**start, **(at.values if at else {})}
         shared = tuple(replace(u, start=begin.get(u.name, u.start)) for u in self.shared)
@@ -136,11 +136,11 @@ class BumpFit:
         return Regression((*shared, *self.own), runs, BumpRows(self), own, lambda names: BumpRows(self.only(names)))
 
     def solve(self) -> tuple[BumpFit, Solution]:
-        """Fit; what the simulation leaves then weights the channels that it cannot follow to their noise.
+        """Fit, and refit with channels weighted by their residual where that exceeds their noise.
 
         Returns
         -------
-        This fit with the weights of its last round, and the solution.
+        This fit with the weights of the last round, and the solution.
 
         Raises
         ------
@@ -156,11 +156,11 @@ class BumpFit:
             fit = replace(fit, weights=fit.weights.reweighted(misfit))
             return (fit, solve(fit.regression(solution), tolerance=TOLERANCE)), mismatch
 
-        first = (self, solve(self.regression(_beside_effects(self)), tolerance=TOLERANCE))
+        first = (self, solve(self.regression(_with_effects_fixed(self)), tolerance=TOLERANCE))
         return until_settled(reweight, first, REWEIGHTINGS, MISFIT).state
 
     def simulate(self, run: int, theta: Array, *, sensitivities: bool = True, states: bool = False) -> Simulated:
-        """One run at its local unknowns ``theta`` (k,): shared, then its own."""
+        """One run simulated at its local unknowns ``theta`` (k,): shared, then its own."""
         scale, drive = self.scales[run], self.crossings[run].drive
         return self.simulator(drive, theta[: scale.size] * scale, sensitivities=sensitivities, states=states)
 
@@ -174,16 +174,16 @@ class BumpFit:
         return self.weights.misfit(self.crossings, solution.residuals)
 
     def arms(self, values: Mapping[str, float]) -> dict[str, float]:
-        """How far each axle is ahead of the body's center, m."""
+        """Distance of each axle ahead of the body's center of gravity, m."""
         at = {**self.known.values, **values}
         _, to_front = sprung_body(*(at[n] for n in BODY_OF))
         return {"front": to_front, "rear": to_front - at["wheelbase"]}
 
 
-def _beside_effects(fit: BumpFit) -> Solution | None:
-    """The fit of the car to effects as large as they begin; None where they begin at zero, or it fails.
+def _with_effects_fixed(fit: BumpFit) -> Solution | None:
+    """The fit of the car with effects fixed at their start values; None where these are zero, or the fit fails.
 
-    From an ordinary car instead, an effect of the right size first changes for what is wrong in the car.
+    Started at a typical car, a correct effect would first change to compensate for the errors of the car.
     """
     held = {u.name: u.start for u in fit.effect_unknowns}
     if not any(held.values()):
@@ -196,12 +196,12 @@ def _beside_effects(fit: BumpFit) -> Solution | None:
 
 @dataclass(frozen=True)
 class BumpRows:
-    """The whitened rows of a fit, of which the residuals cost less without derivatives."""
+    """The whitened rows of a fit, with residuals that can be evaluated at lower cost without derivatives."""
 
     fit: BumpFit
 
     def __call__(self, run: int, theta: Array) -> Rows:
-        """Whitened residuals of one run: channel after channel, samples without a reading left out."""
+        """Whitened residuals of one run, channel by channel; samples without a reading are left out."""
         fit, crossing, scale = self.fit, self.fit.crossings[run], self.fit.scales[run]
         simulated = self.linearized(run, theta)
         residuals, jacobians, times = [], [], []
@@ -218,10 +218,10 @@ class BumpRows:
         return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
 
     def linearized(self, run: int, theta: Array) -> Simulated:
-        """One run with its sensitivities at its local unknowns ``theta`` (k,), as ``BumpFit.simulate`` gives them.
+        """One run with sensitivities at its local unknowns ``theta`` (k,), equal to ``BumpFit.simulate``.
 
-        Effects that are zero do not act on each other: the sensitivities to each are simulated beside those effects
-        that are not, which costs much less than all at once.
+        Effects that are zero do not interact, so the sensitivities to each of them are simulated separately, together
+        with the nonzero effects. This costs much less than a simulation with all effects.
         """
         fit = self.fit
         values = dict(zip((u.name for u in fit.shared), theta.tolist(), strict=False))
@@ -240,7 +240,7 @@ class BumpRows:
         return replace(found[0], sensitivities=whole)
 
     def residual(self, run: int, theta: Array) -> Array:
-        """The whitened residuals of one run, as in the rows."""
+        """The whitened residuals (n,) of one run, as in the rows."""
         fit, crossing, scale = self.fit, self.fit.crossings[run], self.fit.scales[run]
         outputs = fit.simulate(run, theta, sensitivities=False).outputs
         residuals = []

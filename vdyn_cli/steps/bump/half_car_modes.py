@@ -29,7 +29,12 @@ class HalfCarMode:
 def half_car_matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]:
     """Mass, damping and stiffness matrices (4, 4), SI, over (heave, pitch, front axle, rear axle), tires on the ground.
 
-    With e the stroke of each axle as a row over these, K = sum K_i e_i' e_i + diag(0, 0, Kt, Kt), C alike without Kt.
+    With e_i the stroke of axle i as a row over these coordinates, K = sum K_i e_i' e_i + diag(0, 0, Kt, Kt) and
+    C = sum C_i e_i' e_i.
+
+    Parameters
+    ----------
+    values : of the half car by name, SI.
     """
     v = values
     sprung, to_front = sprung_body(*(v[name] for name in BODY_OF))
@@ -46,9 +51,12 @@ def half_car_matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]
 def natural_modes(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Natural frequency (Hz) and damping ratio of bounce, pitch and both wheel hops.
 
-    From the eigenvalues s of (M s^2 + C s + K) q = 0: frequency |s|/2 pi, damping -Re s/|s|. Wheel hops are those in
-    which an axle moves most; of the body's two, bounce turns about the point farther from the car's middle. An
-    overdamped mode is left out.
+    From the eigenvalues s of (M s^2 + C s + K) q = 0: frequency |s|/2 pi, damping -Re s/|s|. In wheel hop an axle has
+    the largest amplitude; of the two body modes, bounce is the one with more heave. Overdamped modes are left out.
+
+    Parameters
+    ----------
+    values : of the half car by name, SI.
     """
     mass, damping, stiffness = half_car_matrices(values)
     inverse = np.linalg.inv(mass)
@@ -74,7 +82,8 @@ def half_car_modes(solution: Solution, given: Mapping[str, float]) -> tuple[Half
 
     Parameters
     ----------
-    given : the known numbers by name, SI, for those that the solution does not hold."""
+    given : known numbers by name, SI, for those that the solution does not contain.
+    """
     at = {**given, **solution.values}
     base = natural_modes(at)
     slopes: dict[str, list[tuple[float, float]]] = {name: [] for name in base}

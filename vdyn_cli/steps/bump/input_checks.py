@@ -1,4 +1,4 @@
-"""Errors of a crossing's log: signs, units, a missing bump, a sampling rate that is too low."""
+"""Checks of a crossing's log: signs, units, a missing bump, a sampling rate that is too low."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from vdyn_cli.steps.bump.crossing import BODY_CHANNELS, LOADS, Crossing
 from vdyn_cli.steps.sign_conventions import wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-SAMPLES_ON_BUMP = 8  # while an axle is on the bump: four a flank, fewer do not resolve its shape
-FEWEST_SAMPLES = 50  # of a log: fewer do not hold a crossing at any rate that resolves a bump
+SAMPLES_ON_BUMP = 8  # while an axle is on the bump: fewer than four per flank do not resolve its shape
+FEWEST_SAMPLES = 50  # of a log: fewer do not contain a crossing at any rate that resolves a bump
 FORCES = ((1e3, "kN"), (4.4482216, "lbf"), (GRAVITY, "kgf"))  # N of each unit
-BEHIND = 1.0  # s after the rear axle has met the bump
+BEHIND = 1.0  # s after the rear axle meets the bump in which lift-off is checked
 KINDS = {
     "vertical_acceleration": ((GRAVITY, "g"), (0.3048, "ft/s^2")),
     "pitch_rate": ((180 / np.pi, "rad/s"), (np.pi / 180, "deg/s")),
@@ -27,13 +27,14 @@ KINDS = {
 
 
 def wrong_log(log: Log, static: Mapping[str, float], width: float) -> list[Finding]:
-    """What makes a log unusable before the bump is searched for.
+    """Findings that make a log unusable, before the bump is located.
 
     Parameters
     ----------
-    static : axle loads at rest, N, by channel. width : of the bump, m."""
+    static : axle loads at rest, N, by channel. width : of the bump, m.
+    """
     if log.time.size < FEWEST_SAMPLES:
-        return [Finding(log.name, f"holds fewer than {FEWEST_SAMPLES} samples", str(log.time.size))]
+        return [Finding(log.name, f"has fewer than {FEWEST_SAMPLES} samples", str(log.time.size))]
     empty = [n for n in ("speed", *LOADS) if np.count_nonzero(np.isfinite(log[n])) < log.time.size / 2]
     if empty:
         return [Finding(f"{log.name}, {n}", "has no reading in more than half of the samples") for n in empty]
@@ -75,8 +76,8 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
                 "_right_load)"
             )
         if abs(ratio) < 0.05 and not likely:
-            guess = "loads must include the weight: zero the sensor without the car on it, and check the axle's contact"
-        got = f"{rest:.0f} N, where mass and center of gravity give {static:.0f} N"
+            guess = "loads must include the weight: zero the sensor without the car on it"
+        got = f"{rest:.0f} N, expected {static:.0f} N from mass and center of gravity"
         return [Finding(where, "is not the axle's load at rest", got, guess)]
     change = float(np.nanmax(np.abs(load - rest)))
     if change < max(STEP_POLICY.bump_visible * static, STEP_POLICY.bump_visible_noise * white_level(load, log.time)):
@@ -87,7 +88,7 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
 
 
 def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Finding]:
-    """What the place of the bump shows to be wrong with the channels."""
+    """Findings on channels that contradict the located bump and the response of a typical car."""
     if found.delay <= 0:
         what = "the rear axle meets the bump before the front axle"
         remedy = "swap the columns of front_load and rear_load"
@@ -126,7 +127,7 @@ def _wrong_gain(log: Log, name: str, gain: float) -> list[Finding]:
 
 
 def doubts(log: Log, crossing: Crossing, stated: Given | None) -> list[Finding]:
-    """What is doubtful about a crossing that is used.
+    """Findings on a crossing that is used: a contradicting stated distance, clipped samples.
 
     Parameters
     ----------
@@ -135,9 +136,7 @@ def doubts(log: Log, crossing: Crossing, stated: Given | None) -> list[Finding]:
     findings = []
     if stated is not None and abs(stated.value - crossing.distance) > max(0.5, 5 * stated.std):
         got = f"distance_front {stated.value:.2f} m"
-        what = (
-            f"by loads and speed the bump lies {crossing.distance:.2f} m after the log's start; this distance is used"
-        )
+        what = f"loads and speed show the bump {crossing.distance:.2f} m after the log's start; this distance is used"
         findings.append(Finding(log.name, what, got))
     for name, count in crossing.clipped.items():
         if count:
@@ -147,7 +146,7 @@ def doubts(log: Log, crossing: Crossing, stated: Given | None) -> list[Finding]:
 
 
 def airborne(crossing: Crossing, static: Mapping[str, float], wheelbase: float) -> Finding | None:
-    """The finding of a run in which an axle is off the road for much of the time on and behind the bump, or None.
+    """The finding that excludes a run whose axle is off the road for much of the crossing, or None.
 
     Parameters
     ----------
@@ -160,12 +159,12 @@ def airborne(crossing: Crossing, static: Mapping[str, float], wheelbase: float) 
         share = float(np.mean(load[np.isfinite(load)] < 0.02 * static[name]))
         if share > STEP_POLICY.bump_airborne:
             what = f"excluded: the {name[:-5]} axle is off the road for {100 * share:.0f} % of the crossing"
-            return Finding(crossing.run, what, "", "drive slower, or over a lower bump")
+            return Finding(crossing.run, what, "", "drive slower, or use a lower bump")
     return None
 
 
 def uneven_zeros(zeros: Mapping[str, Sequence[float]], std: Mapping[str, float]) -> list[Finding]:
-    """Loads at rest that contradict the known weights by more than the load cells' zeros allow.
+    """Findings on loads at rest that deviate from the known weights by more than four times ``std``.
 
     Parameters
     ----------
@@ -179,6 +178,6 @@ def uneven_zeros(zeros: Mapping[str, Sequence[float]], std: Mapping[str, float])
                 f"is {mean:+.0f} N at rest above the load from mass and cg_to_front: fitted as a zero offset of "
                 "the sensor"
             )
-            remedy = "weigh the car as it was driven; a model error that offsets the load has the same effect"
+            remedy = "weigh the car as driven; a model error that offsets the load has the same effect"
             findings.append(Finding(name, what, "", remedy))
     return findings

@@ -1,4 +1,4 @@
-"""What the half car takes as known: masses, lengths, the body's pitch inertia, the bump, the sensors' zeros."""
+"""Known numbers of the half car: masses, lengths, the body's pitch inertia, the bump, the sensors' zeros."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-USUAL_LEVER = Given(0.30, 0.08)  # m, height of the center of gravity above the wheel centers: 0.45 to 0.7 less 0.3
-USUAL_INDEX = (0.4, 1.6)  # Is / (Ms lf lr): half and twice that of cars, which lies between 0.7 and 1
+USUAL_LEVER = Given(0.30, 0.08)  # m, height of the center of gravity above the wheel centers: 0.45 to 0.7 minus 0.3
+USUAL_INDEX = (0.4, 1.6)  # Is / (Ms lf lr): half and twice that of cars, which is between 0.7 and 1
 
 
 @dataclass(frozen=True)
 class KnownCar:
-    """What the fit does not estimate.
+    """Known numbers of the half car.
 
     Parameters
     ----------
-    values : by name, SI. std : of those that are uncertain: they become unknowns under that prior.
+    values : by name, SI. std : of the uncertain ones, which become unknowns with that prior.
     zeros : standard deviations of the sensors' zeros, by channel. speed_scale : relative, of the speed's scale.
     """
 
@@ -43,7 +43,7 @@ class KnownCar:
 
 
 def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Finding, ...]]:
-    """What the half car takes as known, from the description and earlier steps, and what is doubtful about it.
+    """The known numbers of the half car, from the description and earlier steps, and findings about them.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
     """
     settings, bump = spec.settings, spec.obstacle
     numbers, findings = car_numbers(known)
-    # A measured profile has its own size, which these two scale.
+    # These two scale a measured profile.
     numbers["bump_height"], numbers["bump_width"] = bump.height or Given(1.0), bump.width or Given(1.0)
     numbers["outboard_mass"] = Given(0.0)
     if settings.load_sensor == "hub":
@@ -66,11 +66,11 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
 
 
 def car_numbers(known: Parameters) -> tuple[dict[str, Given], tuple[Finding, ...]]:
-    """Masses, lengths and the sprung body's pitch inertia, SI, with standard deviations; and what is doubtful.
+    """Masses, lengths and the sprung body's pitch inertia, SI, with standard deviations; and findings about them.
 
     Raises
     ------
-    InputError : all that is missing, or that contradicts itself.
+    InputError : numbers are missing or contradict each other.
     """
     stated = {n: Given(e.value, e.std) for n, e in known.items()}
     alternatives = {"sprung_mass": "mass", "cg_to_rear": "cg_to_front", "sprung_pitch_inertia": "pitch_inertia"}
@@ -88,7 +88,7 @@ def car_numbers(known: Parameters) -> tuple[dict[str, Given], tuple[Finding, ...
     sprung, to_front = sprung_body(*(found[n].value for n in BODY_OF))
     index = found["sprung_pitch_inertia"].value / (sprung * to_front * (wheelbase - to_front))
     if not USUAL_INDEX[0] < index < USUAL_INDEX[1]:
-        got = f"Is/(Ms lf lr) = {index:.2f}, usual are 0.7 to 1"
+        got = f"Is/(Ms lf lr) = {index:.2f}, usually 0.7 to 1"
         findings += (
             Finding("pitch_inertia", "is unusual for this mass and wheelbase", got, "check its unit and axis"),
         )
@@ -97,7 +97,7 @@ def car_numbers(known: Parameters) -> tuple[dict[str, Given], tuple[Finding, ...
 
 
 def _mass(stated: Mapping[str, Given]) -> Given:
-    """The whole car's mass: as stated, or the sum of its parts with the uncertainty of all of them."""
+    """The mass of the whole car: as stated, or the sum of its parts with their uncertainties."""
     if "sprung_mass" not in stated:
         return stated["mass"]
     parts = [stated[n] for n in ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear")]
@@ -110,7 +110,7 @@ def _mass(stated: Mapping[str, Given]) -> Given:
 
 
 def _refuse_impossible(found: Mapping[str, Given]) -> None:
-    """Refuse a car without a body, or with a center of gravity that is not between its axles."""
+    """Raise InputError where the sprung mass is too small or the center of gravity is not between the axles."""
     findings = []
     sprung, to_front = sprung_body(*(found[n].value for n in BODY_OF))
     if sprung <= 0.3 * found["mass"].value:
@@ -124,15 +124,15 @@ def _refuse_impossible(found: Mapping[str, Given]) -> None:
 
 
 def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> tuple[Given, tuple[Finding, ...]]:
-    """The sprung body's moment of inertia about its own center.
+    """Pitch inertia of the sprung body about its center of gravity, kg m^2, and findings.
 
     When the body pitches by th about the height of the wheels, its center, s above that, moves fore and aft by s th
-    against the axles; with the whole car's center at rest that holds the energy of the reduced mass Ms mu/M. A balance
-    of the whole car's moments therefore sees I = Is + (Ms mu/M) s^2, and s = M (h - r)/Ms since the axles lie at r::
+    relative to the axles. With the whole car's center at rest this motion has the energy of the reduced mass Ms mu/M.
+    The whole car's moment balance therefore gives I = Is + (Ms mu/M) s^2 with s = M (h - r)/Ms, the axles at r::
 
         Is = I - mu M/Ms (h - r)^2
 
-    Assumes that the car's own pitch inertia I was found with wheels that stay on the ground (as `vdyn cg` does).
+    Assumes that the whole car's pitch inertia I was estimated with wheels on the ground (as `vdyn cg` does).
     """
     if "sprung_pitch_inertia" in stated:
         return stated["sprung_pitch_inertia"], ()
@@ -143,7 +143,7 @@ def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> t
         lever = Given(height.value - radius.value, float(np.hypot(height.std, radius.std)))
     else:
         lever = USUAL_LEVER
-        what = "pitch_inertia is assumed to be that of the whole car; the axles' share is assumed as for a typical car"
+        what = "pitch_inertia is assumed to be that of the whole car; the share of the axles is that of a typical car"
         findings = (Finding("bump", what, "", "give cg_height and wheel_radius, or sprung_pitch_inertia"),)
     mass = found["mass"].value
     unsprung = found["unsprung_mass_front"].value + found["unsprung_mass_rear"].value
@@ -160,7 +160,7 @@ def static_loads(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def usual_car(values: Mapping[str, float]) -> dict[str, float]:
-    """Springs, dampers and tires of an ordinary car of this weight: 1.3 Hz, 0.3 of critical damping; SI, by name."""
+    """Springs, dampers and tires of a typical car of this weight, SI by name: 1.3 Hz, 0.3 of critical damping."""
     sprung, to_front = sprung_body(*(values[n] for n in BODY_OF))
     share = to_front / values["wheelbase"]
     start = {"tire_vertical_stiffness": 250.0 * values["mass"]}

@@ -1,4 +1,4 @@
-"""A bump's measured profile: read from its file, with no more points than its shape needs."""
+"""A bump's measured profile, read from its file and reduced to the points that its shape needs."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.bump.spec import BumpSpec
 
-TOLERANCE = 1e-5  # m, resolution of a good profilometer: smaller steps of height are its noise
-WORTH_REPORTING = 2e-5  # m, twice the first tolerance: the limit on the number of points then costs accuracy
+TOLERANCE = 1e-5  # m, resolution of a good profilometer: smaller steps of height are noise
+WORTH_REPORTING = 2e-5  # m, twice the first tolerance: above it the limit on the number of points costs accuracy
 MOST_POINTS = 150  # each is a branch of the simulated road in every integration step
-FEWEST_POINTS, LOWEST = 3, 1e-3  # points, and m: less makes no bump
+FEWEST_POINTS, LOWEST = 3, 1e-3  # points, and m of height: fewer or less is not a bump
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class BumpData:
 
     Parameters
     ----------
-    runs : one log a crossing, SI units.
-    profile : (position, height) in m, beginning at height 0. findings : about the profile.
+    runs : one log for each crossing, SI units.
+    profile : points (position, height) in m, the first at height 0. findings : about the profile.
     """
 
     runs: tuple[Log, ...]
@@ -38,7 +38,7 @@ class BumpData:
 
 
 def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData, tuple[Path, ...]]:
-    """Read the bump's profile, where the description names one, beside the runs.
+    """Read the bump's profile, if the description names one, and combine it with the runs.
 
     Returns
     -------
@@ -46,13 +46,13 @@ def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData,
 
     Raises
     ------
-    InputError : the file cannot be read, or holds no bump.
+    InputError : the file cannot be read, or does not contain a bump.
     """
     bump = spec.obstacle
     if bump.profile is None:
         return BumpData(logs), ()
     path = folder / bump.profile
-    # The distance takes the place of a log's clock, since it increases.
+    # The distance serves as the log's time, because it increases.
     places = {"time": bump.columns.distance, "height": bump.columns.height}
     columns = {
         n: Column(c.column, c.unit, "m", c.sign, scale=c.scale, where=f"bump.columns, {c.column}")
@@ -73,10 +73,10 @@ def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData,
 
 
 def simplified(position: Array, height: Array) -> tuple[Points, float]:
-    """The fewest of the measured points whose straight lines follow the others, and their largest error, m.
+    """The fewest measured points whose polyline approximates the others, and its largest error, m.
 
-    Ramer-Douglas-Peucker: a segment whose farthest point lies within the tolerance becomes one line. The tolerance
-    begins at 0.01 mm and is doubled until at most 150 points are left.
+    Ramer-Douglas-Peucker: a segment whose points all lie within the tolerance becomes one line. The tolerance begins
+    at 0.01 mm and is doubled until at most 150 points are left.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def simplified(position: Array, height: Array) -> tuple[Points, float]:
 
 
 def _corners(position: Array, height: Array, tolerance: float) -> NDArray[np.intp]:
-    """Indices of the points that the lines go through."""
+    """Indices of the points of the polyline."""
     kept = {0, position.size - 1}
     open_segments = [(0, position.size - 1)]
     while open_segments:

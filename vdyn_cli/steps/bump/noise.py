@@ -1,4 +1,4 @@
-"""The noise of the channels: by how much each one counts in the fit, and what the simulation leaves of it."""
+"""Weights of the channels in the fit, from their noise and their residuals."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.crossing import LOADS, Crossing
 
-# Residual over noise, above which the residual weights a channel: the noise of some hundred samples at the bump, from
-# third differences, is itself known to less than 10 %, and twice that is no chance.
+# Residual over noise above which the residual weights a channel: the noise, from third differences of some hundred
+# samples at the bump, has a standard error below 10 %, and an excess of twice that is significant.
 MISFIT = 1.2
 
 
@@ -23,7 +23,7 @@ class ChannelWeights:
     ----------
     inflation : by channel, factor on its white noise, 1 or more; its keys are the channels that are fitted.
     rear_weight : the paper's w: the front load's noise weights both loads, and the rear's squares count w times.
-        None: its own noise weights each channel.
+        None: each channel is weighted by its own noise.
     """
 
     inflation: Mapping[str, float]
@@ -40,7 +40,7 @@ class ChannelWeights:
 
         Parameters
         ----------
-        residuals : (n,) whitened, of each crossing: channel after channel, samples without a reading left out.
+        residuals : (n,) whitened, of each crossing, channel by channel, without samples that have no reading.
         """
         squares, counts = dict.fromkeys(self.inflation, 0.0), dict.fromkeys(self.inflation, 0)
         for crossing, residual in zip(crossings, residuals, strict=True):
@@ -53,12 +53,12 @@ class ChannelWeights:
         return {n: float(np.sqrt(squares[n] / max(counts[n], 1))) / self._emphasis(n) for n in self.inflation}
 
     def mismatch(self, misfit: Mapping[str, float]) -> float:
-        """The largest factor by which a weight is off; a channel at its own noise cannot weigh too little."""
+        """The largest factor by which a weight is wrong; weights are not raised above those of the channels' noise."""
         ratios = [max(m, 1.0 / m) if self.inflation[n] != 1 else m for n, m in misfit.items()]
         return max(ratios)
 
     def reweighted(self, misfit: Mapping[str, float]) -> ChannelWeights:
-        """The weights that a misfit demands; the paper's weighting keeps the loads in their proportion."""
+        """The weights that correspond to a misfit; with the paper's weighting both loads keep their proportion."""
         inflation = {n: max(1.0, factor * misfit[n]) for n, factor in self.inflation.items()}
         if self.rear_weight is not None:
             inflation |= dict.fromkeys(LOADS, max(inflation[n] for n in LOADS))

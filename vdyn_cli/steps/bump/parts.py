@@ -1,4 +1,4 @@
-"""The parts of the half car whose laws can be freed."""
+"""The parts of the half car whose laws can be replaced by free curves."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.replay import replay
 from vdyn_cli.steps.free_part import Part, sensor_part
 
-STROKE, RATE, PRESS = 0.12, 2.5, 0.08  # m, m/s, m: more than a bump deflects springs, dampers and tires by
-TURN = 0.005  # m/s: dry friction turns within millimeters a second
+STROKE, RATE, PRESS = 0.12, 2.5, 0.08  # m, m/s, m: larger than the deflections of springs, dampers and tires on a bump
+TURN = 0.005  # m/s: dry friction changes its sign within millimeters a second
 FORCE = 500.0  # N, plausible size: some 6 % of an axle's load
 SENSORS = {  # span and plausible error of a reading, in its unit
     "vertical_acceleration": ((-15.0, 15.0), 0.3, "m/s^2", "the vertical acceleration reading"),
@@ -22,15 +22,15 @@ SENSORS = {  # span and plausible error of a reading, in its unit
 }
 AXLES = ("front", "rear")
 HEIGHT = 0.02  # m, plausible error of a bump's described profile
-AROUND = 0.2  # of a bump's length, by which its edges may lie outside of the described ones
+AROUND = 0.2  # share of a bump's length by which its edges may lie outside the described ones
 
 
 def bump_parts(channels: Sequence[str], length: float) -> tuple[Part, ...]:
-    """Dampers, springs and tires of both axles; the bump's profile; sensors of ``channels``.
+    """The parts: dampers, springs and tires of both axles, the bump's profile, the fitted body sensors.
 
     Parameters
     ----------
-    channels : that are fitted. length : of the bump as described, m.
+    channels : the fitted ones. length : of the bump as described, m.
     """
     sensors = (
         sensor_part(name, span, size, unit, what)
@@ -42,7 +42,7 @@ def bump_parts(channels: Sequence[str], length: float) -> tuple[Part, ...]:
 
 
 def drop_parts(axles: Sequence[str]) -> tuple[Part, ...]:
-    """Dampers, springs and tires of the axles on a rig."""
+    """The parts: dampers, springs and tires of the axles on a rig."""
     return tuple(of(axle) for of in (_damper, _spring, _tire, _tire_damping) for axle in axles)
 
 
@@ -111,6 +111,6 @@ def _tire_damping(axle: str) -> Part:
 
 
 def _profile(length: float) -> Part:
-    """The height of a bump of this length over the way past its near edge."""
+    """The height of a bump of this length (m) over the distance past its near edge."""
     span = (-AROUND * length, (1 + AROUND) * length)
-    return Part("road", "", "position", span, HEIGHT, "m", "m", "the height of the bump", "way past its near edge")
+    return Part("road", "", "position", span, HEIGHT, "m", "m", "the height of the bump", "distance past its near edge")

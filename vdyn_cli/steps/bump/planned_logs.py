@@ -1,4 +1,4 @@
-"""Bump crossings that are not driven yet: the half car over the described bump, at speeds about the planned one."""
+"""Simulated logs of bump crossings not driven yet: half car, described bump, speeds about the planned one."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from vdyn_cli.steps.bump.known_car import known_car, usual_car
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
-DISTANCE = Given(6.0, 0.03)  # m from the log's start to the bump, as paced out, where the description does not say
-SPREAD = 0.25  # of the speed, to either side: crossings at one speed leave springs and dampers alike
-LASTS = 3.0  # s of a log behind the rear axle's crossing
+DISTANCE = Given(6.0, 0.03)  # m from the log's start to the bump, where the description states none
+SPREAD = 0.25  # of the speed, to either side: at one speed only, springs and dampers are nearly collinear
+LASTS = 3.0  # s of a log after the rear axle's crossing
 
 
 def _usual(name: str, spec: BumpSpec, known: Parameters) -> float:
@@ -44,11 +44,11 @@ def _run(index: int) -> Mapping[str, Any]:
 
 
 def _simulated(day: DayRequest) -> tuple[Log, ...]:
-    """The crossings as logged.
+    """The simulated logs of the crossings.
 
     Raises
     ------
-    InputError : a measured profile of the bump, or a car that is not known.
+    InputError : the bump has a measured profile, or parameters of the car are missing.
     """
     spec = day.spec
     assert isinstance(spec, BumpSpec)
@@ -56,7 +56,7 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
         remedy = "plan with 'bump: {height, width, shape}' of about the same size, or drive one crossing"
         raise InputError(
             Finding(
-                "bump.profile", "a plan needs a bump of a known shape: it cannot use a measured profile", remedy=remedy
+                "bump.profile", "a plan needs height, width and shape: it cannot use a measured profile", remedy=remedy
             )
         )
     values = dict(known_car(spec, day.known)[0].values)

@@ -1,4 +1,4 @@
-"""A bump test, prepared once: its crossings cut from the logs, and the half car on its bump."""
+"""The problem of a bump test: the crossings cut from the logs, and the half car on its bump."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedErro
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 
-FREE_FORCE = 500.0  # N, plausible size of a free profile: some 6 % of an axle's load
-STROKE, STROKE_RATE = 0.05, 0.8  # m, m/s: what a bump deflects springs, tires and dampers by
+FREE_FORCE = 500.0  # N, plausible amplitude of a free profile: some 6 % of an axle's load
+STROKE, STROKE_RATE = 0.05, 0.8  # m, m/s: deflections of springs, tires and dampers on a bump
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class BumpProblem(SimulatedProblem):
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Forces that are free over stroke rate (dampers), stroke (springs) and compression (tires)."""
+        """Free profiles of force over stroke rate (dampers), stroke (springs) and compression (tires)."""
         return (
             profile("damper_over_rate", "damper", "stroke_rate", (-STROKE_RATE, STROKE_RATE), FREE_FORCE, "N"),
             profile("spring_over_stroke", "spring", "stroke", (-STROKE, STROKE), FREE_FORCE, "N"),
@@ -67,15 +67,15 @@ class BumpProblem(SimulatedProblem):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Dampers, springs, tires, the bump and sensors, each free over its coordinate."""
+        """Dampers, springs, tires, the bump and sensors."""
         return bump_parts(self.fit.channels, self.bump_length)
 
     def coordinate(self, part: Part, solution: Solution) -> Array | None:
-        """Strokes, deflections, their rates and the way as the baseline simulates them; readings as measured."""
+        """Values (n,) of a part's coordinate: simulated by the baseline, or measured for the part of a sensor."""
         return coordinate_of(part, self.fit, solution)
 
     def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> BumpFit:
-        """The fit with effects in the half car, and their unknowns, shared by all crossings."""
+        """The fit with effects in the half car and their unknowns, which all crossings share."""
         return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
 
     def regression(
@@ -84,7 +84,7 @@ class BumpProblem(SimulatedProblem):
         unknowns: Sequence[Unknown] = (),
         start: Mapping[str, float] = NO_VALUES,
     ) -> Regression:
-        """All channels of all crossings over their white noise, with effects in the half car."""
+        """The channels of all crossings, whitened by their noise, with effects in the half car."""
         return self.fit_with(effects, unknowns).regression(start=start)
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
@@ -135,7 +135,7 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
 
 
 def _model_on_bump(spec: BumpSpec, data: BumpData) -> tuple[Model, float]:
-    """The half car on this bump, and the bump's width, m."""
+    """The half car on the described bump, and the bump's width, m."""
     if data.profile is not None:
         return half_car_on_profile(data.profile), data.profile[-1][0] - data.profile[0][0]
     assert spec.obstacle.width is not None

@@ -1,4 +1,4 @@
-"""Crossings as simulated at the solution: loads, suspension stroke, energy."""
+"""Crossings simulated at the solution: loads, suspension stroke, energy."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 
 ENDS = ("front", "rear")
-OFF_ROAD = 1e-3  # of the load at rest: integration errors are smaller, any contact larger
+OFF_ROAD = 1e-3  # share of the load at rest below which a wheel is off the road: integration errors are smaller
 
 
 @dataclass(frozen=True)
 class Replay:
-    """One run as simulated at the solution.
+    """One run simulated at the solution.
 
     Parameters
     ----------
-    measured, outputs : each channel (n,), SI; outputs include the sensor's zero. zeros : of each channel.
+    measured, outputs : each channel (n,), SI, measured and simulated with the sensor's zero. zeros : of each channel.
     stroke, stroke_rate : of each axle (n,), m and m/s, extension positive.
     position : (n,) m along the road since the log's start.
     distance : m, of the bump from the log's start. wheelbase : m. pace : mean speed, m/s.
@@ -45,12 +45,12 @@ class Replay:
         return self.measured[channel] - self.outputs[channel]
 
     def off_road(self, end: str, static: float) -> float:
-        """Time for which an axle carries nothing, s; ``static`` is its load at rest, N."""
+        """Time for which an axle carries no load, s; ``static`` is its load at rest, N."""
         load = self.outputs[f"{end}_load"] - self.zeros[f"{end}_load"]
         return float(np.sum(np.diff(self.time)[load[:-1] < OFF_ROAD * static]))
 
     def dissipated(self, end: str, damping: float) -> float:
-        """Energy that an axle's dampers turn into heat, J: the integral of C v^2, ``damping`` in N s/m."""
+        """Energy that an axle's dampers dissipate, J: the integral of C v^2, ``damping`` in N s/m."""
         power = damping * self.stroke_rate[end] ** 2
         return float(np.sum(np.diff(self.time) * (power[1:] + power[:-1]) / 2))
 

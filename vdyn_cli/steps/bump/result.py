@@ -1,4 +1,4 @@
-"""The result of a bump test: springs, dampers, tires, and the modes that follow from them."""
+"""The result of a bump test: springs, dampers, tires, and the vibration modes."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 
 
 def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -> Result:
-    """What the fit gives, in numbers, figures, tables and sentences.
+    """The published result of a bump test at a solution of its fit.
 
     Parameters
     ----------
-    fit : with the weights that the solution was found with.
+    fit : with the channel weights of the solution.
     findings : about the description and the logs.
     """
     estimates = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "bump") for n in SOUGHT}
@@ -72,7 +72,7 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
 
 
 def _extra(modes: Sequence[HalfCarMode], replays: Sequence[Replay]) -> dict[str, Any]:
-    """Modes and crossings in numbers, for scripts."""
+    """Modes and crossings in numbers, for the JSON."""
     found = {
         m.name.replace(" ", "_"): {
             "frequency": m.frequency,

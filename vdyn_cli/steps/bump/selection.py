@@ -1,4 +1,4 @@
-"""From logs to crossings: gravity removed, the bump found, unusable logs refused with every reason."""
+"""From logs to crossings: gravity removed, the bump located, unusable logs refused with every reason."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from vdyn_cli.steps.bump.input_checks import airborne, doubts, wrong_location, w
 from vdyn_cli.steps.bump.known_car import KnownCar, static_loads, usual_car
 
 Distances = tuple[Given | None, Given | None]  # of the bump, for the front and the rear axle, m
-PACED = 0.1  # m, within which two distances that were paced out agree with the wheelbase
+PACED = 0.1  # m, accuracy of the difference of two paced distances
 
 
 def select_crossings(
     logs: Sequence[Log], stated: Sequence[Distances], known: KnownCar, model: Model, width: float
 ) -> tuple[tuple[Crossing, ...], tuple[Finding, ...]]:
-    """The part of each log around the bump, and what is doubtful about it.
+    """The part of each log around the bump, and findings about the logs.
 
     Parameters
     ----------
-    stated : distances of the bump in the description, one pair a log. width : m, of the bump.
+    stated : distances of the bump in the description, one pair for each log. width : m, of the bump.
 
     Raises
     ------
-    InputError : logs that cannot be used, with every reason at once, or no run that is left.
+    InputError : logs that cannot be used, with every reason at once, or no usable run.
     """
     if not logs:
         raise InputError(Finding("runs", "no crossing is given", remedy="list at least one log under runs"))
@@ -63,7 +63,7 @@ def select_crossings(
 
 
 def _front_distance(stated: Distances, wheelbase: float) -> Given | None:
-    """Where the front axle meets the bump according to the description."""
+    """Stated distance of the bump for the front axle, m; from that of the rear axle where only this is stated."""
     front, rear = stated
     if front is not None or rear is None:
         return front
@@ -71,7 +71,7 @@ def _front_distance(stated: Distances, wheelbase: float) -> Given | None:
 
 
 def _wrong_distances(name: str, stated: Distances, wheelbase: float) -> list[Finding]:
-    """Two stated distances whose difference is not the wheelbase."""
+    """A finding where the difference of the two stated distances is not the wheelbase."""
     front, rear = stated
     if front is None or rear is None:
         return []
@@ -79,12 +79,12 @@ def _wrong_distances(name: str, stated: Distances, wheelbase: float) -> list[Fin
     if abs(apart - wheelbase) <= PACED + 3 * float(np.hypot(front.std, rear.std)):
         return []
     got = f"{apart:.2f} m, wheelbase {wheelbase:.2f} m"
-    remedy = "measure both from the place where the log begins to the bump's near edge, each for its axle"
+    remedy = "measure both distances from the axle, where the log begins, to the near edge of the bump"
     return [Finding(name, "distance_rear minus distance_front is not the wheelbase", got, remedy)]
 
 
 def _without_gravity(log: Log) -> tuple[Log, list[Finding]]:
-    """The log with a vertical acceleration that is zero at rest, also where the sensor measures gravity."""
+    """The log with a vertical acceleration that is zero at rest; gravity is subtracted if the sensor measures it."""
     name = "vertical_acceleration"
     if name not in log or not np.isfinite(log[name]).any():
         return log, []

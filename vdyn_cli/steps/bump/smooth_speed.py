@@ -1,4 +1,4 @@
-"""The speed of a short crossing: a noisy channel, made smooth before it is integrated to a position."""
+"""Smoothing of the noisy speed of a short crossing before it is integrated to a position."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 
 SPACING = 0.04  # s between knots: a bump brakes an axle within a tenth of a second
-GAP_PENALTY = 1e-8  # on bends where no sample is: bridges gaps, and stays below any of STIFFNESSES
-STIFFNESSES = 10.0 ** np.arange(6.0, -2.1, -0.5)  # of the bending, in units of the samples at a knot
+GAP_PENALTY = 1e-8  # on curvature where there is no sample: bridges gaps, and is below any of STIFFNESSES
+STIFFNESSES = 10.0 ** np.arange(6.0, -2.1, -0.5)  # grid of the curvature penalty, relative to the samples per knot
 
 
 @dataclass(frozen=True)
 class SmoothSpeed:
-    """A smooth line through the measured speed, and what its noise leaves open.
+    """The smoothed speed and its uncertainty.
 
     Parameters
     ----------
     value : (n,) m/s, at every sample.
     elapsed : (n,) s, since the middle of the crossing.
-    scale_std, ramp_std : standard deviations of the level, relative, and of the slope, m/s^2.
+    scale_std, ramp_std : standard deviations of the mean, relative, and of the slope, m/s^2.
     """
 
     value: Array
@@ -31,12 +31,12 @@ class SmoothSpeed:
 
 
 def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
-    """The line that is as straight as the samples allow, and the errors of its level and slope.
+    """Penalized linear spline through the measured speed, and the standard deviations of its mean and slope.
 
-    Integrated as measured, 0.02 m/s of white noise wanders by a millimeter a second, which on the flank of a bump is
-    some hundred newtons. A car holds its speed more smoothly than that, but the bump brakes it. So straight pieces
-    between knots 40 ms apart are fitted with a penalty on their bends; of all penalties, a straight line among them,
-    that of the least n ln(square) + freedom ln n is taken (Schwarz; freedom is the trace of the smoother).
+    The integral of 0.02 m/s of white noise wanders by a millimeter a second, which changes the load on the flank of a
+    bump by some hundred newtons. The speed of a car is smoother than that, but the bump brakes it. So a linear spline
+    with knots 40 ms apart is fitted with a penalty on its curvature. The penalty, up to infinity (a straight line),
+    minimizes n ln(mean square) + freedom ln n (Schwarz; freedom is the trace of the smoother).
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
     normal, right = pieces[good].T @ pieces[good], pieces[good].T @ known
     bends = np.diff(np.eye(pieces.shape[1]), 2, axis=0)
     bending = bends.T @ bends * n / pieces.shape[1]
-    # In coordinates where the samples' weight and the bending are both diagonal, every penalty is a division.
+    # In coordinates that diagonalize the normal matrix and the penalty, each penalty only scales the coefficients.
     root = np.linalg.inv(np.linalg.cholesky(normal + GAP_PENALTY * bending))
     resistance, axes = np.linalg.eigh(root @ bending @ root.T)
     way = root.T @ axes
@@ -69,14 +69,14 @@ def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
             best, freedom, square = kept * part, own, left
             score = n * np.log(left) + own * np.log(n)
     value = mean + pieces @ (way @ best)
-    # A line that bends is less certain everywhere; all of that is attributed to level and slope.
+    # A curved fit is less certain everywhere; all of this uncertainty is attributed to mean and slope.
     level = np.sqrt(square / n * freedom / 2)
     spread = float(np.std(elapsed[good]))
     return SmoothSpeed(value, elapsed, float(level / abs(np.mean(value))), float(level / spread))
 
 
 def _pieces(time: Array) -> Array:
-    """(n, knots): the share of each knot in each sample, straight between knots."""
+    """Basis (n, knots) of the linear spline at the samples."""
     count = max(4, round(float(time[-1] - time[0]) / SPACING))
     place = (time - time[0]) / (time[-1] - time[0]) * (count - 1)
     left = np.minimum(place.astype(np.intp), count - 2)

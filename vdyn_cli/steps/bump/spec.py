@@ -1,4 +1,4 @@
-"""The description of a bump test."""
+"""The YAML model of a bump test."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vdyn_cli.quantities.quantity import Given
 
 
 class BumpRun(Run):
-    """One crossing, and where in it the bump lies."""
+    """One crossing or drop, with the position of the bump or the time of the release."""
 
     distance_front: Annotated[Given, Si("m", -100, 100_000)] | None = Field(
         None, description="distance from the log's start to the bump's near edge for the front axle, m"
@@ -22,7 +22,7 @@ class BumpRun(Run):
         None, description="distance from the log's start to the bump's near edge for the rear axle, m"
     )
     release: Annotated[Given, Si("s")] | None = Field(
-        None, description="of a drop: time of the log at which the car is let go, s; found where it is not given"
+        None, description="of a drop: time of the log at which the car is released, s; detected where not given"
     )
 
 
@@ -60,7 +60,7 @@ class Obstacle(Strict):
 
 
 class BumpSettings(Strict):
-    """Standard deviations of the sensors' zeros and of the speed's scale, and what the loads are."""
+    """Standard deviations of the sensors' zeros and of the speed's scale, and the place of the load sensors."""
 
     load_zero: Annotated[Given, Si("N", 1e-3, 5_000)] = Field(
         Given(15.0), description="standard deviation of the zero of one wheel's load, N"
@@ -75,7 +75,7 @@ class BumpSettings(Strict):
         Given(1e-4), description="relative standard deviation of the speed's scale, without unit"
     )
     load_sensor: Literal["road", "hub"] = Field(
-        "road", description="loads on the road, or at the hub, outside of which 'wheel_mass' turns"
+        "road", description="loads on the road, or at the hub, with 'wheel_mass' outside of the sensor"
     )
     rear_weight: Annotated[Given, Si("", 1e-6, 1e6)] | None = Field(
         None,
@@ -92,7 +92,8 @@ class Drop(Strict):
     axle: Literal["front", "rear"] = Field("front", description="axle of a quarter car")
     wheels: Literal[1, 2] = Field(
         2,
-        description="wheels of an axle on the rig, whose masses are stated; with 1, an axle has twice the rig's values",
+        description="number of an axle's wheels on the rig, whose masses are stated; with 1, results of an axle are "
+        "twice the rig's",
     )
 
 
@@ -100,7 +101,7 @@ class BumpSpec(TestSpec):
     """The description of a bump test: the obstacle and its crossings, or a rig and its drops; one log each."""
 
     manoeuvre: Literal["crossing", "drop"] = Field(
-        "crossing", description="drop: the car is let go above its rest, and heights are logged; there is no bump"
+        "crossing", description="drop: the car is released above its rest position and heights are logged; no bump"
     )
     bump: Obstacle | None = Field(None, description="the bump that is crossed")
     drop: Drop = Field(Drop(), description="the rig of a drop test")

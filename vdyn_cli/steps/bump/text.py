@@ -34,18 +34,17 @@ NOT_DETERMINED = Finding(
     "bump",
     "these crossings do not determine springs, dampers and tires separately",
     "",
-    "cross faster or over a higher bump: without wheel hop only the ratio of tire stiffness to unsprung mass is "
-    "determined; and check the bump's height, width and shape",
+    "cross faster or use a higher bump: without wheel hop only the ratio of tire stiffness to unsprung mass is "
+    "determined; check the bump's height, width and shape",
 )
 METHODS = (
     "Output error: the half car with tires that lift off is integrated (Runge-Kutta, steps of 1 ms) with exact "
     "sensitivities and compared with axle loads, vertical acceleration and pitch rate of all runs at once. Each "
     "channel is weighted by the white noise of its third differences, or by its residual where that is larger. A "
-    "matched filter with the response of a usual car finds the bump in each log; then the bump's place, scale and "
-    "slope of the speed (a smooth line through the speed channel, within its error), the body's motion before the bump "
-    "and each sensor's zero are each run's own unknowns under priors. Known numbers with a standard deviation are "
-    "unknowns under that prior, so their uncertainty is in the intervals. Intervals come from the spread over blocks "
-    "of equal information within the runs."
+    "matched filter with the response of a typical car locates the bump in each log. The bump's position, scale and "
+    "slope of the smoothed speed, the body's motion before the bump and each sensor's zero are unknowns of each run, "
+    "with priors. Known numbers with a standard deviation are unknowns with that prior, so the intervals include their "
+    "uncertainty. Intervals were computed from the scatter of blocks of equal information within the runs."
 )
 KNOWN_NUMBERS = {
     "mass": "mass",
@@ -60,7 +59,7 @@ KNOWN_NUMBERS = {
 
 
 def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], modes: Sequence[HalfCarMode]) -> str:
-    """Springs, dampers and tires with their 95 % intervals, and the natural frequencies."""
+    """The headline: springs, dampers and tires with their 95 % intervals, and the natural frequencies."""
 
     def kilo(name: str, unit: str) -> str:
         e = estimates[name]
@@ -82,7 +81,7 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], modes
 def warnings(
     estimates: Mapping[str, Estimate], sensitivity: Mapping[str, Mapping[str, float]], known: KnownCar
 ) -> list[str]:
-    """Estimates with wide intervals, and a tire stiffness that is proportional to exact unsprung masses.
+    """Warnings of wide intervals, and of a tire stiffness that is proportional to unsprung masses stated as exact.
 
     Parameters
     ----------
@@ -106,7 +105,7 @@ def warnings(
 
 
 def misfit_warnings(inflated: Mapping[str, float]) -> list[str]:
-    """Channels that the simulation does not follow to their noise; ``inflated``: residual over noise, by channel."""
+    """Warnings of channels whose residual exceeds their noise; ``inflated``: residual over noise, by channel."""
     return [
         f"{name}: the residual is {ratio:.1f} times the sensor's noise; the channel is weighted by its residual"
         for name, ratio in inflated.items()
@@ -115,7 +114,7 @@ def misfit_warnings(inflated: Mapping[str, float]) -> list[str]:
 
 
 def mode_table(modes: Sequence[HalfCarMode]) -> Table:
-    """Natural frequencies and damping ratios."""
+    """Table of natural frequencies and damping ratios."""
     rows = tuple(
         (
             m.name,
@@ -135,7 +134,7 @@ def mode_table(modes: Sequence[HalfCarMode]) -> Table:
 
 
 def crossing_table(replays: Sequence[Replay], fit: BumpFit, solution: Solution) -> Table:
-    """One row a run and axle: speed, place of the bump, loads, strokes and energy."""
+    """Table with a row for each run and axle: speed, position of the bump, loads, strokes and energy."""
     static, rows = static_loads({**fit.known.values, **solution.values}), []
     for r in replays:
         for end in ENDS:
@@ -157,14 +156,14 @@ def crossing_table(replays: Sequence[Replay], fit: BumpFit, solution: Solution) 
         *("compression", "extension", "into the dampers"),
     )
     caption = (
-        "As simulated. Compression and extension are the suspension's largest from rest; energy is the energy "
-        "dissipated by the dampers of an axle from the first to the last fitted sample."
+        "Simulated values. Compression and extension are the suspension's largest from rest; the dampers' energy is "
+        "that dissipated in an axle from the first to the last fitted sample."
     )
     return Table("crossings", "The crossings", columns, tuple(rows), caption)
 
 
 def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
-    """Each channel's noise against its residual; ``inflated``: residual over noise, by channel."""
+    """Table of each channel's noise and residual; ``inflated``: residual over noise, by channel."""
     rows = []
     for name, ratio in inflated.items():
         noise = float(np.sqrt(np.mean([c.noise[name] ** 2 for c in fit.crossings])))
@@ -179,7 +178,12 @@ def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
 
 
 def sensitivity_table(sensitivity: Mapping[str, Mapping[str, float]], fit: BumpFit, solution: Solution) -> Table:
-    """Per cent of each result for 1 % of each known number, and for its stated standard deviation."""
+    """Table of each result's change in per cent for 1 % of each known number, and for its stated standard deviation.
+
+    Parameters
+    ----------
+    sensitivity : d estimate / d known number, SI, by known number.
+    """
     rows = []
     for name, row in sensitivity.items():
         std, value = fit.known.std.get(name, 0.0), fit.known.values[name]
@@ -193,8 +197,8 @@ def sensitivity_table(sensitivity: Mapping[str, Mapping[str, float]], fit: BumpF
     rows.append(("standard deviation of the result", "", *scatter))
     columns = ("known number", "known to", *(n.replace("_", " ") for n in SOUGHT))
     caption = (
-        "How much each result moves when a known number is 1 % larger; in brackets what its stated standard deviation "
-        "adds. In the fit, a number with a standard deviation has a prior of that width, since the logs may "
+        "Change of each result when a known number is 1 % larger; in brackets the contribution of its stated standard "
+        "deviation. In the fit, a number with a standard deviation has a prior of that width, since the logs may "
         "determine it better. State a standard deviation ('82 +- 2 kg') for every number that is not exact: the "
         "intervals then include it."
     )
