@@ -49,13 +49,13 @@ def test_what_the_verdict_is_based_on_is_said_in_sentences() -> None:
     first, ambiguous, extended = shown().notes
     assert first == (
         "The test uses 24 blocks as independent units (effective number 22). Probability of a statistic at least this"
-        " large without a model error: p = 0.0005; the smallest p that these units can give is 0.0005."
+        " large without a model error: p = 0.0005; the smallest possible p with these units is 0.0005."
     )
     assert ambiguous.startswith(
         "With brakes that drag or a driveline that drags in the model, the remaining residual is noise"
     )
     assert extended == (
-        "The parameters above are those of the model with a headwind in it. A headwind belongs to this test, not to the"
+        "The parameters above are those of the model with a headwind. A headwind belongs to this test, not to the"
         " vehicle."
     )
     lasting = {**EXAMPLE["causes"][0], "lasts": True}
@@ -109,7 +109,7 @@ def test_the_ranking_says_what_remains_with_each_candidate() -> None:
     assert [plain(c) for c in found.rows[0]] == ["headwind", "18.4", "93 %", "0.31", "noise", "1.90 ± 0.20 m/s"]
     assert [plain(c) for c in found.rows[1]] == ["brakes that drag", "16.9", "31 %", "0.0005", "headwind", ""]
     assert [plain(c) for c in found.rows[2]][2:] == ["< 0.1 %", "not fitted", "", ""]
-    assert "no proof" in found.caption
+    assert "not a proof" in found.caption
     unfitted = [{**r, "left_p": None} for r in EXAMPLE["ranking"]]
     found = table(shown(ranking=unfitted), "Candidate effects")
     assert found.columns == ("candidate effect", "score test", "own sensitivity")

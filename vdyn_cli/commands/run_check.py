@@ -65,7 +65,7 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
         ]
         yield from table(("run", "channel", "test", "", "from [s]", "to [s]", "segments", "of the run"), rows)
     if document.redundancy:
-        yield "\nChannels that physics ties"
+        yield "\nRedundant channels"
         yield from table(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
     if document.clocks:
         yield "\nClocks of several loggers"

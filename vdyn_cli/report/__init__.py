@@ -1,1 +1,1 @@
-"""From a Result to one self-contained HTML page; the only room that knows matplotlib and jinja2."""
+"""Self-contained HTML pages of results; the only package that uses matplotlib and jinja2."""

@@ -1,4 +1,4 @@
-"""The sheet on which figures are drawn, in page pixels, and its compact SVG. The door to matplotlib."""
+"""Drawing in page pixels with matplotlib, and conversion to compact SVG."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Sheet
 
-# The palette of Okabe and Ito, which color-blind readers can discriminate; line styles do it in black and white.
+# The palette of Okabe and Ito, which color-blind readers can distinguish; line styles differ for black and white.
 INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY = "#E69F00", "#56B4E9"
 DARK_GREEN = "#00553e"
 GRID, HELD_OUT, CLOUD = "#e3e3e3", "#fdf3c8", "#8d8d8d"
 
-FONT = 13.0  # px; the page's figures are drawn at their natural size on a laptop
+FONT = 13.0  # px, at the figures' natural size
 _TICK = 4.0  # px
 _CHARACTER = 0.5 * FONT  # mean advance of the page's sans serif
 
@@ -54,7 +54,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class PlotArea:
-    """The place of axes on the sheet, px from its upper left corner."""
+    """Position and size of axes on the sheet, px from its upper left corner."""
 
     left: float
     top: float
@@ -76,9 +76,9 @@ class LegendEntry:
 
 @contextlib.contextmanager
 def style() -> Iterator[None]:
-    """The drawing settings as a context, so that the user's own matplotlib settings have no influence.
+    """Context with the drawing settings, so that the user's matplotlib settings have no influence.
 
-    A page opens it once for all its figures: to set all of matplotlib's settings takes as long as to draw a figure.
+    A page enters it once for all its figures, because setting all of matplotlib's settings takes as long as a figure.
     """
     matplotlib = _matplotlib()
     if _is_style(matplotlib):
@@ -91,26 +91,27 @@ def style() -> Iterator[None]:
 
 
 def _is_style(matplotlib: Any) -> bool:
-    """Whether matplotlib's settings are these already."""
+    """Whether matplotlib already has these settings."""
     wanted = {**matplotlib.rcParamsDefault, **_STYLE}
     return all(matplotlib.rcParams[name] == value for name, value in wanted.items() if name != "backend")
 
 
 def _matplotlib() -> Any:
-    """The library, imported where no ``matplotlibrc`` lies: it reads one from the working directory."""
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of its cache, not of the report
+    """The library, imported in a folder without a ``matplotlibrc``, which it reads from the working directory."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its warnings concern its cache, not the report
     os.environ["MATPLOTLIBRC"] = os.devnull
     try:
         with contextlib.chdir(Path(__file__).parent):
             import matplotlib
     except OSError as error:
-        remedy = "set MPLCONFIGDIR to a folder that can be written"
-        raise InputError(Finding("matplotlib", "has no folder for its cache", str(error)[:80], remedy)) from None
+        remedy = "set the environment variable MPLCONFIGDIR to a writable folder"
+        found = Finding("matplotlib", "has no writable folder for its cache", str(error)[:80], remedy)
+        raise InputError(found) from None
     return matplotlib
 
 
 def every_stroke() -> Any:
-    """A context in which lines keep all their points: a dot is a stroke of no length and would be simplified away."""
+    """Context in which lines keep all their points; a dot is a stroke of zero length and would be simplified away."""
     return _matplotlib().rc_context({"path.simplify": False})
 
 
@@ -122,13 +123,13 @@ def sheet(width: float, height: float) -> Sheet:
 
 
 def add_axes(page: Sheet, area: PlotArea, lines: Collection[str] = ("left", "bottom")) -> Axes:
-    """Axes without a scale yet (``scale_axis``).
+    """Axes without a scale; ``scale_axis`` adds one.
 
-    Matplotlib's own axis objects take half of the time of a figure, so lines, ticks and labels are drawn on the sheet.
+    Matplotlib's axis objects take half of the time of a figure, so lines, ticks and labels are drawn on the sheet.
 
     Parameters
     ----------
-    lines : sides at which a thin line bounds the axes: left, bottom.
+    lines : sides of the axes with a thin line: left, bottom.
     """
     width, height = page.get_size_inches() * 72
     bottom = height - area.top - area.height
@@ -140,7 +141,7 @@ def add_axes(page: Sheet, area: PlotArea, lines: Collection[str] = ("left", "bot
 
 
 def _strokes(page: Sheet, lines: Sequence[tuple[Point, Point]], color: str, order: float) -> None:
-    """Thin straight lines from px to px, counted from the lower left corner of the sheet, as one path."""
+    """Draw thin straight lines as one path; points in px from the lower left corner of the sheet."""
     from matplotlib.lines import Line2D
 
     if lines:
@@ -151,7 +152,7 @@ def _strokes(page: Sheet, lines: Sequence[tuple[Point, Point]], color: str, orde
 
 
 def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, color: str = INK, **settings: Any) -> None:
-    """Text with its baseline at px (x, y) from the sheet's upper left corner."""
+    """Draw text with its baseline at px (x, y) from the sheet's upper left corner."""
     width, height = page.get_size_inches() * 72
     page.text(x / width, 1 - y / height, typography.clean(text), size=size, color=color, va="baseline", **settings)
 
@@ -175,7 +176,7 @@ def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[li
 
 
 def tick_text(value: float, step: float, grouped: bool = False) -> str:
-    """A tick's number with the decimals that its spacing needs, its thousands separated where requested."""
+    """The text of a tick, with the decimals that the spacing ``step`` needs; ``grouped`` separates thousands."""
     largest = max(abs(value), step)
     if step < 1e-5 or largest >= 1e7:
         return "0" if abs(value) < 1e-9 * step else typography.significant(value, 3)
@@ -197,8 +198,8 @@ def scale_axis(
 
     Parameters
     ----------
-    room : length of the axis, px. apart : least distance of two ticks, px. grid : whether to draw grid lines.
-    right : the scale of y stands on the right.
+    room : length of the axis, px. apart : smallest distance of two ticks, px. grid : whether to draw grid lines.
+    right : the scale of y is on the right.
     """
     low, high = sorted(axes.get_xlim() if which == "x" else axes.get_ylim())
     places, texts = ticks(low, high, room, apart)
@@ -214,11 +215,12 @@ def draw_ticks(
     *,
     right: bool = False,
 ) -> None:
-    """Draw ticks with their labels below the axes, or beside them, at places in data units; the limits are set.
+    """Draw ticks with their labels below or beside axes whose limits are set.
 
     Parameters
     ----------
-    places, texts : of the ticks. grid : whether to draw a line across the axes at each. right : as in ``scale_axis``.
+    places : of the ticks, data units. texts : their labels. grid : whether to draw a line across the axes at each.
+    right : as in ``scale_axis``.
     """
     page: Any = axes.figure
     width, height = page.get_size_inches() * 72
@@ -245,16 +247,7 @@ def draw_ticks(
 
 
 def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[float, LegendEntry]]]:
-    """The entries of a legend in rows of a given width: each with its px from the left.
-
-    Parameters
-    ----------
-    width : px.
-
-    Returns
-    -------
-    For each row its entries, each with its distance from the left, px.
-    """
+    """The entries of a legend in rows of a given width, px, each with its distance from the left, px."""
     rows: list[list[tuple[float, LegendEntry]]] = []
     at = math.inf
     for key in keys:
@@ -268,7 +261,7 @@ def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[fl
 
 
 def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]], left: float, top: float) -> None:
-    """Draw a legend's lines, 20 px apart.
+    """Draw the rows of a legend, 20 px apart.
 
     Parameters
     ----------
@@ -304,7 +297,7 @@ def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]]
 
 
 def label_room(text: str, size: float = FONT) -> float:
-    """About how many px a text takes."""
+    """Approximate width of a text, px."""
     return len(text) * _CHARACTER * size / FONT
 
 
@@ -331,7 +324,7 @@ def to_svg(page: Sheet, label: str, name: str) -> str:
     stream = io.StringIO()
     backend: Any = FigureCanvasSVG(page)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # glyphs that matplotlib's own font lacks; the reader's browser has them
+        warnings.simplefilter("ignore")  # about glyphs that matplotlib's font lacks; the browser has them
         backend.print_svg(stream, metadata={"Date": None, "Creator": None})
     text = stream.getvalue()
     text = _DROPPED.sub("", text[text.index("<svg") :])
@@ -347,7 +340,7 @@ def to_svg(page: Sheet, label: str, name: str) -> str:
 
 
 def _lean(tag: str, prefix: str) -> str:
-    """One tag without what only an editor needs; text between tags never passes here."""
+    """One tag without attributes that only an editor needs, and with the prefix in its ids."""
     if tag.startswith(("<svg", "</")):
         return tag
     tag = re.sub(r' id="[^"]*"', "", tag, count=1) if tag.startswith("<g ") else tag.replace(' id="', f' id="{prefix}-')
@@ -362,7 +355,7 @@ def _lean(tag: str, prefix: str) -> str:
 
 
 def _rounded(attribute: re.Match[str]) -> str:
-    """Places to a tenth of a px, path commands without needless spaces, a dot as a stroke of no length."""
+    """Coordinates to a tenth of a px, path commands without needless spaces, a dot as a stroke of zero length."""
     text = _WHOLE.sub("", _TENTHS.sub("", attribute[0]))
     text = text.replace("\n", "").replace("M ", "M").replace(" L", "L").replace("L ", "L").replace(" M", "M")
     return _DOT.sub(r"M\1h0", text)

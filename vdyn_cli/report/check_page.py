@@ -1,4 +1,4 @@
-"""The self-contained page of ``vdyn check``: the answer, flags over time, tied channels, coast-downs."""
+"""The self-contained page of ``vdyn check``: verdict, flags over time, redundant channels, coast-downs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping
 
     Parameters
     ----------
-    runs : its logs, in the order of the description. units : of the channels as the description states them.
+    runs : the logs, in the order of the description. units : unit of each channel in the description.
     """
     found = (
         _flags(document),
@@ -53,8 +53,8 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping
 
 
 _CAPTION = (
-    "Each row is a run over the time of its own log, s; the numbers at its left are the smallest and largest value. "
-    "Good: a line alone. Bad: colored segments, each in the lane of its channel."
+    "Each row is a run over the time of its log, s; the numbers at the left are the smallest and largest value. "
+    "Good: only a line. Bad: colored segments, each in the strip of its channel."
 )
 
 
@@ -104,8 +104,8 @@ def _pairs(document: CheckDocument) -> TextTable:
         (_name(p.run), f"{p.first} and {p.second}", _AGREE[p.good], typography.prose(p.what))
         for p in document.redundancy
     )
-    caption = "Gain, offset and delay of the first quantity against the second."
-    return TextTable("Channels that physics ties", caption, ("run", "pair", "", "result"), rows, (False,) * 4)
+    caption = "Gain, offset and delay of the first quantity relative to the second; physics relates the two."
+    return TextTable("Redundant channels", caption, ("run", "pair", "", "result"), rows, (False,) * 4)
 
 
 def _coast_tables(coasts: CoastBalance) -> list[TextTable]:
@@ -138,6 +138,6 @@ def _coast_tables(coasts: CoastBalance) -> list[TextTable]:
         tables.append(TextTable("Coast times", caption, columns4, times, (True,) * 4))
     limits = tuple((x.outcome, x.regulation, x.clause, x.limit, x.found) for x in coasts.limits)
     columns5 = ("", "regulation", "clause", "limit", "this test")
-    caption = "Only limits that logs and description can show are checked."
+    caption = "Only limits that can be evaluated from the logs and the description are checked."
     tables.append(TextTable("Limits of regulations", caption, columns5, limits, (False,) * 5))
     return tables

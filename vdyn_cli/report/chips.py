@@ -26,9 +26,9 @@ def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False, doubt
 
     Parameters
     ----------
-    findings : the number of data findings to read before use.
-    slug : begins the ids of the page.
-    gained : the gain on held-out runs is shown beside the chips, so that the held-out error is left out here.
+    findings : number of notes on the data.
+    slug : prefix of the page's ids.
+    gained : the page shows the gain on held-out runs, so that the held-out error is omitted here.
     doubted : the model lacks an effect, so that a residual near the noise floor does not count as good.
     """
     out = []

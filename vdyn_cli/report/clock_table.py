@@ -10,13 +10,13 @@ from vdyn_cli.report.text_table import TextTable
 
 _COLUMNS = ("logger", "against", "by", "delay (ms)", "+- (ms)", "drift (ppm)", "+- (ppm)", "channels")
 _CAPTION = (
-    "What the first clock stamps t, the logger stamps t + delay + drift; standard errors, which the intervals of the "
-    "parameters contain. A drift within two standard errors of zero is not corrected."
+    "At time t of the first clock, the logger's clock shows t + delay + drift. +-: standard errors; the intervals of "
+    "the parameters include them. A drift within two standard errors of zero is not corrected."
 )
 
 
 def clock_table(clocks: Sequence[ClockDifference]) -> TextTable | None:
-    """One row for each other logger of each run; None for tests with one logger."""
+    """One row for each further logger of each run; None for tests with one logger."""
     rows = tuple(
         (
             typography.run_name(typography.clean(c.logger)),

@@ -30,11 +30,11 @@ _BEFORE = LegendEntry("simulated before the extension", canvas.VERMILLION, dashe
 
 
 def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
-    """Draw one channel: the runs side by side, each in a panel of its own, with the residuals below.
+    """Draw one channel as SVG: the runs side by side, one panel each, with the residuals below.
 
     Parameters
     ----------
-    name : begins the ids of the SVG element.
+    name : prefix of the ids of the SVG element.
     """
     traces = drawn_traces(channel.traces)
     panels = lay_out(traces, _STRIP)
@@ -63,7 +63,7 @@ def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
 def _residual_rows(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[tuple[str, float, bool]]:
     """The residual rows: title, limit of the scale, whether they include the residual before the extension.
 
-    Where the extension removes most of the residual, the remainder gets a row with its own scale.
+    If the extension removes most of the residual, the remainder has a row with its own scale.
     """
     least = 3 * (channel.noise or 0.0)
     after = max(_limit([judged_residual(t) for t in traces]), least)
@@ -75,7 +75,7 @@ def _residual_rows(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list
 
 
 def _limit(residuals: list[Array]) -> float:
-    """The 99.8 % quantile of the absolute residual, so that single outliers do not set the scale; 0 without samples."""
+    """The 99.8 % quantile of the absolute residual, robust against single outliers; 0 without samples."""
     size = np.abs(np.concatenate([*residuals, np.empty(0)]))
     size = size[np.isfinite(size)]
     return float(np.percentile(size, 99.8)) if size.size else 0.0
@@ -95,7 +95,7 @@ def _legend(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[Legend
 
 
 def _draw_runs(page: Sheet, traces: tuple[RunTrace, ...], panels: tuple[Panel, ...], top: float) -> None:
-    """The upper row: measured and simulated, below the names of the runs."""
+    """The upper row: the names of the runs, and below them measured and simulated."""
     seen = [v[np.isfinite(v)] for t in traces for v in (t.measured, t.simulated, t.baseline) if v is not None]
     values = np.concatenate([*seen, np.empty(0)])
     axes = canvas.add_axes(page, PlotArea(_LEFT, top, _STRIP, _ABOVE))
@@ -163,7 +163,7 @@ def _draw_residual(axes: Axes, panel: Panel, before: bool) -> None:
 
 
 def _samples(axes: Axes, panel: Panel, residual: Array, color: str, level: float) -> None:
-    """A residual as a line where x only rises, else as dots."""
+    """Draw a residual as a line if x never decreases, else as dots."""
     if panel.trace.rising:
         _line(axes, panel, residual, LegendEntry("", color, width=0.9), level)
     else:
@@ -197,7 +197,7 @@ def _line(axes: Axes, panel: Panel, values: Array, key: LegendEntry, level: floa
 
 
 def _mark(axes: Axes, panel: Panel) -> None:
-    """The shade of a held-out run, and the line between neighboring panels."""
+    """Draw the background of a held-out run, and the line between neighboring panels."""
     if panel.trace.held_out:
         axes.axvspan(panel.left, panel.left + panel.width, color=canvas.HELD_OUT, lw=0, zorder=0.5)
     if panel.left:
@@ -205,7 +205,7 @@ def _mark(axes: Axes, panel: Panel) -> None:
 
 
 def _x_ticks(axes: Axes, panels: tuple[Panel, ...]) -> None:
-    """The scale of each panel; a tick label that would overlap the next panel's is left out."""
+    """Draw the scale of each panel, without tick labels that would overlap the previous one."""
     at, texts = [], []
     free = -np.inf
     for panel in panels:
@@ -221,7 +221,7 @@ def _x_ticks(axes: Axes, panels: tuple[Panel, ...]) -> None:
 
 
 def caption(channel: ChannelTraces) -> str:
-    """What the figure shows, with the numbers of these runs, and how good and bad fits look."""
+    """The caption: what the figure shows, with numbers of these runs, and how good and bad fits look."""
     traces = drawn_traces(channel.traces)
     text = f"Above: measured (gray) and simulated (blue) {typography.name(channel.name)}, {_beside(traces)}."
     text += " Below: measured − simulated."
@@ -250,7 +250,7 @@ def _beside(traces: tuple[RunTrace, ...]) -> str:
 
 
 def _rms_change(channel: ChannelTraces) -> str:
-    """The rms before and after the extension: of the held-out runs where there are any, else of all."""
+    """A sentence on the rms before and after the extension, over the held-out runs if there are any, else over all."""
     extended = [t for t in channel.traces if t.before is not None]
     unseen = [t for t in extended if t.held_out]
     compared = unseen or extended

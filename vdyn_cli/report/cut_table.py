@@ -1,4 +1,4 @@
-"""What was cut from the logs: one line for the first screen, and the ledger as a table."""
+"""The cuts of the logs: a sentence for the top of the page, and the ledger as a table."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from vdyn_cli.report.text_table import TextTable
 
 _COLUMNS = ("log", "channel", "from (s)", "to (s)", "why", "samples", "before", "after", "decision", "changes")
 _NUMERIC = (False, False, True, True, False, True, True, True, False, False)
-_SINGLE = 3  # cuts of one test in one channel, from which they are one line
+_SINGLE = 3  # number of cuts by the same test in one channel from which they share one line
 _SHOWN = 3  # parameters whose change is shown
 
 
 def cut_sentence(ledger: Sequence[LedgerRow]) -> str:
-    """How many segments were cut, and the longest; empty where nothing was."""
+    """The number of cut segments, and the longest one; empty without cuts."""
     cuts = [row for row in ledger if row.decision != "kept"]
     if not cuts:
         return ""
@@ -31,11 +31,11 @@ def cut_sentence(ledger: Sequence[LedgerRow]) -> str:
 
 
 def cut_table(ledger: Sequence[LedgerRow], estimates: dict[str, Estimate]) -> TextTable | None:
-    """The ledger, with many cuts of one test in one channel as one line; None where it is empty.
+    """The ledger, with many cuts by the same test in one channel as one line; None if it is empty.
 
     Parameters
     ----------
-    estimates : the published parameters, in whose standard deviations the changes are ordered and stated.
+    estimates : the published parameters; changes are stated in their standard deviations.
     """
     if not ledger:
         return None
@@ -44,8 +44,9 @@ def cut_table(ledger: Sequence[LedgerRow], estimates: dict[str, Estimate]) -> Te
         groups.setdefault((row.log, row.channel, row.test, row.decision), []).append(row)
     lines = [line for rows in groups.values() for line in _lines(rows, estimates)]
     caption = (
-        "Cut samples are missing samples for the estimate. Before and after: samples of the channel with a value. "
-        "Changes: the baseline's value with the cut minus that without it, in standard deviations of the published one."
+        "The estimate treats cut samples as missing. Before and after: number of samples of the channel with a value. "
+        "Changes: the baseline's value with the cut minus that without it, in standard deviations of the published "
+        "parameter."
     )
     return TextTable("Ledger of cuts", caption, _COLUMNS, tuple(lines), _NUMERIC)
 

@@ -1,4 +1,4 @@
-"""Decimation to as many points as a page can show, which keeps every peak and every gap."""
+"""Decimation of lines and point sets to the resolution of a page, which preserves peaks and gaps."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 
 def finite(values: Array) -> Array:
-    """The values as floats with every infinity as NaN."""
+    """The values as a flat array of doubles, with infinities replaced by NaN."""
     array = np.asarray(values, dtype=np.float64).ravel()
     return np.where(np.isfinite(array), array, np.nan)
 
 
 def connected(x: Array, y: Array, jump: float = 8.0) -> tuple[Array, Array]:
-    """The known samples as a line, interrupted by a NaN where x steps by more than ``jump`` times its median step.
+    """The finite samples, with a NaN inserted where x steps by more than ``jump`` times its median step.
 
     A slow channel in a fast log has NaN between all its samples; these are not gaps.
     """
@@ -36,10 +36,10 @@ def connected(x: Array, y: Array, jump: float = 8.0) -> tuple[Array, Array]:
 
 
 def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
-    """Minimum and maximum of each of ``columns`` blocks, in their order; lines of up to 4 columns stay as they are.
+    """Minimum and maximum of each of ``columns`` blocks, in order; up to 4 samples per column are left unchanged.
 
-    On a page of that many columns, a line through the result looks like the line through all samples. A block with a
-    gap (NaN) ends in a gap, so that it stays visible.
+    On ``columns`` px the line through the result looks like the line through all samples. A block that contains a gap
+    (NaN) ends with a gap, so that it remains visible.
     """
     n = min(x.size, y.size)
     if n <= 4 * columns:
@@ -64,11 +64,11 @@ def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
 
 
 def cloud(x: Array, y: Array, cells: tuple[int, int], most: int) -> NDArray[np.intp]:
-    """Indices of one point per cell of a grid on the page, at most ``most``.
+    """Indices of the points to draw: all finite ones, or, of more than ``most``, one per cell of a grid.
 
     Parameters
     ----------
-    cells : number of cells in x and in y.
+    cells : number of cells in x and in y. most : largest number of indices.
     """
     index = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if index.size <= most:
@@ -86,11 +86,11 @@ def _cells(values: Array, number: int) -> Array:
 
 
 def means(position: Array, values: Array, edges: Array, least: int = 1) -> Array:
-    """Mean of the values whose position falls between two edges (n+1,), NaN where fewer than ``least`` do: (n,).
+    """Mean (n,) of the values between successive edges, NaN where there are fewer than ``least``.
 
     Parameters
     ----------
-    position, values : (m,), NaN allowed. edges : (n + 1,), rising, in the unit of position.
+    position, values : (m,), NaN allowed. edges : (n + 1,), increasing, in the unit of position.
     """
     known = np.isfinite(position) & np.isfinite(values)
     cells = edges.size - 1

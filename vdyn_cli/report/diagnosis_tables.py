@@ -1,4 +1,4 @@
-"""The tables of a diagnosis: identified effects, ranking, what the data cannot show, worst segments, next tests."""
+"""The tables of a diagnosis: identified effects, ranking, effects not testable, worst segments, next tests."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
 from vdyn_cli.report.text_table import TextTable
 
-_UNKNOWNS = 3  # of one effect that are listed one by one; a free profile has up to twelve, one line holds three
-_SUFFICIENT = 0.02  # p of the residual that remains with a candidate, above which the naming accepts it as noise
-_BIASES = 4  # parameters in one cell: what two lines of the column hold
-_NOTICEABLE = 5e-4  # relative bias below which a parameter is left out: two digits in percent would show 0.0
-_FOLLOWS = {  # parameters that repeat the bias of another one, from which they are computed
+_UNKNOWNS = 3  # unknowns of one effect that are listed: three fit on one line; a free profile has up to twelve
+_SUFFICIENT = 0.02  # p value above which the diagnosis accepts the residual with a candidate as noise
+_BIASES = 4  # parameters in one cell: they fit into two lines of the column
+_NOTICEABLE = 5e-4  # relative bias below which a parameter is omitted: it would show as 0.0 %
+_FOLLOWS = {  # parameters computed from another one, whose bias they would repeat
     "drag_coefficient": "drag_area",
     "road_load_f0": "rolling_resistance",
     "road_load_f2": "drag_area",
@@ -29,11 +29,11 @@ _COLLINEAR = (
 
 
 def identified(causes: Sequence[Cause], known: Mapping[str, float]) -> TextTable | None:
-    """The effects that the diagnosis named, with their estimates and the bias that they leave in a model without them.
+    """The identified effects, with their estimates and the bias of the parameters in a model without them.
 
     Parameters
     ----------
-    known : values of the parameters, SI, against which a bias is given in percent.
+    known : values of the parameters, SI; biases are stated in percent of them.
     """
     rows = [
         (
@@ -55,7 +55,7 @@ def identified(causes: Sequence[Cause], known: Mapping[str, float]) -> TextTable
 
 
 def extensions(source: Extensions) -> TextTable | None:
-    """The effects that a parameter set carries as part of the vehicle."""
+    """The effects that belong to the vehicle of a parameter set."""
     rows = [
         (effect_labels.bare(effect_labels.label(effect)), estimates(unknowns)) for effect, unknowns in source.items()
     ]
@@ -67,7 +67,7 @@ def extensions(source: Extensions) -> TextTable | None:
 
 
 def estimates(unknowns: Mapping[str, Amplitude] | Mapping[str, Estimate]) -> str:
-    """Each unknown with its interval; of many (the knots of a profile) their number and the largest.
+    """Each unknown with its interval; for many unknowns (a free profile) their number and the largest.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _estimate(name: str, one: Amplitude | Estimate) -> str:
 
 
 def ranking(entries: Sequence[Ranked]) -> TextTable | None:
-    """Every candidate effect by its score test alone; where fits were made, also what remains with it in the model."""
+    """Every candidate effect with its score test; if it was fitted, also the residual that remains with it."""
     fitted = any(e.left_p is not None for e in entries)
     rows = []
     for e in entries:
@@ -98,7 +98,7 @@ def ranking(entries: Sequence[Ranked]) -> TextTable | None:
         row = (effect_labels.bare(effect_labels.label(e.effect)), t, _percent(e.visibility))
         rows.append((*row, *((*_remainder(e), estimates(e.unknowns)) if fitted else ())))
     caption = (
-        f"Score test, in standard errors, each candidate alone. {_COLLINEAR} A large score is no proof, because"
+        f"Score test, in standard errors, each candidate alone. {_COLLINEAR} A large score is not a proof, because"
         " candidates resemble each other."
     )
     if fitted:
@@ -122,7 +122,7 @@ def _remainder(entry: Ranked) -> tuple[str, str]:
 
 
 def detectable(entries: Sequence[Detectable]) -> TextTable | None:
-    """The smallest amplitudes that these data would reveal."""
+    """The smallest amplitude of each candidate effect that these data would reveal."""
     rows = [
         (effect_labels.bare(typography.prose(e.label)), effect_labels.amplitude(e.effect, e.amplitude)) for e in entries
     ]
@@ -131,11 +131,11 @@ def detectable(entries: Sequence[Detectable]) -> TextTable | None:
 
 
 def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> TextTable | None:
-    """The effects that the data cannot show, and what they would do to the parameters.
+    """The effects that the data cannot detect, and the bias of the parameters if they are present.
 
     Parameters
     ----------
-    known : values of the parameters, SI, against which a bias is given in percent.
+    known : values of the parameters, SI; biases are stated in percent of them.
     """
     reasons = {typography.prose(e.because) for e in entries}
     shared = len(reasons) == 1 and len(entries) > 1
@@ -157,11 +157,11 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
 
 
 def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable | None:
-    """What to drive next.
+    """The recommended next tests.
 
     Parameters
     ----------
-    answered : the verdict is clear, so that the tests are for the effects that these data cannot show.
+    answered : the verdict is clear, so that the tests are for effects that these data cannot detect.
     """
     rows = [
         (
@@ -183,7 +183,7 @@ def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable
 
 
 def _separated(labels: Sequence[str]) -> str:
-    """One effect from another, or from several others."""
+    """The effects as "A from B", or "A from B, C or D"."""
     if len(labels) < 3:
         return " from ".join(labels)
     return f"{labels[0]} from {', '.join(labels[1:-1])} or {labels[-1]}"
@@ -195,7 +195,7 @@ _SEGMENT = re.compile(
 
 
 def worst_segments(entries: Sequence[WorstSegment]) -> TextTable | None:
-    """Where the baseline model has its largest error, one segment a run."""
+    """The segment of each run in which the baseline has its largest error."""
     rows = [
         (
             typography.run_name(typography.prose(e.run)),
@@ -245,14 +245,14 @@ def _table(
 def _filled(
     title: str, caption: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], numeric: tuple[bool, ...]
 ) -> TextTable | None:
-    """The table without the columns that are empty in all its rows."""
+    """The table without columns that are empty in all rows."""
     keep = [i for i in range(len(columns)) if any(row[i] for row in rows)]
     cells = [tuple(row[i] for i in keep) for row in rows]
     return _table(title, caption, tuple(columns[i] for i in keep), cells, tuple(numeric[i] for i in keep))
 
 
 def _biases(biases: Mapping[str, float], known: Mapping[str, float]) -> str:
-    """The largest biases, in percent of the parameters whose value is known."""
+    """The largest biases, in percent of parameters whose value is known, else in their unit."""
     parts = []
     for name, bias in biases.items():
         if _FOLLOWS.get(name) in biases:
@@ -272,7 +272,7 @@ def _biases(biases: Mapping[str, float], known: Mapping[str, float]) -> str:
 
 
 def p_value(p: float | None) -> str:
-    """A p value with two digits, "< 0.0001" below that, a dash for none."""
+    """A p value with two digits; "< 0.0001" for smaller ones, a dash for None."""
     if p is None or not math.isfinite(p):
         return typography.DASH
     text = typography.significant(p, 2)

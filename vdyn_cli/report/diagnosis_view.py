@@ -45,12 +45,12 @@ class GainBars:
 
 @dataclass(frozen=True)
 class DiagnosisSection:
-    """The diagnosis as its page section shows it.
+    """The content of the diagnosis section.
 
     Parameters
     ----------
     mood : good, fair or bad: the color of the label.
-    notes : what the verdict is based on, and what became of the model, in sentences.
+    notes : sentences on the evidence for the verdict and on the extension of the model.
     worst : the segments in which the baseline has its largest errors.
     incomplete : an effect is present that is not in the model.
     """
@@ -68,11 +68,11 @@ class DiagnosisSection:
 def diagnosis_section(
     source: Diagnosis | None, parameters: Mapping[str, Estimate] = MappingProxyType({})
 ) -> DiagnosisSection | None:
-    """Lay out a diagnosis, None where there is none.
+    """The section for a diagnosis, None without one.
 
     Parameters
     ----------
-    parameters : the estimates, against whose values a bias is given in percent.
+    parameters : the estimates; biases are stated in percent of their values.
     """
     if source is None:
         return None
@@ -103,7 +103,7 @@ def diagnosis_section(
 
 
 def _gain_bars(gain: Gain) -> GainBars | None:
-    """The gain with its bars, None where the error before or after is not known."""
+    """The gain with its bars, None if the error before or after is unknown."""
     before, after = gain.before, gain.after
     if not (math.isfinite(before) and math.isfinite(after)):
         return None
@@ -136,7 +136,7 @@ def _change(before: float, after: float) -> str:
 
 
 def _evidence(source: Diagnosis) -> str:
-    """What the verdict is based on."""
+    """The evidence for the verdict, in a sentence."""
     evidence = source.evidence
     if evidence is None:
         return ""
@@ -149,7 +149,7 @@ def _evidence(source: Diagnosis) -> str:
         p = tables.p_value(source.p_value)
         text += f". Probability of a statistic at least this large without a model error: p {_equals(p)}"
     if math.isfinite(evidence.smallest_p):
-        text += f"; the smallest p that these units can give is {tables.p_value(evidence.smallest_p)}"
+        text += f"; the smallest possible p with these units is {tables.p_value(evidence.smallest_p)}"
     return f"{text}."
 
 
@@ -158,7 +158,7 @@ def _equals(p: str) -> str:
 
 
 def _extended(source: Diagnosis) -> str:
-    """What became of the model: which effects it includes now, and whether the vehicle keeps them."""
+    """Sentences on the extension: the effects in the model, and which of them belong to the vehicle."""
     causes = {c.effect: c for c in source.causes}
     if not source.extended:
         why = typography.prose(source.not_extended)
@@ -168,7 +168,7 @@ def _extended(source: Diagnosis) -> str:
             return "The model was not extended by the learned law; write 'extend: learned' under diagnose to add it."
         return "The model was not extended, as the description requests (extend: never)."
     labels = {n: typography.prose(causes[n].label) if n in causes else effect_labels.label(n) for n in source.extended}
-    text = f"The parameters above are those of the model with {effect_labels.joined(list(labels.values()))} in it."
+    text = f"The parameters above are those of the model with {effect_labels.joined(list(labels.values()))}."
     lasting = [labels[n] for n in source.extended if n in causes and causes[n].lasts]
     passing = [labels[n] for n in source.extended if n in causes and not causes[n].lasts]
     if lasting:
@@ -180,7 +180,7 @@ def _extended(source: Diagnosis) -> str:
 
 
 def _ambiguous(source: Diagnosis) -> str:
-    """Which effects these data cannot discriminate: one of each set is the answer."""
+    """A sentence on the effects that these data cannot discriminate; one of each set is present."""
     sets = [[effect_labels.combined(n) for n in one] for one in source.ambiguous if one]
     if not any(len(one) > 1 for one in sets):
         return ""

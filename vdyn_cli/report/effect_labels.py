@@ -1,4 +1,4 @@
-"""Effects by the labels of their catalogue, as a page names them."""
+"""Names of effects on a page: their labels in the catalog."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from vdyn_cli.report import typography
 
 
 def label(effect: str) -> str:
-    """The effect as a noun phrase, "a headwind"; free profiles, which no catalogue holds, by their own name."""
+    """The effect as a noun phrase, "a headwind"; the plain name of a free profile, which the catalog does not have."""
     found = _effect(effect)
     return found.label if found else typography.name(effect)
 
 
 def bare(text: str) -> str:
-    """A noun phrase without its article, as it stands in a table."""
+    """A noun phrase without its article, for use in a table."""
     for article in ("a ", "an ", "the "):
         if text.startswith(article):
             return text[len(article) :]
@@ -34,7 +34,7 @@ def joined(labels: Sequence[str]) -> str:
 
 
 def amplitude(effect: str, value: float) -> str:
-    """An amplitude of the effect in the unit of its first unknown; dimensionless ones in percent, NaN as no text."""
+    """An amplitude of the effect in the unit of its first unknown; in percent if dimensionless, empty for NaN."""
     found = _effect(effect)
     if not math.isfinite(value):
         return ""

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 WIDTH, PLOT_HEIGHT = 600.0, 270.0
 _LEFT, _RIGHT, _BOTTOM = 68.0, 16.0, 48.0
-_DOTS = 3000  # points of one cloud; more would overlap
-_IMAGE = 640  # px, the longer side of a picture
+_DOTS = 3000  # points of one series; more would overlap
+_IMAGE = 640  # px, the longer side of an image
 
 # Color and dash of the first, second ... series of a role.
 _ROLES: dict[str, tuple[str, ...]] = {
@@ -40,7 +40,7 @@ def figure_svg(figure: Figure, name: str = "") -> str:
 
     Parameters
     ----------
-    name : begins the ids of the element; the key of the figure when empty.
+    name : prefix of the ids of the element; empty: the key of the figure.
     """
     looks = _looks(figure.series)
     keys = _keys(figure.series, looks)
@@ -71,7 +71,7 @@ def figure_svg(figure: Figure, name: str = "") -> str:
 
 
 def _plot_size(figure: Figure) -> tuple[float, float]:
-    """Width and height of the axes, px: of a picture, with square pixels."""
+    """Width and height of the axes, px; for an image, such that its pixels are square."""
     room = WIDTH - _LEFT - _RIGHT
     if figure.image is not None and figure.image.size:
         rows, columns = figure.image.shape[:2]
@@ -81,7 +81,7 @@ def _plot_size(figure: Figure) -> tuple[float, float]:
 
 
 def _looks(series: Sequence[Series]) -> list[LegendEntry]:
-    """Color and line style of every series: those of a role with one label share theirs."""
+    """Color and line style of every series; series with the same role and label share them."""
     seen: dict[str, list[str]] = {}
     looks = []
     for one in series:
@@ -109,7 +109,7 @@ def _keys(series: Sequence[Series], looks: Sequence[LegendEntry]) -> list[Legend
 
 
 def _limits(figure: Figure) -> tuple[float, float, float, float] | None:
-    """Lowest and highest x and y of all that is drawn."""
+    """Lowest and highest x and y of all series; None without finite values."""
     xs, ys = [], []
     for one in figure.series:
         x, y = decimation.finite(one.x), decimation.finite(one.y)
@@ -206,13 +206,13 @@ def _band(axes: Axes, x: Array, y: Array, y2: Array, key: LegendEntry, order: fl
 
 
 def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: float) -> None:
-    """A cloud of points as one path of round-capped dots, a tenth of the size of markers in the SVG.
+    """Draw points as one path of round-capped dots, a tenth of the size of markers in the SVG.
 
     Parameters
     ----------
     x, y : (n,) in data units. area : place of the axes, px. order : drawing order of matplotlib (zorder).
     """
-    # A dense cloud is paler, so that a curve through it stays visible.
+    # Many points are paler, so that a curve through them remains visible.
     if color == canvas.INK and np.count_nonzero(np.isfinite(x) & np.isfinite(y)) > 300:
         color = canvas.CLOUD
     chosen = decimation.cloud(x, y, (int(area.width / 1.5), int(area.height / 1.5)), _DOTS)
@@ -240,7 +240,7 @@ def _bar_width(x: Array) -> float:
 
 
 def _picture(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-    """The picture at a size a page can show, by leaving out rows and columns."""
+    """The image reduced to the size on the page by omitting rows and columns; None if it is empty."""
     if image.ndim < 2 or not image.size:
         return None
     stride = -(-max(image.shape[:2]) // _IMAGE)

@@ -1,4 +1,4 @@
-"""The flags of a test's runs drawn over time: one row a run, with its first channel and a lane for each flagged one."""
+"""Figure of the flags of runs over time: one row per run, with its main channel and a strip per flagged channel."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from vdyn_cli.report.canvas import (
     to_svg,
 )
 
-MOST = 12  # runs in one figure, so that a printed page holds it
-_WIDTH, _LEFT, _TRACE, _LANE, _TICKS = 1150.0, 190.0, 64.0, 14.0, 34.0  # px
-_NAME = 24  # characters of a run's or a channel's name
+MOST = 12  # runs in one figure, which then fits on a printed page
+_WIDTH, _LEFT, _TRACE, _STRIP, _TICKS = 1150.0, 190.0, 64.0, 14.0, 34.0  # px
+_NAME = 24  # characters shown of a run's or a channel's name
 _KEYS = (
     LegendEntry("measured", INK),
     LegendEntry("cut", VERMILLION, "patch"),
@@ -39,19 +39,19 @@ _KEYS = (
     LegendEntry("failed, kept by the description", PURPLE, "patch"),
 )
 _COLORS = {"cut": VERMILLION, "marked": ORANGE, "kept": PURPLE}
-Lanes = dict[str, list[tuple[float, float, str]]]
+FlagSegments = dict[str, list[tuple[float, float, str]]]
 
 
 def main_channel(one: CutLog) -> str:
-    """The channel that is drawn: a speed where there is one, else the first that has values."""
+    """The channel to draw: a speed if there is one, else the first channel with values, else empty."""
     speeds = [n for n in ("speed", "vehicle_speed", "wheel_speed") if n in one.whole]
     known = [n for n in one.whole.channels if np.isfinite(one.whole[n]).any()]
     return next(iter([*speeds, *known]), "")
 
 
-def lanes(one: CutLog) -> Lanes:
-    """Flagged channel: first time, last time (s) and kind (cut, marked, kept) of each of its segments."""
-    found: Lanes = {}
+def flag_segments(one: CutLog) -> FlagSegments:
+    """First time, last time (s) and kind (cut, marked, kept) of each flagged segment, by channel."""
+    found: FlagSegments = {}
     for row in one.ledger:
         found.setdefault(row.channel, []).append((row.start, row.stop, _kind(row)))
     for fault in one.flags.faults:
@@ -66,18 +66,18 @@ def _kind(row: LedgerRow) -> str:
 
 
 def flag_figures(runs: Sequence[CutLog], units: Mapping[str, str]) -> list[str]:
-    """SVG of up to 12 runs each.
+    """SVG figures of up to 12 runs each.
 
     Parameters
     ----------
-    units : of channels as the description states them, in which their numbers are written; SI for others.
+    units : unit in which each channel's numbers are shown, from the description; SI for others.
     """
     return [_figure(runs[k : k + MOST], k, units) for k in range(0, len(runs), MOST)]
 
 
 def _figure(runs: Sequence[CutLog], first: int, units: Mapping[str, str]) -> str:
-    found = [lanes(one) for one in runs]
-    heights = [_TRACE + _LANE * len(each) + _TICKS for each in found]
+    found = [flag_segments(one) for one in runs]
+    heights = [_TRACE + _STRIP * len(each) + _TICKS for each in found]
     rows = legend_rows(_KEYS, _WIDTH - _LEFT)
     top = 20.0 * len(rows) + 10.0
     with style():
@@ -89,12 +89,12 @@ def _figure(runs: Sequence[CutLog], first: int, units: Mapping[str, str]) -> str
         return to_svg(page, "Flags of the runs over time", f"flags-{first}")
 
 
-def _draw_run(page: object, one: CutLog, found: Lanes, top: float, units: Mapping[str, str]) -> None:
+def _draw_run(page: object, one: CutLog, found: FlagSegments, top: float, units: Mapping[str, str]) -> None:
     from matplotlib.figure import Figure as Sheet
 
     assert isinstance(page, Sheet)
     name, time = main_channel(one), one.whole.time
-    height = _TRACE + _LANE * len(found) - 6.0
+    height = _TRACE + _STRIP * len(found) - 6.0
     axes = add_axes(page, PlotArea(_LEFT, top, _WIDTH - _LEFT - 12.0, height))
     start, stop = float(time[0]), float(time[-1])
     axes.set_xlim(start, max(stop, start + 1e-9))
@@ -102,18 +102,18 @@ def _draw_run(page: object, one: CutLog, found: Lanes, top: float, units: Mappin
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
     span = (high - low) or abs(high) or 1.0
-    lane = span * _LANE / (_TRACE - 6.0)
-    axes.set_ylim(low - lane * len(found), high + 0.04 * span)
-    least = (stop - start) * 1.5 / (_WIDTH - _LEFT)  # s, so that a spike is seen
+    strip = span * _STRIP / (_TRACE - 6.0)
+    axes.set_ylim(low - strip * len(found), high + 0.04 * span)
+    least = (stop - start) * 1.5 / (_WIDTH - _LEFT)  # s, at least 1.5 px, so that a spike is visible
     for k, (channel, segments) in enumerate(found.items()):
-        bottom = low - lane * (k + 0.85)
+        bottom = low - strip * (k + 0.85)
         for a, b, kind in segments:
             wide = max(b - a, least)
-            axes.broken_barh([(a, wide)], (bottom, 0.7 * lane), color=_COLORS[kind], linewidth=0)
+            axes.broken_barh([(a, wide)], (bottom, 0.7 * strip), color=_COLORS[kind], linewidth=0)
             if channel in (name, EVERY):
                 axes.axvspan(a, a + wide, color=_COLORS[kind], alpha=0.25, linewidth=0)
         shown = "all channels" if channel == EVERY else typography.name(channel)
-        place = top + height - _LANE * (len(found) - k) + 11.0
+        place = top + height - _STRIP * (len(found) - k) + 11.0
         text_at(page, 0.0, place, typography.shortened(shown, _NAME), size=11.0)
     x, y = decimation.envelope(time, values, int(_WIDTH - _LEFT))
     axes.plot(x, y, color=INK, linewidth=1.0)

@@ -1,4 +1,4 @@
-"""Self-contained pages of a step, published or refused, and of a pipeline: same input, same bytes, nothing fetched."""
+"""Self-contained pages of a step, published or refused, and of a pipeline; the same input gives the same bytes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["RenderedStep", "render", "render_pipeline"]
 
 @dataclass(frozen=True)
 class RenderedStep:
-    """HTML text of one step: its own ``page``, and its ``section`` of the pipeline's page."""
+    """HTML text of one step: its ``page``, and its ``section`` of the pipeline's page."""
 
     page: str
     section: str

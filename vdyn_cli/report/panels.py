@@ -1,4 +1,4 @@
-"""Runs side by side in one row of the page: each in a panel with its own x scale."""
+"""Runs side by side in one row of the page, each in a panel with its own x scale."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
     from vdyn_cli.quantities.arrays import Array
 
-MOST = 12  # panels in a row: at 1150 px each is then about 90 px wide, enough for the shape of a run
+MOST = 12  # panels in a row: each is then about 90 px wide, enough to see the shape of a run
 _GAP = 10.0  # px between panels
 
 
 @dataclass(frozen=True)
 class RunTrace:
-    """A comparison ready to draw: floats in the unit shown, all of shape (n,).
+    """A comparison for drawing: arrays (n,) in the displayed unit.
 
     ``used`` marks the samples in the fit; ``baseline`` is the simulation before the extension (None without one).
     """
@@ -48,14 +48,14 @@ class RunTrace:
 
     @cached_property
     def rising(self) -> bool:
-        """Whether x never falls, like time; slip and angles go back and forth."""
+        """Whether x never decreases, like time; slip and angles do."""
         x = self.x[np.isfinite(self.x)]
         return bool(x.size < 2 or np.all(np.diff(x) >= 0))
 
 
 @dataclass(frozen=True)
 class ChannelTraces:
-    """All runs of one channel in one unit; ``noise`` is the noise floor, None where it is unknown."""
+    """All runs of one channel in one unit; ``noise`` is the noise floor, None if unknown."""
 
     name: str
     unit: str
@@ -78,7 +78,7 @@ class ChannelTraces:
 
 @dataclass(frozen=True)
 class Panel:
-    """The place of a run: its x range, and its px range in the row."""
+    """The panel of a run: its x range, and its px range in the row."""
 
     trace: RunTrace
     start: float
@@ -87,7 +87,7 @@ class Panel:
     width: float
 
     def px(self, x: Array) -> Array:
-        """px from the left of the row."""
+        """Positions of x values in px from the left of the row."""
         return self.left + (x - self.start) / (self.end - self.start) * self.width
 
 
@@ -96,7 +96,7 @@ def channel_traces(comparisons: Sequence[Comparison], noise: float, noise_unit: 
 
     Parameters
     ----------
-    noise, noise_unit : the noise floor of the fit, and its unit; channels of another unit have none.
+    noise, noise_unit : the noise floor of the fit and its unit; channels with another unit have no noise floor.
     """
     groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for one in comparisons:
@@ -116,7 +116,7 @@ def _shown_unit(channel: str, unit: str) -> tuple[str, float]:
 
 
 def run_trace(one: Comparison, factor: float = 1.0) -> RunTrace:
-    """A comparison as floats of equal length, scaled by ``factor``."""
+    """A comparison as arrays of equal length; its values, but not x, are multiplied by ``factor``."""
     arrays = [decimation.finite(v) for v in (one.x, one.measured, one.simulated)]
     baseline = None if one.baseline is None else decimation.finite(one.baseline)
     used = None if one.used is None else np.asarray(one.used, dtype=bool).ravel()
@@ -133,18 +133,18 @@ def run_trace(one: Comparison, factor: float = 1.0) -> RunTrace:
 
 
 def rms(values: Array) -> float:
-    """Root mean square of the known values, NaN without any."""
+    """Root mean square of the finite values, NaN without any."""
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
 
 
 def judged_residual(one: RunTrace) -> Array:
-    """The residual of the samples in the fit, or of all samples of a run that the fit does not use."""
+    """The residual of the samples in the fit; of all samples for a run that the fit does not use."""
     return one.residual[one.used] if one.used.any() else one.residual
 
 
 def drawn_traces(traces: Sequence[RunTrace]) -> tuple[RunTrace, ...]:
-    """The runs to draw: all, or of more than MOST those with the smallest, middle and largest rms, in their order."""
+    """The runs to draw, in order: all, or, of more than MOST, those with the smallest, middle and largest rms."""
     drawable = [i for i, t in enumerate(traces) if np.isfinite(t.x).any()]
     if len(drawable) <= MOST:
         return tuple(traces[i] for i in drawable)
@@ -157,7 +157,7 @@ def drawn_traces(traces: Sequence[RunTrace]) -> tuple[RunTrace, ...]:
 
 
 def lay_out(traces: Sequence[RunTrace], width: float) -> tuple[Panel, ...]:
-    """Divide the width of a row by the lengths of the runs; no panel is below a third of an equal share.
+    """Divide the width of a row in proportion to the lengths of the runs; each has at least a third of an equal share.
 
     Parameters
     ----------
@@ -178,6 +178,6 @@ def lay_out(traces: Sequence[RunTrace], width: float) -> tuple[Panel, ...]:
     lefts = np.concatenate([[0.0], np.cumsum(widths + _GAP)[:-1]])
     panels = []
     for one, (a, b), left, wide in zip(traces, ends, lefts, widths, strict=True):
-        half = 0.0 if b > a else 0.5 * (abs(a) or 1.0)  # a single sample is drawn in the middle
+        half = 0.0 if b > a else 0.5 * (abs(a) or 1.0)  # draws a single sample in the middle
         panels.append(Panel(one, a - half, b + half, float(left), float(wide)))
     return tuple(panels)

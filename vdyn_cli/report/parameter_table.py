@@ -1,4 +1,4 @@
-"""The rows of a parameter table, and the table of correlations beside it."""
+"""The rows of a parameter table, and the table of correlations."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
 
-OPEN = {"baseline": "the baseline", "unexplained": "a bias that no effect explains"}  # answers of an open verdict
+# Entries of ``Estimate.spans`` that are not effects, in words; the verdict is then undecided.
+OPEN = {"baseline": "the baseline", "unexplained": "a bias that no effect explains"}
 Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
 
 
 @dataclass(frozen=True)
 class ParameterRow:
-    """One line of a parameter table; ``before`` is empty where no extension moved the value.
+    """One line of a parameter table; ``before`` is empty if no extension changed the value.
 
-    ``spans``: the answers whose values the interval also includes; ``mark`` the letter of the table's note that states
-    them; ``doubtful``: the diagnosis leaves them open, or a part of the residual unexplained; ``wide``: the interval is
-    wider than the value.
+    ``spans``: the other explanations whose values the interval includes; ``mark``: letter of the note that lists them;
+    ``doubtful``: the diagnosis is undecided between them, or a part of the residual is unexplained; ``wide``: half of
+    the interval is wider than the value.
     """
 
     key: str
@@ -42,7 +43,7 @@ class ParameterRow:
 
 
 def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...]:
-    """The rows of estimates, each with the digits that its interval justifies.
+    """The rows of estimates, each rounded according to its interval.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def _parameter_row(key: str, e: Estimate, mark: str) -> ParameterRow:
 
 
 def spans_text(spans: Sequence[str]) -> str:
-    """The answers, in words, whose values an interval also includes."""
+    """The other explanations, in words, whose values an interval includes."""
     return ", ".join(_answer(one) for one in spans)
 
 
@@ -88,7 +89,7 @@ def _answer(name: str) -> str:
 
 
 def shown_symbol(key: str, text: str) -> Symbol:
-    """The textbook symbol, none where the name ends with it ("tire B")."""
+    """The textbook symbol; empty if the name ends with it ("tire B")."""
     return () if text and typography.name(key).endswith(f" {text}") else typography.symbol(text)
 
 
@@ -109,7 +110,7 @@ def missing_row(name: str, why: str, giver: str) -> MissingRow:
 
     Parameters
     ----------
-    why : why it has none. giver : the step that estimates it; empty where that need not be said.
+    why : why it has no value. giver : the step that estimates it; empty to omit it.
     """
     quantity = PARAMETERS[name]
     return MissingRow(
@@ -123,7 +124,7 @@ def missing_row(name: str, why: str, giver: str) -> MissingRow:
 
 
 def _shift(e: Estimate, rounded: typography.RoundedEstimate) -> tuple[str, str]:
-    """The value before the extension with the digits of the value after it, and by how much it moved."""
+    """The value before the extension, with as many digits as the value after it, and the relative change."""
     if e.baseline is None or not math.isfinite(e.baseline) or not math.isfinite(e.value):
         return "", ""
     decimals = len(rounded.value.partition(".")[2])
@@ -139,7 +140,7 @@ def _shift(e: Estimate, rounded: typography.RoundedEstimate) -> tuple[str, str]:
 
 
 def widths(rows: Sequence[ParameterRow]) -> dict[str, int]:
-    """Characters before and after the decimal point, per column: numbers align on their points.
+    """Number of characters before and after the decimal point of each column, to align numbers at their points.
 
     Returns
     -------
@@ -159,7 +160,7 @@ def widths(rows: Sequence[ParameterRow]) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class Heat:
-    """A cell of the correlation table: its text, background, and whether the text is white."""
+    """A cell of the correlation table: its text, background color, and whether the text is white."""
 
     text: str
     color: str
@@ -167,11 +168,11 @@ class Heat:
 
 
 def correlation(table: Mapping[str, Mapping[str, float]]) -> tuple[tuple[str, tuple[Heat, ...]], ...]:
-    """The correlation table: name and cells of every row; only parameters that correlate with another.
+    """The correlation table: name and cells of every row, without parameters that have no correlation with others.
 
     Parameters
     ----------
-    table : coefficients of correlation by the names of two parameters, -1 to 1.
+    table : correlation coefficients by the names of two parameters, -1 to 1.
     """
     names = [a for a in table if any(b != a for b in table[a])]
     return tuple((typography.name(a), tuple(_heat(table[a].get(b, math.nan), a == b) for b in names)) for a in names)
@@ -193,11 +194,11 @@ def _heat(value: float, own: bool) -> Heat:
 
 
 def strongest(table: Mapping[str, Mapping[str, float]]) -> str:
-    """A sentence on the most correlated pair, empty where no correlation exceeds 0.9.
+    """A sentence on the most correlated pair, empty if no correlation exceeds 0.9.
 
     Parameters
     ----------
-    table : coefficients of correlation by the names of two parameters, -1 to 1.
+    table : correlation coefficients by the names of two parameters, -1 to 1.
     """
     pairs = [(abs(r), a, b, r) for a in table for b, r in table[a].items() if a < b and isinstance(r, float)]
     if not pairs or max(pairs)[0] < 0.9:

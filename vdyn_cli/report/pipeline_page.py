@@ -1,4 +1,4 @@
-"""The page of a pipeline: how every step ended, the full parameter set, then the section of each step."""
+"""The page of a pipeline: outcome of every step, the full parameter set, then the section of each step."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StepRow:
-    """How one step ended, as a row of the first table; ``section`` is its result, empty where there is none."""
+    """Outcome of one step, a row of the first table; ``section`` is the HTML of its result, empty without one."""
 
     name: str
     slug: str
@@ -34,7 +34,7 @@ class StepRow:
 def render_pipeline(found: ParameterSet) -> str:
     """The page of a pipeline as HTML text.
 
-    The section of each step was rendered when it ran, so that the page has the same bytes whether it ran or was reused.
+    Each step's section was rendered when the step ran, so a reused step gives the same bytes.
     """
     rows = [_step_row(o) for o in found.outcomes]
     parameters = parameter_rows(found.parameters)

@@ -13,7 +13,7 @@ from vdyn_cli.report import typography
 
 
 def finding_texts(source: Finding) -> dict[str, str]:
-    """A finding as texts for a page."""
+    """The texts of a finding, by field, without characters that HTML forbids."""
     return {
         "where": typography.clean(source.where),
         "what": typography.clean(source.what),

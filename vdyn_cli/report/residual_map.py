@@ -1,4 +1,4 @@
-"""Where the model is wrong: the mean residual of every run over x and over the measured value, as colors."""
+"""Color map of the mean residual of every run over x and over the measured value, to locate model errors."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ WIDTH = 1240.0
 _BINS = 32
 _LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
 _SHADES = 41
-_LEAST, _SHARE = 3, 1 / 8  # fewest samples of a cell: as a number, and as a share of an equal division
+_LEAST, _SHARE = 3, 1 / 8  # smallest number of samples per cell, and smallest share of the mean number per cell
 
 
 def has_map(channel: ChannelTraces) -> bool:
-    """Whether there are runs to compare: at least two with 60 samples, two for each bin."""
+    """Whether there are runs to compare: at least two with 60 samples or more, about two per bin."""
     return sum(int(np.count_nonzero(np.isfinite(t.residual) & np.isfinite(t.x)) >= 60) for t in channel.traces) >= 2
 
 
@@ -34,8 +34,8 @@ def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> st
 
     Parameters
     ----------
-    name : begins the ids of the SVG element.
-    limit : the residual of full color, found from the channel where it is 0.
+    name : prefix of the ids of the SVG element.
+    limit : the residual with full color, in the unit of the channel; 0: from the channel.
     """
     traces = channel.traces
     row = float(np.clip(320 / len(traces), 4, 22))
@@ -61,7 +61,7 @@ def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> st
 
 
 def caption(channel: ChannelTraces) -> str:
-    """How to read the map."""
+    """The caption: how to read the map."""
     return (
         f"Mean residual of the {typography.name(channel.name)}, one row per run. Left: along the run. Right: over the"
         " measured value. Good: pale, or colors without a pattern. Bad: one color down a column (an error that all runs"
@@ -70,12 +70,7 @@ def caption(channel: ChannelTraces) -> str:
 
 
 def limit(channel: ChannelTraces) -> float:
-    """The residual that has the full color in the map of this channel.
-
-    Returns
-    -------
-    In the unit of the channel.
-    """
+    """The residual with full color in the map of this channel, in the channel's unit."""
     along, over = _along_and_over(channel)
     return _limit(channel, along[1], over[1])
 
@@ -102,7 +97,7 @@ def _row(position: Array, one: RunTrace, edges: Array) -> Array:
 
 
 def _limit(channel: ChannelTraces, *cells: Array) -> float:
-    """The residual of full color: the 98 % quantile of the cells, at least the noise floor."""
+    """The residual with full color: the 98 % quantile of the cells, at least the noise floor."""
     size = np.abs(np.concatenate([c.ravel() for c in cells]))
     size = size[np.isfinite(size)]
     return max(float(np.percentile(size, 98)) if size.size else 0.0, channel.noise or 0.0) or 1.0
@@ -115,7 +110,7 @@ def _draw_cells(axes: Axes, edges: Array, cells: Array, limit: float) -> None:
 
 
 def _fill(axes: Axes, x: Array, y: Array, cells: Array, limit: float) -> None:
-    """Color the cells (rows, columns) between edges x and y: one shape a shade, neighbors in a row as one rectangle."""
+    """Color the cells (rows, columns) between edges x and y: one path per shade, equal neighbors in a row merged."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 

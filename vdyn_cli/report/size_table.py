@@ -1,4 +1,4 @@
-"""The size of a finding on a page: what it changes in the output, in the parameters and in the rms error."""
+"""Table of the size of a finding: its change of the output, of the parameters and of the rms error."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from vdyn_cli.quantities.diagnosis import Diagnosis, Size
 from vdyn_cli.report import effect_labels, typography
 from vdyn_cli.report.text_table import TextTable
 
-_SHIFTS = 4  # parameters in one cell: what two lines of the column hold
-_NOISE = 0.02  # p of the remainder, above which the naming accepts it as noise
+_SHIFTS = 4  # parameters in one cell: they fit into two lines of the column
+_NOISE = 0.02  # p value above which the diagnosis accepts the remaining residual as noise
 
 
 def sizes(source: Diagnosis) -> TextTable | None:
-    """The size of each named effect; of the finding as a whole where no effect was named.
+    """The size of each identified effect; of the finding as a whole if no effect is identified.
 
     Parameters
     ----------
@@ -24,21 +24,22 @@ def sizes(source: Diagnosis) -> TextTable | None:
         (effect_labels.bare(effect_labels.label(c.effect)), *_row(c.size)) for c in source.causes if c.size is not None
     ]
     if not rows and source.size is not None:
-        rows = [("what comes closest" if source.verdict == "unknown" else "the finding", *_row(source.size))]
+        rows = [("closest candidate" if source.verdict == "unknown" else "the finding", *_row(source.size))]
     if not rows:
         return None
     caption = (
         "Change of the output: with the effect minus without it, rms over all runs, with the noise floor for"
-        " comparison. At: of the run in which it is largest, at the start, at its maximum and at the end. Share of rms:"
-        " (error before − after) / (error before − noise floor), by rms. A finding below a tenth of the noise floor and"
-        " of every parameter's half interval, or below what the description states under 'matters', is a note."
+        " comparison. At: in the run with the largest change, at the start, at its maximum and at the end. Share of"
+        " rms: (error before − after) / (error before − noise floor), by rms. A finding below a tenth of the noise"
+        " floor and of the half-width of every parameter's interval, or below the limits under 'matters' in the"
+        " description, is only a note."
     )
     columns = ("finding", "change of the output", "at", "shift of parameters, std", "share of rms")
     return TextTable("Size of the finding", caption, columns, tuple(rows), (False, False, False, False, True))
 
 
 def remainder_note(source: Diagnosis) -> str:
-    """What the answer leaves, as a sentence; empty where it is noise."""
+    """A sentence on the residual that remains with the identified effects; empty if it is noise."""
     left = source.remainder
     if left is None or left.p_value > _NOISE or not math.isfinite(left.share_of_rms) or not source.causes:
         return ""

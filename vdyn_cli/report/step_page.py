@@ -1,4 +1,4 @@
-"""What the page of a step shows, as one typed object: on its own page, and as a section of the pipeline's page."""
+"""The content of a step's page as one typed object, for its own page and for the pipeline's page."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from vdyn_cli.report.text_table import TextTable, run_table, text_table
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-_MAPS = 4  # channels that get a residual map; more would repeat the same pattern
+_MAPS = 4  # channels with a residual map; more would repeat the same pattern
 
 
 @dataclass(frozen=True)
@@ -47,13 +47,13 @@ class Plot:
 
 @dataclass(frozen=True)
 class StepPage:
-    """Everything that the page of a step shows, as texts, tables and drawn figures.
+    """The content of a step's page: texts, tables and drawn figures.
 
     Parameters
     ----------
-    slug : begins every id of the page.
-    about : what the step is, in a few words.
-    refused : why there is no result; empty for a published one.
+    slug : prefix of every id of the page.
+    about : short description of the step.
+    refused : reasons why there is no result; empty for a published one.
     withheld : parameters that the data do not determine.
     """
 
@@ -88,7 +88,7 @@ class StepPage:
 
     @property
     def moved(self) -> bool:
-        """Whether an extension of the model moved a parameter."""
+        """Whether an extension of the model changed a parameter."""
         return any(r.before for r in self.parameters)
 
     @property
@@ -99,7 +99,7 @@ class StepPage:
 
     @property
     def nav(self) -> list[tuple[str, str]]:
-        """Links to the parts that this page has: (id, text)."""
+        """Links to the sections of this page: (id, text)."""
         parts = (
             ("fit", "Fit", self.comparisons),
             ("where", self.where_title, self.maps or (self.diagnosis and self.diagnosis.worst)),
@@ -116,13 +116,13 @@ class StepPage:
 
         Parameters
         ----------
-        level : of its first heading: 1 on the step's own page, 2 on the page of the pipeline.
+        level : level of its first heading: 1 on the step's own page, 2 on the pipeline's page.
         """
         return markup(fill("step.html", page=self, level=level))
 
 
 def step_page(record: StepRecord) -> StepPage:
-    """The page of a step's record, as the step ran: JSON does not hold figures, tables and methods."""
+    """The page of a step's record, which also holds what the JSON does not: figures, tables and methods."""
     result = record.result
     name = slug(result.step)
     grouped = channel_traces(result.comparisons, result.fit.noise_floor, result.fit.unit)
@@ -181,7 +181,7 @@ def _comparison(channel: ChannelTraces, name: str) -> Plot:
 
 
 def _maps(grouped: Sequence[ChannelTraces], name: str) -> tuple[Plot, ...]:
-    """Maps of the residual; of an extended model also before the extension, in the same color scale."""
+    """Residual maps; for an extended model also one before the extension, with the same color scale."""
     mapped = [c for c in grouped if residual_map.has_map(c)][:_MAPS]
     found = []
     for i, channel in enumerate(mapped):

@@ -1,4 +1,4 @@
-"""The environment of the templates: escaping, the style sheet, digit groups. The door to jinja2."""
+"""Templates with escaping, style sheet and digit groups. The only module that uses jinja2."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def markup(text: str) -> Markup:
-    """Mark a text as HTML that needs no escaping: only texts that this room, or matplotlib, has escaped."""
+    """Mark a text as HTML that needs no escaping; only for texts that this package or matplotlib has escaped."""
     from markupsafe import Markup
 
     return Markup(text)
@@ -36,7 +36,7 @@ def _environment() -> Environment:
 
 
 def grouped(text: str) -> Markup:
-    """A number as HTML with its thousands separated by style alone, so that a copied number has no spaces."""
+    """A number as HTML with thousands separated by style only, so that a copied number has no spaces."""
     from markupsafe import Markup, escape
 
     match = re.fullmatch(r"([−+]?)(\d{5,})(\D.*)?", text, re.DOTALL)
@@ -57,9 +57,9 @@ def fill(template: str, **context: Any) -> str:
     template : file name in this folder. context : values by their name in the template.
     """
     page = _environment().get_template(template).render(**context)
-    return page.encode("utf-8", "replace").decode("utf-8")  # file names may hold lone surrogates
+    return page.encode("utf-8", "replace").decode("utf-8")  # file names may contain lone surrogates
 
 
 def slug(name: str) -> str:
-    """The name as the beginning of an id: lower-case letters, digits and hyphens."""
+    """The name converted to the prefix of an HTML id: lower-case letters, digits and hyphens."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "step"

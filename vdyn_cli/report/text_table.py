@@ -1,4 +1,4 @@
-"""Tables of texts, as a page lays them out."""
+"""Tables of texts for a page."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vdyn_cli.report.panels import ChannelTraces, judged_residual, rms
 
 @dataclass(frozen=True)
 class TextTable:
-    """A table of texts; ``numeric`` marks the columns that are aligned right."""
+    """A table of texts; ``numeric`` marks the columns that are right-aligned."""
 
     title: str
     caption: str
@@ -30,7 +30,7 @@ _BLANK = ("", "-", "–", "—", "n/a")
 
 
 def text_table(table: Table) -> TextTable:
-    """A step's table with rows of equal length; a column is numeric where most of its cells are numbers."""
+    """A step's table with rows padded to equal length; a column is numeric if most of its cells are numbers."""
     columns = tuple(typography.prose(c) for c in table.columns)
     width = max([len(columns), *(len(row) for row in table.rows)], default=0)
     columns += ("",) * (width - len(columns))
@@ -47,7 +47,7 @@ def _is_numeric(column: Sequence[str]) -> bool:
 
 
 def run_table(channel: ChannelTraces) -> TextTable:
-    """One row a run: samples in the fit, rms before and after the extension, mean and largest residual."""
+    """One row per run: samples in the fit, rms before and after the extension, mean and largest residual."""
     rows = []
     for one in channel.traces:
         residual = judged_residual(one)[np.isfinite(judged_residual(one))]

@@ -1,4 +1,4 @@
-"""Numbers, units and names as a page shows them: digits from the interval, superscripts, minus signs."""
+"""Numbers, units and names for a page: rounding by the interval, superscripts, minus signs."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ _SHORT_UNITS = r"kg|N|kN|Nm|m|mm|km/h|m/s|s|ms|Hz|rad|°C|°|m²|N·m|kg·m²|kN
 _EVERYDAY = {"m/s": ("km/h", 3.6), "rad": ("°", 180 / math.pi)}
 
 
-_NOTHING = 1e-280  # below, a double has lost its digits
+_NOTHING = 1e-280  # doubles near the underflow limit have fewer digits and count as zero
 
 
 @dataclass(frozen=True)
 class RoundedEstimate:
-    """A value with its 95 % interval as texts, with the digits that the interval justifies.
+    """A value with its 95 % interval as texts, rounded according to the interval.
 
-    ``plus`` and ``minus`` are the half-widths, the same text when they differ by less than a tenth, and empty
-    where there is no interval. ``exponent`` is the power of ten common to all, or 0.
+    ``plus`` and ``minus`` are the half-widths, the same text if they differ by less than a tenth, empty without an
+    interval. ``exponent`` is the common power of ten, or 0.
     """
 
     value: str
@@ -54,7 +54,7 @@ class RoundedEstimate:
 
 
 def clean(text: object) -> str:
-    """Text without characters that HTML forbids: control characters become spaces, lone surrogates a mark."""
+    """Text without characters that HTML forbids: control characters become spaces, lone surrogates question marks."""
     plain = str(text).encode("utf-8", "replace").decode("utf-8")
     return "".join(" " if (ord(c) < 32 and c != "\n") or 127 <= ord(c) < 160 else c for c in plain)
 
@@ -89,7 +89,7 @@ def superscript(power: int) -> str:
 
 
 def rounded(value: float, low: float = math.nan, high: float = math.nan) -> RoundedEstimate:
-    """Write a value and its interval with two significant digits of the narrower half-width."""
+    """A value and its interval, rounded to two significant digits of the narrower half-width."""
     if not math.isfinite(value):
         return RoundedEstimate(DASH)
     above, below = high - value, value - low
@@ -101,7 +101,7 @@ def rounded(value: float, low: float = math.nan, high: float = math.nan) -> Roun
     largest = max(abs(value), max(halves))
     exponent = _exponent(largest)
     scale = 10.0**-exponent
-    # Digits a billion times finer than the number itself would only print its rounding errors.
+    # More than nine significant digits would show rounding errors.
     decimals = 1 - magnitude(max(min(halves), largest * 1e-9) * scale, 2)
 
     def shown(x: float) -> str:
@@ -174,7 +174,7 @@ _LOG = re.compile(r"(?:.*[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|mf4)(?:\.gz)?( \(
 
 
 def run_name(text: str) -> str:
-    """The bare file name of a log's path, with the column of a table in brackets; other texts unchanged."""
+    """The file name of a log's path without suffix, with the column of a table in brackets; other texts unchanged."""
     match = _LOG.fullmatch(text.strip())
     return match[1] + (match[2] or "") if match else text
 
