@@ -76,6 +76,14 @@ def test_a_lost_signal_does_not_shorten_the_run_and_is_told_in_the_log_s_unit(tm
     assert "jumps to 99 km/h and back" in notes["coast_3.csv"][0]
 
 
+def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:
+    path = campaign(tmp_path, frozen(40.0, 44.0))
+    text = path.read_text().replace("speed: {column", "wheel_speed: {column").replace("unit: km/h", "unit: rad/s")
+    path.write_text(text.replace("frontal_area", "wheel_radius: 0.3 m, frontal_area"))
+    notes = {r["run"]: r["why"] for r in checked(path, tmp_path, 0)["runs"]}
+    assert any("wheel_speed" in why for why in notes["coast_2.csv"])
+
+
 def test_the_sample_coast_downs_are_all_kept(tmp_path: Path) -> None:
     document = checked(ROOT / "configs" / "coastdown.yaml", tmp_path, 0)
     assert [r["verdict"] for r in document["runs"]] == ["keep"] * 8

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -113,12 +113,13 @@ def _track_check(inputs: Inputs) -> TrackCheck:
 
 def _bridged(one: CutLog) -> Log:
     """The log with straight lines where it is cut: how far its run goes does not depend on wrong samples."""
+    measured = {name: values for name, values in one.log.channels.items() if name in one.whole}  # others are made anew
     bridged = {}
-    for name, values in one.log.channels.items():
+    for name, values in measured.items():
         cut, known = np.isnan(values) & ~np.isnan(one.whole[name]), np.isfinite(values)
         if cut.any() and known.any():
             bridged[name] = np.where(cut, np.interp(one.log.time, one.log.time[known], values[known]), values)
-    return one.log.with_channels(**bridged)
+    return replace(one.log, channels=measured).with_channels(**bridged)
 
 
 def _refused(inputs: Inputs) -> tuple[Finding, ...]:

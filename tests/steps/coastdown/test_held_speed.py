@@ -7,7 +7,7 @@ import pytest
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.segments import CoastSegment, coast_segment
+from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment
 
 STEP = 0.02  # s
 
@@ -76,3 +76,10 @@ def test_a_coast_without_a_held_speed_loses_a_second_at_most(accelerated: float)
 
 def test_a_log_that_begins_with_the_coast_is_whole() -> None:
     assert max(begun(50.0, 0.0, 0.0, 0.0, 0.03)) < 0.6  # the middle of the first second, over which noise is averaged
+
+
+def test_a_log_without_a_common_row_is_rejected() -> None:
+    """Two channels that are never written in the same row."""
+    found = coast_segment(0, Log("run", np.empty(0), {"speed": np.empty(0)}, ()), None, 8.0)
+    assert isinstance(found, RejectedSegment)
+    assert "no row holds a number in every channel" in found.why

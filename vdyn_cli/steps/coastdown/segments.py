@@ -88,6 +88,8 @@ def coast_segment(
     run : index of the run. window : upper and lower speed, m/s; None: the whole fall. shortest : s, least duration.
     split : the log is a table of split times. covered_least : share of the window that the fall must cover.
     """
+    if log.time.size == 0:
+        return RejectedSegment(log.name, 0.0, 0.0, "no row holds a number in every channel that is read")
     speed, start, stop = log["speed"], float(log.time[0]), float(log.time[-1])
     there = np.isfinite(speed)
     if there.sum() < fewest_rows(split):
