@@ -222,7 +222,7 @@ def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:
         "drive_torque": ("Motor Torque", "Nm"),
         "acceleration": ("Accel X", "m/s^2"),
     }
-    assert "not decided between 'logger 1: Speed' and 'logger 2: Speed'" in found.text
+    assert "not decided between 'logger 1: Speed' (19 to 21 m/s) and 'logger 2: Speed' (19.1 to 21.1 m/s)" in found.text
     assert "speed" in found.undecided
 
 
@@ -239,7 +239,7 @@ def test_a_coast_down_of_every_format_is_described(kind: str, tmp_path: Path) ->
         ("Time [s],Speed [N m]", "is in N m, which is no unit of the same kind as m/s"),
         ("Time [s],Speed [km/s]", "which no vehicle has"),
         ("Time [s],Wheel Speed [km/h]", "no column has such a name"),
-        ("Time [s],GPS Speed [km/h],CAN Speed [km/h]", "not decided between 'GPS Speed [km/h]' and 'CAN Speed [km/h]'"),
+        ("Time [s],GPS Speed [km/h],CAN Speed [km/h]", "between 'GPS Speed [km/h]' (50 to 56 km/h) and"),
     ],
 )
 def test_what_could_be_wrong_is_not_mapped(header: str, why: str, tmp_path: Path) -> None:
@@ -288,6 +288,30 @@ def test_names_and_units_of_rigs_and_phones_are_known(
     channel, column = expected
     assert description["channels"][channel]["column"] == column
     assert "?" not in description["channels"][channel]["unit"]
+
+
+def test_one_quantity_in_two_units_is_one_channel(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    rows = [f"{k / 10},{100 - k / 10:.3f},{(100 - k / 10) / 1.609344:.3f}" for k in range(600)]
+    path.write_text("\n".join(["TIME_s,SPEED_KPH,SPEED_MPH", *rows]) + "\n")
+    assert draft("coastdown", path)[1]["channels"]["speed"] == {"column": "SPEED_KPH", "unit": "km/h"}
+    path = tmp_path / "other.csv"
+    rows = [f"{k / 10},{100 - k / 10:.3f},{(101 - k / 10) / 1.609344:.3f}" for k in range(600)]
+    path.write_text("\n".join(["TIME_s,SPEED_KPH,SPEED_MPH", *rows]) + "\n")
+    assert draft("coastdown", path)[1]["channels"]["speed"]["column"] == "?"
+
+
+def test_the_speed_of_an_axle_serves_where_no_other_is_logged(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    rows = [f"{k / 10},{940 - k:.1f}" for k in range(600)]
+    path.write_text("\n".join(["Time[s],WheelSpeedFrontAxle[rpm]", *rows]) + "\n")
+    _, description = draft("coastdown", path)
+    assert description["channels"]["wheel_speed"] == {"column": "WheelSpeedFrontAxle[rpm]", "unit": "rpm"}
+    assert "speed" not in description["channels"]
+    assert description["vehicle"]["wheel_radius"] == "?"
+    path = tmp_path / "other.csv"
+    path.write_text("\n".join(["Time[s],N Front[rpm]", *rows]) + "\n")
+    assert "map 'wheel_speed' instead: by their unit: \"N Front[rpm]\"" in draft("coastdown", path)[0].text
 
 
 def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> None:

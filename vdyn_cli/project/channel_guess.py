@@ -11,6 +11,9 @@ from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 
 Words = frozenset[str]
+_Candidate = tuple[ChannelFacts, str, str]  # a column, its unit, and where that comes from
+
+_ROUNDED = 1e-3  # of the largest value, by which a column that a logger converted to another unit is rounded
 
 # Other spellings of the words in the rules below, English and German.
 _SAME_WORD = {
@@ -69,7 +72,10 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "drive_torque_right": (("drive torque right", "motor torque right"), "brake hub wheel"),
     "drive_force": (("drive force", "traction force"), "brake"),
     "brake_torque": (("brake torque",), ""),
-    "acceleration": (("long accel", "ax", "accel"), "lat vert pedal angular ay az y z down right left position"),
+    "acceleration": (
+        ("long accel", "ax", "long a", "accel"),
+        "lat vert pedal angular ay az y z down right left position",
+    ),
     "vertical_acceleration": (("vert accel", "az"), "pedal down"),
     "jerk": (("jerk",), ""),
     "grade": (("grade",), ""),
@@ -176,7 +182,7 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
     ways, never = _RULES.get(channel, ((channel.replace("_", " "),), ""))
     others: list[str] = []
     for context in (frozenset[str](), _words(file_name.split(".")[0])[0]):
-        ranked: dict[int, list[tuple[ChannelFacts, str, str]]] = {}
+        ranked: dict[int, list[_Candidate]] = {}
         for one in facts:
             words, suffix = _words(one.column)
             if one.state in ("clock", "text") or (context and words & {"time", "speed", "accel", "torque"}):
@@ -191,7 +197,7 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
                 continue
             ranked.setdefault(rank, []).append((one, unit, how))
         if ranked:
-            best = _distinct(ranked[min(ranked)])
+            best = _distinct(ranked[min(ranked)], quantity)
             if len(best) == 1:
                 one, unit, how = best[0]
                 if (across := _livelier_axis(one, facts)) is not None:
@@ -202,7 +208,7 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
                 if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
                     return ChannelGuess(one, unit, f"{why}: a load is positive here", sign=-1)
                 return ChannelGuess(one, unit, why)
-            rivals = " and ".join(f"'{_label(f)}'" for f, _, _ in best[:4])
+            rivals = " and ".join(f"'{_label(f)}' ({_range(f, unit)})" for f, unit, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}")
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or "no column has such a name")
 
@@ -235,7 +241,8 @@ def _words(name: str) -> tuple[Words, str]:
 
 
 def _rank(words: Words, ways: Sequence[str], never: Words, channel: str) -> int | None:
-    if words & (never | _NOT_DRIVEN) or (channel in _SINGLE and words & _ELSEWHERE):
+    elsewhere = channel in _SINGLE and words & _ELSEWHERE and "axle" not in words
+    if words & (never | _NOT_DRIVEN) or elsewhere:
         return None
     return next((rank for rank, way in enumerate(ways) if set(way.split()) <= words), None)
 
@@ -273,13 +280,25 @@ def _unfit(one: ChannelFacts, quantity: Quantity, unit: str) -> str:
     return f"holds {one.lowest:.5g} to {one.highest:.5g} {unit}, which no vehicle has"
 
 
-def _distinct(found: Iterable[tuple[ChannelFacts, str, str]]) -> list[tuple[ChannelFacts, str, str]]:
-    """Without channels whose samples are those of another one of them."""
-    kept: list[tuple[ChannelFacts, str, str]] = []
+def _distinct(found: Iterable[_Candidate], quantity: Quantity) -> list[_Candidate]:
+    """Without channels whose samples are those of another one of them, in its unit or in another one."""
+    kept: list[_Candidate] = []
     for one in found:
-        if not any(one[0].same_as in (f.column, f"{f.info.group}.{f.column}") for f, _, _ in kept if one[0].same_as):
+        labels = [label for f, _, _ in kept for label in (f.column, f"{f.info.group}.{f.column}")]
+        if one[0].same_as not in labels and not any(_same_in_si(one, other, quantity) for other in kept):
             kept.append(one)
     return kept
+
+
+def _same_in_si(one: _Candidate, other: _Candidate, quantity: Quantity) -> bool:
+    """Whether two columns in different units hold the same, as far as their ends and limits show: km/h beside mph."""
+    if "?" in (one[1], other[1]) or one[1] == other[1] or one[0].samples != other[0].samples:
+        return False
+    own, others = (
+        [to_si(x, unit, quantity.unit) for x in (facts.lowest, facts.highest, *facts.ends)]
+        for facts, unit, _ in (one, other)
+    )
+    return max(abs(a - b) for a, b in zip(own, others, strict=True)) <= _ROUNDED * max(map(abs, own))
 
 
 def _label(facts: ChannelFacts) -> str:

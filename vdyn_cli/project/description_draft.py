@@ -133,8 +133,17 @@ def _decided(step: Step, log: GuessedLog) -> bool:
     return any(part in log.columns() for entry in step.required for part in _names(entry) if part != "time")
 
 
-def _needed(step: Step) -> set[str]:
-    return {n for entry in step.required for n in _names(entry)}
+def _needed(step: Step, logs: Sequence[GuessedLog]) -> set[str]:
+    names = {n for entry in step.required for n in _names(entry)}
+    found = {n for log in logs for n in log.columns()}
+    return names | {one.source for one in step.scaled if one.target in names - found}
+
+
+def _instead(step: Step, channel: str, log: GuessedLog) -> str:
+    """The channel from which a step can make one that the log lacks, such as a wheel's speed; else the channel."""
+    found = log.columns()
+    sources = [one.source for one in step.scaled if one.target == channel and one.source in found]
+    return channel if channel in found or not sources else sources[0]
 
 
 def _names(entry: str) -> list[str]:
@@ -169,9 +178,10 @@ def _drives(
         entries += [f"log: {_quoted(_from(folder, log.path))}" for log in alone]
         tell = [[run[k].facts for run in of_loggers] for k in useful]
     else:
+        falling = _instead(step, falling, logs[0])
         logs = [part for log in logs for part in single_coasts(log, falling, drive)]
-        usual = usual_log(logs, _needed(step))
-        others = why_left_out(logs, usual, _needed(step), falling, drive)
+        usual = usual_log(logs, _needed(step, logs))
+        others = why_left_out(logs, usual, _needed(step, logs), falling, drive)
         kept = [log for log, other in zip(logs, others, strict=True) if not other]
         lines, mapped, undecided = _channels(step, usual, kept, required=True)
         lines = ["channels:", *lines]
@@ -182,6 +192,8 @@ def _drives(
     own = [log.window + keys for log, keys in zip(kept, found.keys, strict=True)]
     runs, decided = _runs(entries, others, key, ways, own)
     body = [filled for line in parts.get("DRAFT", "").splitlines() for filled in _filled(line, found.air)]
+    at = body.index("vehicle:") + 1 if "vehicle:" in body else 0
+    body[at:at] = _constants(step, mapped, body)
     lines += ["runs:", *(f"  # {note}" for note in (*notes, *found.notes)), *runs]
     body += lines
     if key and not key.startswith("side") and not decided:
@@ -189,6 +201,13 @@ def _drives(
         undecided.append(f"{key.split(':')[0]} of each run")
     body += parts.get("SETTINGS", "").splitlines()
     return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
+
+
+def _constants(step: Step, mapped: Sequence[str], body: Sequence[str]) -> list[str]:
+    """The constants of the vehicle that channels need which are made from other ones."""
+    made = [one for one in step.scaled if one.source in mapped and one.target not in mapped]
+    lines = [f'  {name}: "?"  # {one.equation}' for one in made for name in one.constants]
+    return [line for line in lines if not any(other.startswith(line.split(":")[0] + ":") for other in body)]
 
 
 def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
@@ -273,7 +292,7 @@ def _channels(
     mapped: list[str] = []
     undecided: list[str] = []
     left: list[str] = []
-    needed = _needed(step)
+    needed = _needed(step, [log])
     for channel in _ways(step, log):
         guess = log.guesses[channel]
         missing = [o.path.name for o in logs if o.columns().get(channel) != log.columns().get(channel)]
@@ -299,14 +318,19 @@ def _channels(
 
 
 def _by_unit(step: Step, log: GuessedLog, channel: str) -> str:
-    """Which unmapped columns have a unit of a channel's kind, as text; nothing where their names are rivals already."""
+    """Which unmapped columns have a unit of a channel's kind, or of one from which it can be made, as text; nothing
+    where their names are rivals already."""
     if "'" in log.guesses[channel].why:
         return ""
     used = log.columns().values()
     free = [f for f in log.facts if (f.column, f.info.group) not in used]
-    found = columns_by_unit(step.channels()[channel], free)
-    more = f" and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
-    return f"; by their unit: {', '.join(_quoted(c) for c in found[:_MOST_NAMED])}{more}" if found else ""
+    text = ""
+    for name in (channel, *(one.source for one in step.scaled if one.target == channel)):
+        found = columns_by_unit(step.channels()[name], free)
+        more = f" and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
+        instead = "" if name == channel else f"map '{name}' instead: "
+        text += f"; {instead}by their unit: {', '.join(_quoted(c) for c in found[:_MOST_NAMED])}{more}" if found else ""
+    return text
 
 
 def _ways(step: Step, log: GuessedLog) -> list[str]:
@@ -316,7 +340,7 @@ def _ways(step: Step, log: GuessedLog) -> list[str]:
     for entry in (*step.required, *step.optional):
         ways = [way.split("+") for way in entry.split("|")]
         whole = [way for way in ways if all(part in found for part in way)]
-        chosen += (whole or ways)[0]
+        chosen += [_instead(step, channel, log) for channel in (whole or ways)[0]]
     return list(dict.fromkeys(chosen))
 
 
