@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import gzip
+import re
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -37,6 +38,18 @@ _FORMATS = {
     b"\x28\xb5\x2f\xfd": "a zstd archive",
     b"%PDF": "a PDF",
     b"\x89PNG": "a picture",
+    b"LOGG": "a trace of bus frames by Vector (.blf)",
+}
+# Text that holds the bytes of each message, which mean nothing without the description of the bus.
+_FRAMES = (
+    (re.compile(rb"date [^\n]{8,60}\r?\n\s*base (hex|dec)\s+timestamps"), "by Vector (.asc)"),
+    (re.compile(rb";\$FILEVERSION="), "by PEAK (.trc)"),
+    (re.compile(rb"\s*\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]+#"), "by candump"),
+    (re.compile(rb"\*\*\*BUSMASTER"), "by BUSMASTER"),
+)
+_REMEDIES = {
+    "a zip archive or an Excel workbook (.xlsx)": "unpack it and name the logs in it, or save the workbook as CSV",
+    "frames": "decode it with the DBC or ARXML file of the bus first, and save its signals as MF4 or CSV",
 }
 
 
@@ -157,7 +170,11 @@ def _sniff(path: Path, first: bytes, known: str | None) -> tuple[str, int]:
     head = first[: 1 << 16]
     for magic, what in _FORMATS.items():
         if head.startswith(magic):
-            raise InputError(Finding(str(path), f"is {what}, not a text log", remedy="export the channels as CSV"))
+            remedy = _REMEDIES.get("frames" if "frames" in what else what, "export the channels as CSV")
+            raise InputError(Finding(str(path), f"is {what}, not a text log", remedy=remedy))
+    for begin, tool in _FRAMES:
+        if begin.match(head):
+            raise InputError(Finding(str(path), f"is a trace of bus frames {tool}", remedy=_REMEDIES["frames"]))
     nuls = head.count(0)
     if nuls > 0.2 * len(head):
         half = len(head) // 2
