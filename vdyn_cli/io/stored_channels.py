@@ -158,7 +158,7 @@ def _rising_clock(file: StoredFile, members: Sequence[StoredChannel]) -> tuple[S
 
 
 def _recorded(channel: StoredChannel, values: Array | None, time: Array | None, is_time: bool) -> Recorded:
-    unit = "s" if is_time and channel.master else stated_unit(channel.name, channel.unit) or channel.unit
+    unit = stated_unit(channel.name, channel.unit) or ("s" if is_time and channel.master else channel.unit)
     info = channel_info(channel.name, unit, time, values, channel.group, channel.source)
     return Recorded(replace(info, begin=channel.begin), time, values)
 
@@ -189,7 +189,9 @@ def _chosen(
             chosen[channel] = fitting[0]
             place = f"{name}, column '{fitting[0].name}'"
             unit = stated_unit(fitting[0].name, fitting[0].unit)
-            findings += [contradiction(place, channel, column, unit)] if contradicts(unit, column) else []
+            doubts = [contradiction(place, channel, column, unit)] if contradicts(unit, column) else []
+            # A clock in another unit makes every rate wrong, and nothing else tells.
+            (problems if channel == "time" else findings).extend(doubts)
         elif fitting:
             problems.append(_several(column, channel, fitting, name))
         elif column.optional:
