@@ -16,8 +16,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
 _CLOCK = re.compile(
-    r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|(\w+[ _.])?time[ _]?stamps?|zeit|x_value|"
-    r"t(?=_m?s\b|[^\w]|$))(?![a-z])",
+    r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|(seconds[ _])?elapsed|"
+    r"(\w+[ _.])?time[ _]?stamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )
 # Rates, Hz, that loggers of road tests have: a unit of time is decided where only one gives such a rate.
@@ -162,7 +162,7 @@ def clock_units(rate: float, first: float = 0.0) -> list[str]:
     rate : samples per unit of the clock.
     first : its first value, which decides between two units where in one of them it counts from 1970.
     """
-    units = [u for u in ("s", "ms", "us") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
+    units = [u for u in ("s", "ms", "us", "ns") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
     since_1970 = [u for u in units if _UNIX[0] <= to_si(first, u, "s") <= _UNIX[1]]
     return since_1970 or units
 

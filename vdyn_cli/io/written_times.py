@@ -12,19 +12,21 @@ from vdyn_cli.quantities.arrays import Array
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
-_DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}"
+_DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}|\d+ days?"
 # Without seconds only behind a date or before AM and PM: 10:23 alone may be minutes and seconds.
 _INSTANT = re.compile(
     rf"(?:({_DATE})[ T]+)?"
     r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?)|(?=\s*[AaPp][Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
     r"\s*([AaPp][Mm])?" + _ZONE
 )
+_MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # and seconds with their fraction, which hours and minutes lack
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
 
 
 def is_instant(cell: str) -> bool:
-    """Whether a cell is a time of day, ``10:23:11.5``, with or without a date before it, ``2026-05-01 10:23``."""
-    return ":" in cell[:_LONGEST] and len(cell) <= _LONGEST and _INSTANT.fullmatch(cell.strip()) is not None
+    """Whether a cell is a time: ``10:23:11.5``, ``2026-05-01 10:23``, ``0 days 10:23:11.5``, minutes ``83:11.5``."""
+    plain = cell.strip() if len(cell) <= _LONGEST and ":" in cell else ""
+    return _INSTANT.fullmatch(plain) is not None or _MINUTES.fullmatch(plain) is not None
 
 
 def is_day_or_minute(cell: str) -> bool:
@@ -51,6 +53,10 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
     half = parts[4].str.lower()
     hours = np.where(half.notna(), hours % 12 + 12 * (half == "pm"), hours)
     counted: Array = _days(parts[0]) * _DAY + 3600.0 * hours + 60.0 * minutes + seconds
+    if np.isnan(counted).any():
+        short = pd.Series(cells, dtype=object).str.strip().str.extract(f"^{_MINUTES.pattern}$")
+        first, last = (pd.to_numeric(short[i].str.replace(",", "."), errors="coerce").to_numpy(float) for i in (0, 1))
+        counted = np.where(np.isnan(counted), 60.0 * first + last, counted)
     return counted
 
 
@@ -61,6 +67,9 @@ def _days(dates: object) -> Array:
     series = pd.Series(dates, dtype=object)
     days = {}
     for date in series.dropna().unique():  # few: one a day
+        if "day" in date:
+            days[date] = float(date.split()[0])
+            continue
         try:
             day = pd.to_datetime(date, dayfirst=not date[:4].isdigit())
         except ValueError:
