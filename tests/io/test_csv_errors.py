@@ -131,7 +131,6 @@ def test_a_misspelled_name_of_two_columns_is_answered_with_both(tmp_path: Path) 
         ),
         (9, "0.7,1;2,ok", "got '1;2'"),
         (9, '0.7,"1,5",ok', "(got '1,5')\n    -> if all numbers have this format, add 'reading: {decimal: \",\"}'"),
-        (9, "t,v [m/s],note", "the header is repeated: two files were joined; split them"),
         (9, "12:30:01,1,ok", "time must be a number; export it as seconds instead of a time of day"),
         (9, "0.7,1,ok,more", "1 row(s) longer than the header's 3 columns (line 9) (got 'more')"),
         (9, "0,7,0,1,ok", "longer than the header's 3 columns"),
@@ -143,6 +142,11 @@ def test_a_misspelled_name_of_two_columns_is_answered_with_both(tmp_path: Path) 
 )
 def test_damaged_rows_are_named_by_line(tmp_path: Path, line: int, text: str, message: str) -> None:
     assert message in refused(tmp_path, changed(line, text))
+
+
+def test_a_header_before_a_clock_that_begins_anew_joins_two_files(tmp_path: Path) -> None:
+    message = refused(tmp_path, "t,v [m/s],a\n0,1,2\n1,2,3\n2,3,4\nt,v [m/s],a\n0,1,2\n1,2,3\n")
+    assert "the header is repeated, and the clock begins anew: two files were joined; split them" in message
 
 
 def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

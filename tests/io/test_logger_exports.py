@@ -10,7 +10,7 @@ import pytest
 
 from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.log_formats import read_log
-from vdyn_cli.io.reader import Column
+from vdyn_cli.io.reader import Column, clock_units
 from vdyn_cli.io.written_times import is_instant, since_first, written_seconds
 from vdyn_cli.quantities.errors import InputError
 
@@ -67,6 +67,23 @@ STATION = (
     "yyyy-MM-dd hh:mm:ss a,°C,%,km/h,Deg,Data Type,Location address,Notes\n"
     + rows('{d:%Y-%m-%d %I:%M:%S.%f %p},28.9,45.7,{v:.2f},--,point,"22 Rue, France",')
 )
+AIM = (
+    '"Format","AiM CSV File"\n"Session","Oval"\n"Sample Rate","20"\n"Beacon Markers","15.000","30.000"\n\n'
+    '"Time","Ground Speed","Lap Heading"\n"sec","km/h",""\n"1","2","3"\n\n' + rows('"{t:.3f}","{v:.2f}","91.0"')
+)
+CALIBRATION = (
+    "ETASAsciiItemFile\trecord\tCrLf\tTab\nsampleCount\t600\ntime\tVehV_v\\ETKC:1\tEng_n\\ETKC:1\t\n"
+    'f8\tf8\tf8\t\n"s"\t"km/h"\t"rpm"\t\n' + rows("{t:.3f}\t{v:.2f}\t780\t")
+)
+BARRED = (
+    '"Interval"|"ms"|0|0|1,"Speed"|"km/h"|0.0|150.0|20,"GPSSats"|""|0|20|10\n'
+    + "".join(f"{4000 + 50 * k},{v:.2f},{9 if k % 2 else ''}\n" for k, v in enumerate(SPEED))
+)  # fmt: skip
+MINUTES = "Elapsed,Speed (km/h)\n" + "".join(
+    f"{t // 60:02.0f}:{t % 60:05.2f},{v}\n" for t, v in zip(TIME, SPEED, strict=True)
+)
+INDEX = ",speed_kmh\n" + "".join(f"0 days 00:00:{t:09.6f},{v}\n" for t, v in zip(TIME, SPEED, strict=True))
+AGAIN = OF_DAY.splitlines(keepends=True)
 EXPORTS = {
     "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),
     "racechrono.csv": (RACECHRONO, "elapsed_time", "speed", "m/s"),
@@ -77,6 +94,10 @@ EXPORTS = {
     "recorder.csv": (RECORDER, "Date&Time", "CH5", "km/h"),
     "station.csv": (STATION, "FORMATTED DATE_TIME", "Wind Speed", "km/h"),
     "vbox.vbo": (VBO, "time", "velocity", "km/h"),
+    "aim.csv": (AIM, "Time", "Ground Speed", "km/h"),
+    "calibration.ascii": (CALIBRATION, "time", "VehV_v\\ETKC:1", "km/h"),
+    "minutes.csv": (MINUTES, "Elapsed", "Speed (km/h)", "km/h"),
+    "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }
 
 
@@ -88,6 +109,57 @@ def test_an_export_gives_the_coast(tmp_path: Path, name: str) -> None:
     log = read_log(path, {"time": Column(clock, "s", "s"), "speed": Column(speed, unit, "m/s")})
     assert log.time == pytest.approx(TIME, abs=1e-4)
     assert log["speed"] == pytest.approx(SPEED / 3.6, abs=1e-6)
+
+
+def test_units_stand_with_the_names_in_the_cells_of_a_header(tmp_path: Path) -> None:
+    path = tmp_path / "barred.log"
+    path.write_text(BARRED, encoding="utf-8")
+    assert {f.column: (f.info.unit, f.state) for f in survey(path)} == {
+        "Interval": ("ms", "clock"), "Speed": ("km/h", "varies"), "GPSSats": ("", "constant")
+    }  # fmt: skip
+    log = read_log(path, {"time": Column("Interval", "ms", "s"), "speed": Column("Speed", "km/h", "m/s")})
+    assert log.time == pytest.approx(4.0 + TIME)
+    assert log["speed"] == pytest.approx(SPEED / 3.6)
+
+
+def test_an_index_without_a_name_is_a_clock(tmp_path: Path) -> None:
+    path = tmp_path / "index.csv"
+    path.write_text(INDEX, encoding="utf-8")
+    assert [f.column for f in survey(path) if f.state == "clock"] == ["Unnamed: 0"]
+    log = read_log(path, {"time": Column("Unnamed: 0", "s", "s"), "speed": Column("speed_kmh", "km/h", "m/s")})
+    assert log.time == pytest.approx(TIME)
+
+
+def test_a_clock_counts_nanoseconds_since_1970(tmp_path: Path) -> None:
+    path = tmp_path / "location.csv"
+    lines = [f"{1_778_580_000_000_000_000 + int(1e9 * t)},{t:.3f},{v}" for t, v in zip(TIME, SPEED, strict=True)]
+    path.write_text("\n".join(["time,seconds_elapsed,speed", *lines]) + "\n")
+    (clock,) = [f for f in survey(path) if f.state == "clock"]
+    assert clock_units(clock.info.rate, clock.lowest) == ["ns"]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "tool"),
+    [
+        ("a.asc", "date Tue May 12 10:00:00.000 am 2026\nbase hex  timestamps absolute\n", r"Vector \(.asc\)"),
+        ("a.trc", ";$FILEVERSION=1.1\n;$STARTTIME=46154.4\n", r"PEAK \(.trc\)"),
+        ("a.log", "(1770000000.000000) can0 1A0#2BB7000010200000\n", "candump"),
+        ("a.blf", "LOGG\x90\0\0\0", r"Vector \(.blf\)"),
+    ],
+)
+def test_a_trace_of_bus_frames_is_to_be_decoded_first(tmp_path: Path, name: str, content: str, tool: str) -> None:
+    (tmp_path / name).write_text(content + "0.001 1 1A0 Rx d 8 00 01 02 03 04 05 06 07\n" * 9)
+    with pytest.raises(InputError, match=rf"is a trace of bus frames by {tool}(?s:.*)DBC or ARXML"):
+        survey(tmp_path / name)
+
+
+def test_the_clock_of_a_long_table_has_its_unit(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    path.write_text("Time (ms),Signal,Value,Unit\n" + rows("{t:.3f},Speed,{v:.2f},km/h"))
+    (clock,) = [f for f in survey(path) if f.state == "clock"]
+    assert clock.info.unit == "ms"
+    with pytest.raises(InputError, match="channel 'time' is read in 's'"):
+        read_log(path, {"time": Column("Time (ms)", "s", "s"), "speed": Column("Speed", "km/h", "m/s")})
 
 
 @pytest.mark.parametrize("name", EXPORTS)

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import SequenceMatcher
+from itertools import pairwise
 from typing import Literal
 
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_written, tidy
@@ -20,11 +21,16 @@ from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, Inp
 # of columns.
 _HEADS = ((1 << 15, 250), (1 << 16, 1000), (1 << 20, 1000))
 _MOST_HEADS = 5  # rows of text above the numbers among which the header is searched
+_FEWEST_COUNTED = 3  # columns; 1 and 2 may be a sample
 _FEWEST_UNITS = 0.3  # of the cells of a row between header and numbers that make it a row of units
 _SHOWN = 200  # rows that show the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _LONGEST_RECORD = 8  # lines of a row; beyond, a stray quote, such as that of 5" wheels, has swallowed lines
 _MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNORECASE)
+_BARRED = re.compile(
+    r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}'
+)  # name, unit, range and rate in one cell of the header
+_UNNAMED = "Unnamed: 0"  # as pandas names the column of an index that has no name
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
 
 
@@ -134,6 +140,7 @@ class _Table:
     header: list[str]
     between: list[_Record]  # rows between header and numbers, decoded
     above: list[str]  # cells of the row above the header
+    barred: list[str]  # units that stand with the names in the cells of the header
     numbers: list[_Record]
     header_line: int
     mapped: tuple[int, ...]  # positions of wanted columns that were found
@@ -167,6 +174,10 @@ def _table(
         start = next((i for i in below if _is_numbers(records[i].fields, None)), None)
     if start is None or len(header) < 2:
         return None
+    if _counts_columns(records[start].fields, len(header)) and start + 1 < len(records):
+        start += 1
+    while start + 1 < len(records) and not any(map(is_written, records[start].fields)):
+        start += 1
     between = [_Record(r.line, [_decoded(f, encoding) for f in r.fields]) for r in records[at + 1 : start]]
     numbers = records[start:]
     if between and len(between[0].fields) == len(numbers[0].fields) and _holds_units(between[0].fields):
@@ -176,7 +187,9 @@ def _table(
     mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
     score = fitting + sum(shares) / len(shares)
     above = cells[at - 1] if at > 0 and len(cells[at - 1]) == len(header) else []
-    return _Table(delimiter, header, between, above, numbers, records[at].line, mapped, hits[at], score)
+    own = [_BARRED.fullmatch(_decoded(f, encoding)) for f in records[at].fields]
+    barred = [unit_text(m[2]) if m else "" for m in own]
+    return _Table(delimiter, header, between, above, barred, numbers, records[at].line, mapped, hits[at], score)
 
 
 def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
@@ -184,6 +197,9 @@ def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[
     if not fields or _is_value(fields[0]):
         return []
     names = [_decoded(f, encoding) for f in fields]
+    names = [m[1] if (m := _BARRED.fullmatch(name)) else name for name in names]
+    if not names[0] and any(names):
+        names[0] = _UNNAMED
     if names[0] not in wanted and len(names[0]) > 1:
         names[0] = names[0].removeprefix("#").strip()
     return names
@@ -201,6 +217,11 @@ def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Seque
     rows = [i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)]
     widths = Counter(len(records[i].fields) for i in rows)
     usual = max(widths, key=lambda w: widths[w], default=0)
+    written = [i for i, r in enumerate(records) if any(map(is_written, r.fields))]
+    below = dict(pairwise(written))
+    # A setting of several numbers, such as the times of laps, has no numbers in the row below.
+    numeric = set(rows)
+    rows = [i for i in rows if below.get(i, i) in numeric] or rows
     firsts = [next((i for i in rows if len(records[i].fields) in (usual, n)), None) for n in (usual, *widths)]
     headers = (_header_above(first, records, cells, wanted) for first in dict.fromkeys(firsts) if first is not None)
     return next((at for at in headers if at is not None), None)
@@ -240,6 +261,11 @@ def _is_numbers(fields: Sequence[str], clock: int | None) -> bool:
     return _share_of_numbers(fields) > 0.5
 
 
+def _counts_columns(fields: Sequence[str], width: int) -> bool:
+    """Whether a row below the header numbers its columns, 1, 2, 3 and so on."""
+    return len(fields) >= max(width, _FEWEST_COUNTED) and all(f.strip() == str(i + 1) for i, f in enumerate(fields))
+
+
 def _share_of_numbers(fields: Sequence[str]) -> float:
     written = [f for f in fields if is_written(f)]
     return sum(map(_is_value, written)) / len(written) if written else 0.0
@@ -275,13 +301,16 @@ def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: s
 
 
 def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding, ...]]:
-    """The row under the header where it holds units; other rows there are skipped, and said to be."""
+    """The row between header and numbers that holds units; others there are skipped, and said to be."""
     rows = [r for r in table.between if any(f.strip() for f in r.fields)]
     units: tuple[str, ...] = ()
-    if rows and _holds_units(rows[0].fields, _FEWEST_UNITS):
-        cells = [unit_text(f) for f in rows[0].fields]
+    stated = next((r for r in rows if _holds_units(r.fields, _FEWEST_UNITS)), None)
+    if stated is not None:
+        cells = [unit_text(f) for f in stated.fields]
         units = tuple((cells + [""] * len(table.header))[: len(table.header)])
-        rows = rows[1:]
+        rows.remove(stated)
+    elif any(table.barred):
+        units = tuple(table.barred)
     elif table.above and _holds_units(table.above) and not _holds_units(table.header):
         units = tuple(unit_text(f) for f in table.above)
     findings = tuple(

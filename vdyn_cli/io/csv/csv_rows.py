@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.csv.csv_cells import tidy
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.io.csv.csv_numbers import MOST_BAD, BadCell, Numbers
+from vdyn_cli.io.file_units import unit_text
 from vdyn_cli.io.sample_times import lines_of
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 
 Rows = NDArray[np.intp]
@@ -39,10 +42,15 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     """
     time = numbers.columns[position["time"]]
     line_of = numbers.lines.of
-    bad_rows = np.unique(np.array([c.row for c in numbers.bad], dtype=np.intp))
+    again = _repeated_headers(numbers.bad, layout, time)
+    bad = tuple(c for c in numbers.bad if c.row not in again)
+    bad_rows = np.unique(np.array([c.row for c in bad], dtype=np.intp))
     good = ~np.isnan(time)
     good[bad_rows] = False
     findings: list[Finding] = []
+    if again:
+        what = f"{len(again)} row(s) left out that repeat the header or its units (line {lines_of(again, line_of)})"
+        findings.append(Finding(name, what))
     if numbers.unfinished and time.size:
         findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is incomplete and ignored"))
         good[-1] = False
@@ -53,7 +61,7 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     summary = 0 < below.size <= _MOST_SUMMARY and numbers.complete
     if summary:
         what = f"{below.size} row(s) below the data left out (line {lines_of(below, line_of)})"
-        findings.append(Finding(name, what, _first_text(numbers.bad, stop)))
+        findings.append(Finding(name, what, _first_text(bad, stop)))
     elif below.size:
         stop = time.size
     if numbers.multiline:
@@ -63,13 +71,37 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
         findings.append(Finding(name, f"thousands separators removed from {numbers.grouped} numbers"))
     if numbers.infinite:
         findings.append(Finding(name, f"{numbers.infinite} infinite number(s) treated as missing values"))
-    empty = np.flatnonzero(blank[:stop])
+    empty = np.setdiff1d(np.flatnonzero(blank[:stop]), again)
     if empty.size:
         what = f"{empty.size} row(s) without any mapped value left out (line {lines_of(empty, line_of)})"
         findings.append(Finding(name, what))
-    problems = _problems([c for c in numbers.bad if c.row < stop], numbers, layout, position, name)
-    kept = np.flatnonzero(~blank[:stop]) if empty.size else None
+    problems = _problems([c for c in bad if c.row < stop], numbers, layout, position, name)
+    kept = np.flatnonzero(~blank[:stop]) if empty.size or again else None
     return DataRows(stop, kept, tuple(findings), problems)
+
+
+def _repeated_headers(bad: Sequence[BadCell], layout: Layout, time: Array) -> list[int]:
+    """The rows that hold the header once more, or its units, as of a logger that was stopped and went on.
+
+    A clock that begins anew behind them is that of another log, which is no part of this one.
+    """
+    rows: dict[int, list[BadCell]] = {}
+    for cell in bad:
+        rows.setdefault(cell.row, []).append(cell)
+    units = layout.units or ("",) * len(layout.header)
+
+    def goes_on(row: int) -> bool:
+        before, behind = (part[np.isfinite(part)] for part in (time[:row], time[row:]))
+        return bool(np.isnan(time[row]) and before.size and behind.size and behind[0] > before[-1])
+
+    def repeats(cells: Sequence[BadCell]) -> bool:
+        return all(c.column >= 0 and _named(c.text, layout.header[c.column], units[c.column]) for c in cells)
+
+    return [row for row, cells in rows.items() if repeats(cells) and goes_on(row)]
+
+
+def _named(text: str, name: str, unit: str) -> bool:
+    return tidy(text) == name or bool(unit and unit_text(text) == unit)
 
 
 def has_decimal_commas(numbers: Numbers) -> bool:
@@ -119,7 +151,7 @@ def _problems(
 
 def _remedy(channel: str, text: str, header: str, layout: Layout) -> str:
     if text == header:
-        return "the header is repeated: two files were joined; split them"
+        return "the header is repeated, and the clock begins anew: two files were joined; split them"
     if channel == "time" and _OF_DAY.search(text):
         return "time must be a number; export it as seconds instead of a time of day"
     if _EITHER_MARK.fullmatch(text):
