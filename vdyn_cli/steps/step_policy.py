@@ -266,12 +266,14 @@ class StepPolicy:
         "1.2 % of right models reach it.",
     )  # fmt: skip
     slip_stiffness: float = threshold(
-        10.0, "without unit", "force of the driven tires over slip and the car's weight, of a mass on a road",
-        "Passenger car tires have 15 to 30 over their load, and the driven axle carries about half of the weight.",
+        12.0, "without unit", "force of the driven tires over slip and the car's weight, of a mass on a road",
+        "Passenger car tires have 15 to 30 over their load, and driven axles carry 40 % of the weight or all of it: "
+        "6 at least, and much more where tires are hard or the stated rotating mass is also that of undriven wheels, "
+        "which do not slip. The slip for a force is between none and that of 6; half of that is expected.",
     )  # fmt: skip
     slip_spread: float = threshold(
-        0.4, "share", "of the lag that follows from slip_stiffness, by which it may differ",
-        "Tires of 15 to 30 under 40 to 60 % of the weight have 6 to 18: lags of 0.55 to 1.7 times the usual one.",
+        0.58, "share", "standard deviation of the lag that follows from slip_stiffness",
+        "Evenly distributed between none and twice the expected one: 1/sqrt(3).",
     )  # fmt: skip
     foreign_error: float = threshold(
         0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",

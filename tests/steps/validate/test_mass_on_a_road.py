@@ -58,6 +58,12 @@ def test_slip_an_uneven_road_and_a_held_speed_are_no_findings(tmp_path: Path, se
     assert diagnosed(tmp_path, CAR, drives(CAR, seed), held).verdict == "adequate"
 
 
+def test_tires_that_hardly_slip_are_no_finding(tmp_path: Path) -> None:
+    """The driven wheels of light vehicles are hard, and all wheels of some vehicles are driven: no lag of the speed."""
+    car = replace(CAR, stiffness=2000.0)
+    assert diagnosed(tmp_path, car, drives(car, 60), seed=60).verdict == "adequate"
+
+
 def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)
     found = diagnosed(tmp_path, car, drives(car, 3), 5)
