@@ -113,7 +113,7 @@ def test_a_body_fixed_accelerometer_is_freed_of_gravity() -> None:
 @pytest.mark.parametrize(
     ("channel", "says"),
     [
-        ("pitch_rate", "nose goes down"),
+        ("pitch_rate", "nose dips"),
         ("acceleration", "gains load"),
         ("front_load", "negative axle load"),
         ("rear_load", "negative axle load"),
@@ -163,7 +163,7 @@ def test_left_out_drag_and_spin_are_said() -> None:
     result = STEP.estimate(SPEC, logs(vehicle, 1), bare)
     said = " ".join(str(f) for f in result.findings)
     assert "drag_area is not given: 0.65 +- 0.15 m^2 assumed" in said
-    assert "spin of the wheels is left out" in said
+    assert "rotational inertia of the wheels is neglected" in said
     assert result.parameters["cg_height"].value > 1.005 * vehicle.cg_height
 
 

@@ -61,8 +61,8 @@ def test_what_turns_beside_the_wheel_is_taken_off_with_its_uncertainty() -> None
     found = wheel.parameters["wheel_inertia"]
     assert found.value == pytest.approx(whole.parameters["wheel_inertia"].value - 0.1)
     assert found.std == pytest.approx(np.hypot(whole.parameters["wheel_inertia"].std, 0.02))
-    assert any("nothing is taken off" in f.what for f in whole.findings)
-    assert not any("nothing is taken off" in f.what for f in wheel.findings)
+    assert any("includes the rotor and shaft" in f.what for f in whole.findings)
+    assert not any("includes the rotor and shaft" in f.what for f in wheel.findings)
 
 
 def test_the_gain_of_the_torque_is_a_scale_of_the_inertia() -> None:

@@ -108,7 +108,7 @@ def test_what_is_no_swing_is_refused() -> None:
         free_swing(Recording("gyro.csv", "angular_rate", time[:30], noise[:30], "compound"))
     with pytest.raises(ResultError, match="too short for a period"):
         free_swing(Recording("gyro.csv", "angular_rate", time[:900], np.sin(5.0 * time[:900]), "compound"))
-    with pytest.raises(ResultError, match="too wide"):
+    with pytest.raises(ResultError, match="too large"):
         free_swing(Recording("gyro.csv", "angular_rate", time, 573 * np.sin(5.0 * time), "torsional"))
 
 

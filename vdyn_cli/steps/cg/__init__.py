@@ -4,20 +4,20 @@ Moments of the whole car about the rear contact, nose-up positive::
 
     L Ff - lr (Ff + Fr) + (M h + J) a + Fd hd = I th'',      a = a_antenna + (H - h) th''
 
-with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (wheels that
-spin up unload the front axle too; without it, the height is 1 to 2 % too high). Without rear loads, Fr = M g - Ff,
+with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (accelerating
+wheels also unload the front axle; without J, the height is 1 to 2 % too high). Without rear loads, Fr = M g - Ff,
 which is the paper's equation (5), plus the heave that pitching causes on springs and dampers whose centers lie ahead of
-or behind the center of gravity, by two levers of 0 +- 0.3 m. Rolling resistance pushes a tire that rolls up frr r
-ahead of its hub, and one at rest right below it. A speed that is not logged is integrated from the acceleration.
+or behind the center of gravity, by two levers of 0 +- 0.3 m. The contact force of a rolling tire acts frr r ahead of
+its hub, that of a tire at rest directly below it. A speed that is not logged is integrated from the acceleration.
 
-The loads at rest give lr; the load moved per acceleration gives M h; the load moved per pitch acceleration gives
+The loads at rest determine lr, the load transfer per acceleration M h, and the load transfer per pitch acceleration
 I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wrong sign turns I into
-2 (M h + J)(H - h) - I without any misfit, so the sign is checked against physics (a car squats when it is driven).
+2 (M h + J)(H - h) - I without any misfit, so the sign is checked against physics (a car squats when it accelerates).
 
 The balance is integrated over 20 ms, so the pitch rate is never differentiated; noise in loads, acceleration and pitch
 rate all enters the balance (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
-Without rear loads, the heave by an uneven road is colored noise of the front load, estimated from what the balance
-leaves, and the unknowns are found by what of the channels follows from the acceleration (instrumental variables).
+Without rear loads, the heave due to an uneven road is colored noise of the front load, estimated from the residual of
+the balance, and the instruments of the fit are the parts of the channels that follow from the acceleration.
 
 Assumes a flat road, no lift, rigid body; a road grade acts like an accelerometer offset. Source: SAE 2017-01-1574,
 equations (5) to (7).

@@ -1,4 +1,4 @@
-"""The whitened rows of the moment balance, with noise and true channels held constant."""
+"""The whitened rows of the moment balance, with noise and estimated true channels held constant."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BalanceInputs:
-    """One run's channels, (n,) each, as drives of the balance: without pitch acceleration, and with 1 rad/s^2."""
+    """One run's channels as inputs of the balance: without pitch acceleration, and with 1 rad/s^2."""
 
     still: Drive
     turning: Drive
@@ -33,11 +33,11 @@ class BalanceInputs:
 
 @dataclass(frozen=True)
 class WhitenedRun:
-    """What is held constant of one run while its unknowns move from where it was made.
+    """Quantities of one run that are held constant while its unknowns change.
 
     Parameters
     ----------
-    true : the most probable channels at the run's unknowns, smoothed, ready to be simulated.
+    true : the most probable true channels at the reference values of the unknowns, smoothed.
     factor : (b, k) banded Cholesky factor of the covariance of the integrated balances.
     residual : (k,) whitened balances of the measured channels.
     expected : (k,) balances of the true channels.
@@ -56,8 +56,8 @@ class BalanceRows:
     Parameters
     ----------
     fit : with the effects in the balance.
-    at : all unknowns (s + g m) of the fit at which noise and true channels were made.
-    runs : what is held constant of each run. heave : the autocovariance of the heave in their noise, N^2.
+    at : all unknowns (s + g m) of the fit at which noise and true channels were computed.
+    runs : constant quantities of each run. heave : autocovariance of the heave in their noise, N^2.
     """
 
     fit: LoadFit
@@ -85,21 +85,21 @@ class BalanceRows:
 
     @property
     def misfit(self) -> float:
-        """Mean square of the balances where they were made: 1 where noise alone is left."""
+        """Mean square of the whitened balances at ``at``: 1 where only noise is left."""
         return float(np.mean(np.concatenate([r.residual for r in self.runs]) ** 2))
 
     def place_in(self, other: LoadFit) -> Array:
-        """Where these rows were made, as unknowns (s + g m) of another fit; what this fit lacks is at its start."""
+        """``at`` as unknowns (s + g m) of another fit; unknowns that this fit lacks have their start values."""
         before = [u.name for u in self.fit.unknowns if not u.per_run]
         values = dict(zip(before, self.at.tolist(), strict=False))
         shared = [values.get(u.name, u.start) for u in other.unknowns if not u.per_run]
         return np.concatenate([shared, self.at[len(before) :]])
 
     def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> BalanceRows | None:
-        """The same rows over the unknowns ``free``, the others being held at these values.
+        """The rows as functions of the unknowns ``free``, the others fixed at ``held``.
 
-        Effects of which no unknown is free and every amplitude is zero leave the balance: they change nothing there.
-        None where no pass of the simulation is saved, which is worth machine code of its own.
+        Effects without a free unknown and with zero amplitudes are removed. None where this saves no pass of the
+        simulation, so that compiling the code for it would not pay off.
         """
         if {*SOUGHT, *HEAVE_LEVERS} & set(held) or len(blocks(len(free))) == len(blocks(len(free) + len(held))):
             return None

@@ -1,10 +1,10 @@
-"""What both axles carry, over the speed: the weight, less what the air lifts.
+"""The load of both axles over the speed: the weight minus the aerodynamic lift.
 
     Ff + Fr + Fl(V) = M g + M z''
 
-The body's heave z is not measured, but bounded: over windows longer than a swing its acceleration nearly averages out.
-What is constant within a run (zeros and gains of the loads, the mass) and what follows the acceleration (longitudinal
-force that a load cell feels) is left to each run, so that only what changes with the speed is compared.
+The body's heave z is not measured, but bounded: over windows longer than its period its acceleration nearly averages
+out. Each run has a free constant (zeros and gains of the loads, the mass) and a free term in proportion to the
+acceleration (cross-talk of the longitudinal force), so that only the change with the speed is compared.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-LENGTH = 0.5  # s of a window: half a swing of the body in heave and more, which has 1 to 2 Hz
+LENGTH = 0.5  # s of a window: at least half a period of the body's heave of 1 to 2 Hz
 LONGEST_GAP = 3.0  # usual steps of the clock
 
 
 @dataclass(frozen=True)
 class CarriedWeight:
-    """One run's windows of what both axles carry.
+    """Windows of one run over which the load of both axles is averaged.
 
     Parameters
     ----------
     samples : (k, m), indices of each window's samples. middle : (k,), s.
     factor : (2, k), banded Cholesky factor of the covariance of the windows' means, N^2.
-    left_out : (k, 2), orthonormal; what is constant and what follows the acceleration, whitened.
+    left_out : (k, 2), orthonormal basis of the run's free terms (constant, acceleration), whitened.
     """
 
     samples: NDArray[np.int64]
@@ -42,7 +42,7 @@ class CarriedWeight:
 
 
 def carried_weight(log: Log, mass: float) -> CarriedWeight | None:
-    """The windows of a run; None where loads of both axles or the speed are not logged, or few windows are whole.
+    """The windows of a run; None where a load or the speed is not logged, or too few windows are complete.
 
     Parameters
     ----------
@@ -72,10 +72,10 @@ def carried_weight(log: Log, mass: float) -> CarriedWeight | None:
 
 
 def _heave_speed(load: Array, speed: Array, means: Array, step: float, mass: float) -> float:
-    """Standard deviation of the heave speed at the windows' ends, m/s, by the change of the loads within windows.
+    """Standard deviation of the heave velocity at the windows' ends, m/s.
 
-    M z' = integral of the loads beyond what is constant, follows the acceleration, or grows with the square of the
-    speed; its trend is left out, as a window's own mean error is.
+    M z' is the integral of the loads minus a constant and terms in the acceleration and the squared speed, without its
+    linear trend.
     """
     columns = np.column_stack([means, (speed**2).mean(axis=1)])
     average = load.mean(axis=1)
@@ -86,12 +86,12 @@ def _heave_speed(load: Array, speed: Array, means: Array, step: float, mass: flo
 
 
 def with_carried(balanced: Rows, windows: CarriedWeight, carried: Array, slopes: Array) -> Rows:
-    """The rows of the balance, and behind them those of what both axles carry.
+    """The rows of the balance, followed by those of the load of both axles.
 
     Parameters
     ----------
-    balanced : (k,) rows over j local unknowns. carried : (n,), N, lift included, as the model corrects it.
-    slopes : (n, >= j), its derivatives to the local unknowns.
+    balanced : (k,) rows over j local unknowns. carried : (n,), N, load plus lift as corrected by the model.
+    slopes : (n, >= j), its derivatives by the local unknowns.
     """
     assert balanced.time is not None
     columns = np.column_stack([carried, slopes[:, : balanced.jacobian.shape[1]]])

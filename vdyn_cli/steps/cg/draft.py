@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes beside the channels of a test of the center of gravity: keys that no log tells."""
+"""What ``vdyn init`` writes for a test of the center of gravity beside the channels: keys that no log contains."""
 
 DRAFT = """\
 vehicle:

@@ -1,8 +1,8 @@
-"""What of loads and pitch the driver causes: where the rear load is not logged, the road's part is left out of it.
+"""The parts of loads and pitch that the driver causes, as instruments where the rear load is not logged.
 
 A body that follows an uneven road heaves as it pitches, z'' = V th' on long waves. Without rear loads that heave is an
-error of the balance which is correlated with the measured pitch and load, so that these bias the unknowns. What follows
-from the acceleration is not correlated with the road: an instrumental variable (two-stage least squares).
+error of the balance that is correlated with the measured pitch and load, and biases the unknowns. The parts that follow
+from the acceleration are not correlated with the road: instrumental variables (two-stage least squares).
 """
 
 from __future__ import annotations
@@ -15,24 +15,25 @@ from vdyn_cli.physics.models.load_transfer import HEAVES
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 
-# s, of the accelerations that loads and pitch follow: a body has swung out after two swings at 1.3 Hz, and other
-# clocks may be late by 0.2 s. Spaced so that a response of 3 Hz is followed.
+# s, range and step of the lags of the acceleration: the response of a body has decayed after two periods at 1.3 Hz, and
+# clocks may differ by 0.2 s. The step resolves a response of 3 Hz.
 EARLIEST, LATEST, SPACING = -0.3, 1.5, 0.08
 DRIVEN = ("front_load", "acceleration", "pitch", "pitch_rate", *HEAVES)
 
 
 def driven_channels(runs: Sequence[LoadWindows], lever: float) -> tuple[Mapping[str, Array], ...]:
-    """Of each run, channels (n,) as they follow from accelerations before and after, drag and rolling.
+    """For each run, channels (n,) predicted from lagged accelerations, drag and rolling.
 
     x(t) = c + sum_j b_j a(t - t_j) + k V^2 + r (wheels roll), fitted to the other runs
 
-    (to the run itself where it is the only one): what the fit takes of a run's own road would be correlated with it.
+    A single run is fitted to itself. The run is left out because the fit would absorb part of its own road.
 
     Parameters
     ----------
-    lever : m, of the antenna above the center of gravity, whose acceleration the road's pitching does not change.
+    lever : m, height of the antenna above the center of gravity; the road's pitching does not change the acceleration
+        of the latter.
     """
-    basis = [_causes(run, lever) for run in runs]
+    basis = [_regressors(run, lever) for run in runs]
     squares = [one.T @ one for one in basis]
     products = [b.T @ np.column_stack([run.channels[n] for n in DRIVEN]) for b, run in zip(basis, runs, strict=True)]
     found = []
@@ -43,8 +44,8 @@ def driven_channels(runs: Sequence[LoadWindows], lever: float) -> tuple[Mapping[
     return tuple(found)
 
 
-def _causes(run: LoadWindows, lever: float) -> Array:
-    """What a run's channels follow, (n, causes)."""
+def _regressors(run: LoadWindows, lever: float) -> Array:
+    """Regressors (n, r) of a run's channels."""
     from scipy.ndimage import gaussian_filter1d
 
     width = SPACING / 2 / run.step

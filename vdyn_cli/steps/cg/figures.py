@@ -1,4 +1,4 @@
-"""Figures of a load-transfer test: front load over acceleration, and what the balance leaves of it."""
+"""Figures of a load-transfer test: front load and residual of the balance over acceleration."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class BalancedRun:
     Parameters
     ----------
     load : front axle load, N. acceleration : m/s^2. time : middle of each window, s.
-    imbalance : what the balance leaves, as front axle load, N. deviation : of that, by the noise, N.
+    imbalance : residual of the balance as front axle load, N. deviation : its standard deviation by the noise, N.
     """
 
     run: str

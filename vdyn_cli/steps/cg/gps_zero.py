@@ -1,4 +1,4 @@
-"""The zero offset of an acceleration that a receiver derives from the antenna's speed, found with the speed itself."""
+"""The zero offset of an acceleration that a receiver derives from the antenna's speed, estimated from that speed."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-FEWEST_SAMPLES = 100  # whose first and last tenths are averaged
+FEWEST_SAMPLES = 100  # of a run; a tenth of it is averaged at either end
 LONGEST_GAP = 5.0  # usual steps of the clock
 DELAY = 0.1  # s, between the channels: a receiver filters the rate over a few of its samples
 
 
 def gps_zero(logs: Sequence[Log]) -> list[Finding]:
-    """A doubt where the mean acceleration is not the change of speed over time: a0 = mean(a) - (V1 - V0) / T.
+    """A finding where the mean acceleration differs from the change of speed over time: a0 = mean(a) - (V1 - V0) / T.
 
-    The loads cannot show such a zero: it is collinear with the place of the center of gravity.
+    The loads do not show such a zero, because it is collinear with the position of the center of gravity.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def gps_zero(logs: Sequence[Log]) -> list[Finding]:
 def _zero(log: Log) -> tuple[float, float] | None:
     """The zero, m/s^2, and its standard deviation by the speed's noise at both ends and a delay between the channels.
 
-    None for a run with gaps, in which the acceleration is unknown.
+    None for a run that is too short or has gaps, in which the acceleration is unknown.
     """
     there = np.isfinite(log["acceleration"]) & np.isfinite(log["speed"])
     if np.count_nonzero(there) < FEWEST_SAMPLES:

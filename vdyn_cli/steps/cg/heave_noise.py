@@ -1,4 +1,4 @@
-"""Heave of the body on an uneven road: where the rear load is not logged, colored noise of the front load."""
+"""Heave of the body on an uneven road, as colored noise of the front load where the rear load is not logged."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.load_windows import WINDOW
 
-SPAN = 1.5  # s of lags, beyond which it is taken as uncorrelated: two swings of a body that heaves at 1.3 Hz
+SPAN = 1.5  # s, largest lag with a correlation: two periods of a body that heaves at 1.3 Hz
 NO_HEAVE: Array = np.zeros(0)
 
 
 def heave_autocovariance(imbalances: Sequence[Array], sensors: Sequence[Array]) -> Array:
-    """Autocovariance (m,), N^2, of what the balance leaves beyond the sensors' noise, at lags of 0, 1, ... windows.
+    """Autocovariance (m,), N^2, of the imbalance beyond the sensors' noise, at lags of 0, 1, ... windows.
 
-    The spectrum is not negative: what the sensors' noise exceeds is cut to zero, and Bartlett's window keeps it so.
+    Negative values of the spectrum are set to zero, and Bartlett's window keeps it nonnegative.
 
     Parameters
     ----------
-    imbalances : of each run, each window's mean imbalance as front axle load (k,), N.
-    sensors : of each run, lower band (2, k) of the covariance of those by the sensors' noise, N^2.
+    imbalances : for each run, each window's mean imbalance as front axle load (k,), N.
+    sensors : for each run, lower band (2, k) of their covariance by the sensors' noise, N^2.
 
     Assumes that the runs' windows are equally long and nearly all adjoin.
     """
@@ -38,11 +38,11 @@ def heave_autocovariance(imbalances: Sequence[Array], sensors: Sequence[Array]) 
 
 
 def with_heave(band: Array, autocovariance: Array, scale: Array) -> Array:
-    """The lower band of a covariance of integrated balances (b, k), and that of the heave added.
+    """The lower band (b, k) of a covariance of integrated balances plus that of the heave.
 
     Parameters
     ----------
-    scale : (k,), derivative of each integrated balance to the front load.
+    scale : (k,), derivative of each integrated balance by the front load.
     """
     total = np.zeros((max(len(band), autocovariance.size), scale.size))
     total[: len(band)] = band

@@ -1,4 +1,4 @@
-"""Runs made ready for the moment balance; signs and loads that contradict physics are refused."""
+"""Preparation of runs for the moment balance; signs and loads that contradict physics are refused."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-SHORTEST = 2.0  # s: a run must hold a squat and a dive, of half a second each, and the way in and out
-FEWEST_SAMPLES = 10  # of an acceleration that says anything
-BLOCK = 0.5  # s: half a swing of the body in heave and more, so that means are nearly independent
+SHORTEST = 2.0  # s: a run must contain a squat and a dive of half a second each, with their onset and decay
+FEWEST_SAMPLES = 10  # of an acceleration that can be compared with its noise
+BLOCK = 0.5  # s: at least half a period of the body's heave, so that means are nearly independent
 WEAK = "acceleration and braking are too weak"
 
 
@@ -49,7 +49,7 @@ def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
 
 
 def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """A doubt for each run whose accelerations are so small that zeros and grades move the loads as much."""
+    """Findings on runs whose accelerations are so small that zeros and grades change the loads as much."""
     found = []
     for log in logs:
         spread = float(np.nanstd(log["acceleration"]))
@@ -62,11 +62,12 @@ def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
 def weight_contradiction(
     logs: Sequence[Log], vehicle: KnownVehicle, load_zero: float
 ) -> tuple[float, tuple[Finding, ...]]:
-    """The loads of both axles, as they would be without air, against the weight.
+    """Comparison of the loads of both axles, extrapolated to zero lift, with the weight.
 
-    Where the mass was weighed to a stated uncertainty, they may differ by three of it and of the zeros together.
-    Beyond, height and position are as if all loads read too much by the same share, whether the loads or the mass are
-    wrong: the balance of moments holds their ratio only. The pitch inertia is in proportion to the one that is right.
+    Where the mass has a stated uncertainty, loads and weight may differ by three standard deviations of mass and zeros
+    together. Beyond, all loads are scaled: the moment balance depends on the ratio of loads to mass only, so height and
+    position are the same whether the loads or the mass are wrong, and the pitch inertia is proportional to the correct
+    one.
 
     Parameters
     ----------
@@ -74,11 +75,11 @@ def weight_contradiction(
 
     Returns
     -------
-    share by which the loads exceed the weight, zero where they agree; and what was found.
+    Share by which the loads exceed the weight, zero where they agree; and a finding where they do not.
 
     Raises
     ------
-    InputError : they differ by about the load of a wheel.
+    InputError : they differ by about the load of a wheel (``STEP_POLICY.weight_refused``).
     """
     sums = [carried_at_rest(log) for log in logs if "rear_load" in log]
     if not sums:
@@ -98,8 +99,8 @@ def weight_contradiction(
     if abs(share) > STEP_POLICY.weight_refused:
         raise InputError(Finding(place, what, got, remedy))
     what += f": all loads are scaled by {1 / (1 + share):.3f}"
-    answers = f"cg_height and cg_to_rear hold if loads or mass are wrong; pitch_inertia is {off} off if it is the mass"
-    return share, (Finding(place, f"{what}; {answers}, which its interval holds", got, remedy, doubt=True),)
+    answers = f"cg_height and cg_to_rear are correct in either case; pitch_inertia is {off} off if the mass is wrong"
+    return share, (Finding(place, f"{what}; {answers}, which its interval includes", got, remedy, doubt=True),)
 
 
 def _exceeds_noise(acceleration: Array, time: Array) -> bool:
@@ -111,9 +112,9 @@ def _exceeds_noise(acceleration: Array, time: Array) -> bool:
 
 
 def carried_at_rest(log: Log) -> tuple[float, float]:
-    """What both axles carry without air, N, and its standard deviation.
+    """Load F0 of both axles without lift, N, and its standard deviation.
 
-    Ff + Fr = F0 + k V^2 + b a, fitted to means over ``BLOCK``; without a speed, their mean.
+    Ff + Fr = F0 + k V^2 + b a, fitted to means over ``BLOCK``; V^2 is left out where the speed is not logged.
     """
     total, push = log["front_load"] + log["rear_load"], log["acceleration"]
     columns = [total, np.ones_like(total), push, *([log["speed"] ** 2] if "speed" in log else [])]
@@ -135,7 +136,7 @@ def _correlation(a: Array, b: Array) -> float:
 
 
 def _errors(log: Log) -> list[Finding]:
-    """What makes a run unusable, signs above all."""
+    """Findings that make a run unusable: too short, too gentle, wrong signs."""
     if log.duration < SHORTEST:
         return [Finding(log.name, f"is shorter than {SHORTEST:g} s", f"{log.duration:.2f} s")]
     acceleration, load = log["acceleration"], log["front_load"]
@@ -149,13 +150,13 @@ def _errors(log: Log) -> list[Finding]:
     pitch = pitch_angle(log)
     gains_load = _correlation(acceleration, load) > STEP_POLICY.sign_correlation
     if gains_load and _correlation(acceleration, pitch) > STEP_POLICY.sign_correlation:
-        what = "the front axle gains load and the nose rises when the car is driven"
+        what = "the front axle gains load and the nose rises when the car accelerates"
         remedy = "swap the columns of front and rear loads, or check the signs of acceleration and pitch"
         return [wrong_sign(log.name, "front_load", what, remedy=remedy)]
     if gains_load:
-        what = "the front axle gains load when the car is driven: acceleration must be positive forward"
+        what = "the front axle gains load when the car accelerates: acceleration must be positive forward"
         return [wrong_sign(log.name, "acceleration", what)]
     if _correlation(acceleration, pitch) < -STEP_POLICY.sign_correlation:
-        what = "the nose goes down when the car is driven: pitch must be positive nose-up (else the inertia is wrong)"
+        what = "the nose dips when the car accelerates: pitch must be positive nose-up (else the inertia is wrong)"
         return [wrong_sign(log.name, "pitch_rate", what)]
     return []

@@ -1,4 +1,4 @@
-"""What the moment balance takes as known of the vehicle."""
+"""Known parameters of the vehicle in the moment balance."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.cg.spec import CgSpec
 
-# m, of the tires under the weight of a car where their stiffness is not known: it only matters to axles that bounce.
+# m, deflection of the tires under the weight of a car where their stiffness is not known; matters only for wheel hop.
 TIRE_DEFLECTION = 0.0195
-# Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without any drag, the moment that the air has
-# about the road would be a model error that the diagnosis finds and cannot name.
+# Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without drag, the aerodynamic moment about the
+# road would be a model error that the diagnosis detects and cannot name.
 USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
 # Tires of cars: 0.006 to 0.015 (UN R117, classes A to E), on rough roads to 0.02.
 USUAL_ROLLING, ROLLING_STD, USUAL_RADIUS = 0.010, 0.005, 0.31  # -, -, m
-# m of heave a rad of pitch, either way: a body turns about an axis within a fifth of the wheelbase of its center, and
-# anti-dive of the suspension lifts it as much.
+# m of heave per rad of pitch, either sign: a body pitches about an axis within a fifth of the wheelbase of its center,
+# and anti-dive of the suspension lifts it by as much.
 HEAVE_STD = 0.3
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
 
 @dataclass(frozen=True)
 class KnownVehicle:
-    """Parameters that are taken as known.
+    """Parameters that are not estimated.
 
     Parameters
     ----------
-    values : by name, SI. std : of those that are uncertain.
-    findings : what is left out of the balance.
+    values : by name, SI. std : of the uncertain ones.
+    findings : about assumed and neglected values.
     load_excess : share by which the loads exceed the weight, where they contradict it.
     """
 
@@ -42,7 +42,7 @@ class KnownVehicle:
 
 
 def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
-    """What the balance needs of the vehicle, defaults where little depends on them.
+    """The known parameters of the balance, with defaults where the results hardly depend on them.
 
     Raises
     ------
@@ -80,14 +80,15 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
     else:
         values["spin"] = 0.0
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
-        findings.append(Finding("cg", "the spin of the wheels is left out: cg_height is 1 to 2 % too high", "", remedy))
+        what = "the rotational inertia of the wheels is neglected: cg_height is 1 to 2 % too high"
+        findings.append(Finding("cg", what, "", remedy))
     return KnownVehicle(values, std, tuple(findings))
 
 
 def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
-    """The vehicle for runs without rear loads: how far the body heaves as it pitches is uncertain."""
-    what = f"the rear loads are not logged: the body is taken to heave by 0 +- {HEAVE_STD} m a rad of pitch"
-    remedy = "map the rear loads: pitch_inertia is then several times as certain"
+    """The vehicle for runs without rear loads: the ratio of heave to pitch is uncertain."""
+    what = f"the rear loads are not logged: 0 +- {HEAVE_STD} m of heave per rad of pitch is assumed"
+    remedy = "map the rear loads: the interval of pitch_inertia is then several times narrower"
     return replace(
         vehicle,
         values={**vehicle.values, **dict.fromkeys(("heave_lever", *HEAVE_LEVERS), 0.0)},
@@ -97,9 +98,9 @@ def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
 
 
 def _contact_lead(known: Parameters) -> tuple[float, float]:
-    """How far ahead of its hub the road pushes a rolling tire up, and its standard deviation, m.
+    """Distance of a rolling tire's contact force ahead of its hub, and its standard deviation, m.
 
-    e = frr r: the load's moment about the hub is what rolling resistance takes.
+    e = frr r: the load's moment about the hub is that of the rolling resistance.
     """
     radius = known.value("wheel_radius", USUAL_RADIUS)
     rolling = known.value("rolling_resistance", USUAL_ROLLING)

@@ -39,31 +39,31 @@ from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.speed_change import SpeedChange
 from vdyn_cli.steps.contract import NO_VALUES
 
-# s to either side, over which a load's second derivative is taken: measured channels, true channels. The latter is
-# longer, since its noise comes from the same readings as that of the balance and would bias the unknowns to zero.
+# s to either side for the second derivative of a load, of measured channels and of true channels. The latter is longer,
+# because its noise comes from the same readings as that of the balance and would bias the unknowns to zero.
 SPAN, TRUE_SPAN = 0.06, 0.12
-MOST_ROUNDS = 14  # of the fit, at each of which the move shrinks: one that needs more does not converge
-HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from what each leaves; it is held then
-SETTLED = 1e-3  # standard deviations that an unknown may still move
-TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may still gain
-ROUGH_TOLERANCE = 1e-2  # the same of a round while the unknowns still move from round to round
-INEXACT = 0.03  # of the last round's move, in standard deviations, by which a round may miss its own minimum
+MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
+HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from the last residuals; then the noise is held
+SETTLED = 1e-3  # standard deviations by which an unknown may change in the last round
+TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may gain
+ROUGH_TOLERANCE = 1e-2  # likewise, in a round after which the unknowns still change
+INEXACT = 0.03  # share of the last round's change, in standard deviations, by which a round may miss its minimum
 
 
 @dataclass(frozen=True)
 class LoadFit:
-    """Runs with axle loads, and the center of gravity and pitch inertia to be found from them.
+    """Runs with axle loads, and the center of gravity and pitch inertia estimated from them.
 
     The balance is integrated over each window, so that the pitch acceleration enters as the change of the measured
     pitch rate: nothing is differentiated. Noise in loads, acceleration and pitch rate all enters the balance; the
-    unknown true channels are eliminated (total least squares), since a fit that attributes all noise to the loads
+    unknown true channels are eliminated (total least squares), because a fit that attributes all noise to the loads
     biases the pitch inertia low.
 
     Parameters
     ----------
     known : parameters that are not estimated, by name, SI.
-    speeds : of each run, the speed as a second reading of the accelerometer; None where it is not logged whole.
-    carried : of each run, what both axles carry; None where that or the speed is not logged.
+    speeds : for each run, the speed as a second reading of the acceleration; None where it is not logged throughout.
+    carried : for each run, the load of both axles; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
     effects, effect_unknowns : corrections of the balance, and their unknowns, shared by all runs.
     """
@@ -83,8 +83,8 @@ class LoadFit:
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """The three of ``SOUGHT``, beginning at an ordinary car's, levers of an unmeasured heave, those of the effects,
-        and each run's load zeros."""
+        """The three of ``SOUGHT``, started at a typical car's, levers of an unmeasured heave, those of the effects, and
+        each run's load zeros."""
         start = {
             "cg_height": 0.55,
             "cg_to_rear": self.known["wheelbase"] / 2,
@@ -114,21 +114,21 @@ class LoadFit:
 
     @cached_property
     def first_solution(self) -> Solution:
-        """The fit with true channels as at the start and the sensors' noise; raises ResultError as ``solve``."""
+        """The fit with true channels at the start values and sensor noise only; raises ResultError as ``solve``."""
         own = [u.start for u in self.unknowns if u.per_run]
         start = np.array([*(u.start for u in self.unknowns if not u.per_run), *own * len(self.runs)])
         return solve(self.regression(start, heave=NO_HEAVE), tolerance=TOLERANCE)
 
     def solve(self, near: Solution | None = None) -> Solution:
-        """Fit, with noise and true channels recomputed until the unknowns no longer move.
+        """Fit, with noise and true channels recomputed until the unknowns converge.
 
         Parameters
         ----------
-        near : a solution for the same unknowns from which the fit begins; None: the first solution.
+        near : a solution for the same unknowns at which the fit starts; None: the first solution.
 
         Raises
         ------
-        ResultError : the unknowns are not determined, or do not settle.
+        ResultError : the unknowns are not determined, or do not converge.
         """
 
         first, heave = near or self.first_solution, NO_HEAVE
@@ -165,14 +165,14 @@ class LoadFit:
         return np.concatenate([shared, own.T.ravel()])
 
     def regression(self, at: Array, start: Array | None = None, heave: Array | None = None) -> Regression:
-        """The regression over all runs, noise and true channels as they are ``at`` these unknowns.
+        """The regression over all runs, with noise and true channels computed ``at`` these unknowns (s + g m).
 
-        It begins at ``start``, or there. The heave's noise is as ``heave_noise`` there, unless it is given.
+        It starts at ``start``, else at ``at``. ``heave`` is the heave's autocovariance, else that of ``heave_noise``.
 
         r(theta) = L^-1 (g(theta_0; measured) + g(theta; true) - g(theta_0; true)),   J = dr/dtheta
 
         g the integrated balances, theta_0 = ``at``, L L' the covariance of g there. The true channels are uncorrelated
-        with the balances of the measured ones (hence no bias), and smoothed: their own noise would only add scatter.
+        with the balances of the measured ones (hence no bias), and smoothed, because their noise only adds scatter.
         """
         shared = [u for u in self.unknowns if not u.per_run]
         own = [u for u in self.unknowns if u.per_run]
@@ -188,14 +188,14 @@ class LoadFit:
         return Regression((*begun, *own), tuple(w.run for w in self.runs), rows, starts)
 
     def heave_noise(self, at: Array) -> Array:
-        """Autocovariance (m,), N^2, of the road's heave as front load, by the imbalance there; none with rear loads."""
+        """Autocovariance (m,), N^2, of the road's heave as front load, estimated at ``at``; (0,) with rear loads."""
         if "rear_load" in self.runs[0].loads:
             return NO_HEAVE
         found = [self._imbalance(k, _local(self, at, k), NO_HEAVE) for k in range(len(self.runs))]
         return heave_autocovariance([e for e, _ in found], [band for _, band in found])
 
     def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
-        """Each window's mean imbalance as front axle load (k,), N, and its standard deviation from the noise."""
+        """Each window's mean imbalance as front axle load (k,), N, and its standard deviation by the noise, (k,) N."""
         at = self.place(solution)
         imbalance, band = self._imbalance(run, _local(self, at, run), self.heave_noise(at))
         return imbalance, np.sqrt(band[0])
@@ -212,7 +212,7 @@ class LoadFit:
         return balance / scale, band
 
     def _whitened_run(self, run: int, theta: Array, heave: Array, driven: Mapping[str, Array]) -> WhitenedRun:
-        """One run's noise and true channels at its local unknowns; ``driven`` channels replace the most probable."""
+        """One run's noise and true channels at its local unknowns; ``driven`` replace the most probable channels."""
         windows = self.runs[run]
         balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
@@ -223,7 +223,7 @@ class LoadFit:
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
-        """Integrated balances (k,), and their derivatives (k, j) to all of the simulators' unknowns and the rate."""
+        """Integrated balances (k,), and derivatives (k, j) by the simulators' unknowns and the pitch acceleration."""
         still = simulated(self.simulators.moments, inputs.still, theta)
         turning = simulated(self.simulators.turned, inputs.turning, theta)
         change = windows.change(inputs.pitch_rate)
@@ -238,34 +238,34 @@ class LoadFit:
 
         balance, per_rate = integrated(still.outputs, turning.outputs)
         slopes, _ = integrated(still.sensitivities, turning.sensitivities)
-        # In newtons read: an effect that scales loads and motion alike must not make the residual smaller.
+        # In units of the read load: an effect that scales loads and motion alike must not reduce the residual.
         unit = float(still.outputs[UNIT][0])
         slopes = slopes - np.outer(balance, still.sensitivities[UNIT][0] / unit)
         return balance / unit, np.column_stack([slopes, per_rate]) / unit
 
     def _partials(self, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
-        """Derivative (k,) of the mean balance to each channel, and to the pitch acceleration."""
+        """Derivatives (k,) of the mean balance by each channel, and by the pitch acceleration."""
         at = self.simulators.unknowns.index
         channels = (*windows.loads, "acceleration")
         return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
 
 
 def _local(fit: LoadFit, at: Array, run: int) -> Array:
-    """One run's unknowns of all, (s + m)."""
+    """The local unknowns (s + m) of one run."""
     m = sum(u.per_run for u in fit.unknowns)
     s = len(fit.unknowns) - m
     return np.concatenate([at[:s], at[s + run * m : s + (run + 1) * m]])
 
 
 def _driven(fit: LoadFit, at: Array, heave: Array) -> Sequence[Mapping[str, Array]]:
-    """Of each run, what the driver causes of its channels; nothing where the heave is measured."""
+    """For each run, the parts of its channels that the driver causes; empty where the heave is measured."""
     if not heave.size:
         return [{}] * len(fit.runs)
     return driven_channels(fit.runs, fit.known["antenna_height"] - float(at[0]))  # the height comes first
 
 
 def _load_delay(fit: LoadFit, theta: Array) -> float:
-    """By how much the loads are logged late at these unknowns, s."""
+    """Delay of the logged loads at these unknowns, s."""
     values = dict(zip(fit.simulators.unknowns, theta.tolist(), strict=False))
     clock: Law = attrgetter("value")
     for effect in fit.effects:
@@ -276,12 +276,12 @@ def _load_delay(fit: LoadFit, theta: Array) -> float:
 
 
 def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Signals) -> Law:
-    """A law within its correction by an effect with unknowns ``q``."""
+    """The law ``inner``, corrected by an effect with unknowns ``q``."""
     return lambda s: law(inner, s, q)
 
 
 def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float) -> BalanceInputs:
-    """Channels with the second derivatives of the loads, taken over ``span`` s to either side."""
+    """Inputs of the balance with the second derivatives of the loads, computed over ``span`` s to either side."""
     inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
     inputs |= {n: values[n] for n in HEAVES if n in values}
     inputs |= {f"{n}_bend": _second_derivative(values[n], windows.step, span) for n in windows.loads}
@@ -293,7 +293,7 @@ def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: flo
 
 
 def _second_derivative(values: Array, step: float, span: float) -> Array:
-    """Second derivative of the quintic through ``span`` s to either side; with 0.06 s it is good up to some 5 Hz."""
+    """Second derivative (n,) of a quintic fitted over ``span`` s to either side; 0.06 s is accurate to some 5 Hz."""
     half = max(round(span / step), 3)
     width = 2 * half + 1
     if values.size < width:

@@ -1,4 +1,4 @@
-"""The simulations of a load-transfer run, each of the outputs alone that are read of it."""
+"""The simulators of a load-transfer run, each reduced to the outputs that are used."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class LoadSimulators:
 
     Parameters
     ----------
-    moments : of loads and motion, and what one newton read stands for.
-    turned : the moments that a pitch acceleration changes.
-    corrected : the rate of the speed by the accelerometer, and what both axles carry where both are weighed.
+    moments : outputs the moments of loads and motion, and the true load per newton read.
+    turned : outputs the moments that a pitch acceleration changes.
+    corrected : outputs the corrected acceleration, and the load of both axles where both are logged.
     """
 
     moments: Simulator
@@ -31,14 +31,19 @@ class LoadSimulators:
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Of all three."""
+        """Names of the unknowns, which all three simulators share."""
         return self.moments.unknowns
 
 
 def load_simulators(
     model: Model, values: Mapping[str, float], unknowns: Sequence[str], effects: Sequence[Effect], both_axles: bool
 ) -> LoadSimulators:
-    """The simulations of a model with effects, its other parameters at ``values``."""
+    """The simulators of a model with effects, its other parameters at ``values``.
+
+    Parameters
+    ----------
+    both_axles : whether the loads of both axles are logged.
+    """
 
     def of(*outputs: str) -> Simulator:
         return Simulator(replace(model, outputs=outputs), values, unknowns, effects)
@@ -48,5 +53,5 @@ def load_simulators(
 
 
 def simulated(simulator: Simulator, drive: Drive, theta: Array) -> Simulated:
-    """A simulation at a run's local unknowns ``theta``, the zeros of the channels behind them at zero."""
+    """A simulation at a run's local unknowns ``theta``, with all zeros of the channels equal to zero."""
     return simulator(drive, np.append(theta, np.zeros(len(simulator.unknowns) - theta.size)))

@@ -19,16 +19,16 @@ WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 t
 LOADS = ("front_load", "rear_load")
 NOISY = (*LOADS, "acceleration", "pitch_rate", "speed")
 GAP = 3.0  # usual steps of the clock, beyond which a window has a gap
-# m/s: three times the noise of a speed at rest; a tire that pulls away at 3 m/s^2 passes it within 0.1 s.
+# m/s: three times the noise of a speed at rest; a car that starts with 3 m/s^2 exceeds it within 0.1 s.
 STANDSTILL = 0.3
-# m/s, of a speed that is integrated: a zero of 0.05 m/s^2, less its mean over the run, leaves as much.
+# m/s, of an integrated speed: a zero of 0.05 m/s^2, minus its mean over the run, causes such an error.
 UNCERTAIN_STANDSTILL = 1.0
-SAME_SPEED = 0.1  # of a run's range of speed; a tilt of 0.5 deg gains as much in 20 s
+SAME_SPEED = 0.1  # share of a run's range of speed: a tilt of 0.5 deg causes as much in 20 s
 
 
 @dataclass(frozen=True)
 class LoadWindows:
-    """One run's measured channels, and the integrals taken of them over windows that share their ends.
+    """One run's measured channels, and their integrals over windows that share their end samples.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class LoadWindows:
     channels : each (n,): front_load, [rear_load], acceleration, pitch_rate, pitch, rolling, speed;
         sprung_heave, damped_heave where the rear load is not logged.
     weights : (k, m + 1), Simpson's weights of each window's samples. first : (k,), index of its first sample.
-    noise : of each channel but the pitch, its white standard deviation.
+    noise : of each channel except the pitch, standard deviation of its white noise.
     """
 
     run: str
@@ -77,13 +77,13 @@ class LoadWindows:
         return np.asarray(np.einsum("kw,kw...->k...", self.weights, values[self._reach]))
 
     def spread(self, values: Array) -> Array:
-        """The transpose of :meth:`integral`: values (k,) onto the samples (n,)."""
+        """The transpose of :meth:`integral`: maps values (k,) of the windows to samples (n,)."""
         result = np.zeros(self.time.size)
         np.add.at(result, self._reach, self.weights * values[:, None])
         return result
 
     def change(self, values: Array) -> Array:
-        """Last less first sample of each window (k,), of values (n,)."""
+        """Last minus first sample of each window (k,), of values (n,)."""
         return np.asarray(values[self.first + self.weights.shape[1] - 1] - values[self.first])
 
 
@@ -117,10 +117,10 @@ def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
 
 
 def pitch_angle(log: Log) -> Array:
-    """Pitch (n,) about that at rest, rad, from its channel or by integrating its rate.
+    """Pitch (n,) relative to rest, rad, from its channel or by integrating its rate.
 
-    A gyro's zero makes the integral drift: th = c + b t + k a is fitted, since a body on springs pitches in proportion
-    to the acceleration, and c + b t is subtracted. A trend in the acceleration thus stays a trend of the pitch.
+    The zero of a gyro makes the integral drift. The drift c + b t is estimated by the fit th = c + b t + k a, because a
+    sprung body pitches in proportion to the acceleration, and subtracted; a trend of the acceleration is preserved.
     """
     rate = np.where(np.isfinite(log["pitch_rate"]), log["pitch_rate"], 0.0) if "pitch" not in log else np.zeros(0)
     steps = np.diff(log.time) * (rate[1:] + rate[:-1]) / 2
@@ -134,10 +134,10 @@ def pitch_angle(log: Log) -> Array:
 
 
 def integrated_speed(log: Log) -> Array:
-    """Speed (n,) from the acceleration, m/s; the lowest of the run is zero.
+    """Speed (n,) integrated from the acceleration, m/s; the lowest of the run is zero.
 
-    A run that ends within ``SAME_SPEED`` of the speed at which it began is taken to end at that: the rest is the
-    accelerometer's zero. The speed counts in the drag's moment and in whether the wheels roll.
+    A run that ends within ``SAME_SPEED`` of its start speed is assumed to end at that speed; the difference is due to
+    the accelerometer's zero. The speed matters for the moment of the drag and for whether the wheels roll.
     """
     rate = np.where(np.isfinite(log["acceleration"]), log["acceleration"], 0.0)
     gained = np.concatenate([[0.0], np.cumsum(np.diff(log.time) * (rate[1:] + rate[:-1]) / 2)])
@@ -147,7 +147,7 @@ def integrated_speed(log: Log) -> Array:
 
 
 def rolling(speed: Array, standstill: float = STANDSTILL) -> Array:
-    """1 where the wheels roll, 0 where they stand, (n,), by the speed in m/s."""
+    """1 where the wheels roll, 0 where they stand still, (n,), from the speed in m/s."""
     return np.where(np.abs(speed) < standstill, 0.0, 1.0)
 
 

@@ -1,4 +1,4 @@
-"""Noise of the moment balance: covariance of the integrated balances, and the true channels behind the measured."""
+"""Noise of the moment balance: covariance of the integrated balances, and estimates of the true channels."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.heave_noise import NO_HEAVE, with_heave
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 
-SMOOTHING = 0.015  # s, standard deviation: passes what the body does, 3 Hz by 96 %, and stops the sensors' noise
+SMOOTHING = 0.015  # s, standard deviation: passes 96 % of the body's motion at 3 Hz and removes the sensors' noise
 
 
 def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave: Array = NO_HEAVE) -> Array:
-    """Lower band (b, k) of the covariance of the integrated balances; by the sensors, neighbors share one sample.
+    """Lower band (b, k) of the covariance of the integrated balances; neighboring windows share one sample.
 
     Parameters
     ----------
-    partial : derivatives (k,) of each window's mean balance to each channel, the pitch acceleration as ``pitch_rate``.
-    heave : autocovariance of the heave as front load, as ``heave_autocovariance``.
+    partial : derivatives (k,) of each window's mean balance by each channel, the pitch acceleration as ``pitch_rate``.
+    heave : autocovariance (m,) of the heave as front load, N^2 (``heave_autocovariance``).
     """
     band = np.zeros((2, windows.first.size))
     adjacent = np.diff(windows.first) == windows.weights.shape[1] - 1
@@ -38,13 +38,13 @@ def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave
 def true_channels(
     windows: LoadWindows, partial: Mapping[str, Array], multiplier: Array, delay: float
 ) -> dict[str, Array]:
-    """The most probable channels (n,) that fulfill the balance, given the measured ones; smoothed.
+    """The most probable true channels (n,) that fulfill the balance, given the measured ones; smoothed.
 
     x = x_measured - S A' V^-1 g, with S the channels' noise, A the balances' derivatives, V = A S A'
 
     Parameters
     ----------
-    multiplier : V^-1 g, (k,). delay : by how much the loads are logged late, s.
+    multiplier : V^-1 g, (k,). delay : of the logged loads, s.
     """
     true = dict(windows.channels)
     for name in (*windows.loads, "acceleration"):

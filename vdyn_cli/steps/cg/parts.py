@@ -1,4 +1,4 @@
-"""The parts of the load-transfer balance whose laws can be freed."""
+"""The parts of the load-transfer balance whose laws can be replaced by free curves."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.free_part import Part, addition, sensor_part
 from vdyn_cli.steps.free_profiles import span_of
 
-MOMENT, LOAD = 200.0, 50.0  # N m, N: plausible sizes of what is left out, and of a load reading's error
+MOMENT, LOAD = 200.0, 50.0  # N m, N: plausible sizes of a missing moment, and of a load reading's error
 
 
 def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The body's moment over acceleration and pitch rate, and the load readings over their value.
+    """The parts: the body's moment over acceleration and pitch rate, the load readings over their value.
 
-    The moment is none at rest: a constant one is the weight's, by ``cg_to_rear``.
+    The moment is zero at rest, because a constant moment is that of the weight, through ``cg_to_rear``.
     """
     push = span_of([log["acceleration"] for log in logs], 1.0)
     parts = [

@@ -1,4 +1,4 @@
-"""Accelerate-and-brake runs that are not driven yet: pulses of acceleration, and a body that pitches behind them."""
+"""Simulated logs of accelerate-and-brake runs not driven yet: pulses of acceleration, and the pitch response."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from vdyn_cli.steps.cg.known_vehicle import known_vehicle
 from vdyn_cli.steps.cg.load_windows import rolling
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
-ROUNDS = 3  # of the loads and their second derivatives, which change them by a per cent
+ROUNDS = 3  # iterations of the loads and their second derivatives, which change them by 1 %
 PULSES = 4  # of the throttle and of the brake in a run
 RAMP = 0.15  # s in which a pulse builds up
-BUILD_UP = 2.5  # s of throttle that gains the speed which the brake pulses then take
+BUILD_UP = 2.5  # s of throttle, to gain the speed that the brake pulses then remove
 SETTINGS = (
     setting("start_speed", 6.0, "m/s", "speed at which a run begins", 60.0, 1.0),
     setting("acceleration_level", 2.5, "m/s^2", "acceleration of a throttle pulse", 10.0, 0.1),
@@ -48,7 +48,7 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
 
 
 def _pedals(day: DayRequest) -> tuple[Array, Array]:
-    """Time and acceleration (n,) of the center of gravity: throttle up, then brake; pulses of unequal length."""
+    """Time (n,) and acceleration (n,) of the center of gravity: throttle pulses, then brake pulses, random lengths."""
     at, rng = day.at, day.rng
     throttle = [(at["gap"], 0.0), (at["pulse"], at["acceleration_level"])] * PULSES
     brake = [(at["gap"], 0.0), (at["pulse"], -at["braking_level"])] * PULSES
@@ -63,7 +63,7 @@ def _pedals(day: DayRequest) -> tuple[Array, Array]:
 
 
 def _log(day: DayRequest, k: int) -> Log:
-    """One run as logged: the pitch follows the longitudinal force, and the loads balance the moments."""
+    """The log of one run: the longitudinal force excites the pitch, and the loads balance the moments."""
     at, run = day.at, day.spec.runs[k]
     known = known_vehicle(day.spec, day.known).values  # type: ignore[arg-type]
     time, rate = _pedals(day)
@@ -99,7 +99,7 @@ def _pitching(day: DayRequest, time: Array, rate: Array, share: float) -> tuple[
 def _loads(
     day: DayRequest, known: Mapping[str, float], time: Array, motion: Mapping[str, Array]
 ) -> tuple[Array, Array]:
-    """Front and rear axle loads (n,), N, that balance the moments of the motion and carry the weight together."""
+    """Front and rear axle loads (n,), N, that balance the moments of the motion and together carry the weight."""
     values = {**dict.fromkeys(ZEROS, 0.0), **known, **{n: day.at[n] for n in SOUGHT}}
     simulator = Simulator(LOAD_TRANSFER, {n: values[n] for n in LOAD_TRANSFER.parameters})
     weight, zeros = known["mass"] * GRAVITY, np.zeros(time.size)

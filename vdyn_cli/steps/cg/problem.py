@@ -1,4 +1,4 @@
-"""A load-transfer test, prepared once: its runs cut into windows, the balance, and the fit without effects."""
+"""The problem of a load-transfer test: its runs cut into windows, the balance, and the fit without effects."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-FREE_MOMENT = 500.0  # N m, plausible size of a free profile: a tenth of the moment of braking at 6 m/s^2
-ROUNDS = 2  # of a fit for noise and true channels: they only serve the linearization there
-TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may still gain
-MOST_ITERATIONS = 100  # of that fit in a round: one that then still creeps along a valley does not hold
-LAW_UNKNOWNS = 3  # of a law at most, an amplitude and two shapes; a free function has many more
+FREE_MOMENT = 500.0  # N m, plausible amplitude of a free profile: a tenth of the moment of braking at 6 m/s^2
+ROUNDS = 2  # of a fit that determines noise and true channels, which only serve the linearization
+TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may gain
+MOST_ITERATIONS = 100  # of that fit in a round: one that has not converged then is not used
+LAW_UNKNOWNS = 3  # most unknowns of a law, an amplitude and two shapes; a free function has many more
 SPEED_INTEGRATED = Finding(
     "cg",
     "the speed is not logged: it is integrated from the acceleration, zero where the run is slowest",
     "",
-    "map the speed: it shows a tilt or a zero of the accelerometer, too",
+    "map the speed, which also shows a tilt or a zero of the accelerometer",
     minor=True,
 )
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
@@ -74,7 +74,7 @@ class CgProblem(SimulatedProblem):
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Moments that are free over the acceleration and over the pitch rate."""
+        """Free profiles of moment over the acceleration and over the pitch rate."""
         push = span_of([log["acceleration"] for log in self.logs], 1.0)
         rates = [log["pitch_rate"] for log in self.logs if "pitch_rate" in log] or [np.array([-0.1, 0.1])]
         return (
@@ -99,11 +99,11 @@ class CgProblem(SimulatedProblem):
 
     @cached_property
     def _first(self) -> Solution:
-        """The first fit without effects, wherever it ends."""
+        """The first fit without effects, even where it was refused."""
         return standing(lambda: self.fit.first_solution)
 
     def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoadFit:
-        """The fit with effects in the balance, and their unknowns, shared by all runs."""
+        """The fit with effects in the balance and their unknowns, which all runs share."""
         return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
 
     def regression(
@@ -112,25 +112,23 @@ class CgProblem(SimulatedProblem):
         unknowns: Sequence[Unknown] = (),
         start: Mapping[str, float] = NO_VALUES,
     ) -> Regression:
-        """All windows of all runs, with effects in the balance.
+        """The regression over all windows of all runs, with effects in the balance.
 
-        Noise and true channels are as the fit with all effects leaves them, where the runs determine that (with priors
-        on ``unknowns`` they always do), else as at the start.
-
-        It begins at the fit without effects, wherever that stands.
+        Noise and true channels are those of the fit with all effects, where the runs determine it (with priors on
+        ``unknowns`` they always do), else those at the start. It starts at the fit without effects.
         """
         if not unknowns:
             here = standing(lambda: self.baseline)
             return self.fit.regression(self.fit.place(here), self.fit.place(here, start))
         fit = self.fit_with(effects, unknowns)
-        return fit.regression(self._place(fit), fit.place(self._first, start))
+        return fit.regression(self._linearization_point(fit), fit.place(self._first, start))
 
     def regression_like(
         self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
     ) -> Regression:
-        """The regression with noise and true channels as in ``known``, where its effects leave hardly more than noise.
+        """The regression with noise and true channels of ``known``, if its residuals are hardly more than noise.
 
-        Elsewhere channels that fulfill the wrong balance would hide what else it lacks: they are made anew.
+        Otherwise they are recomputed, because channels that fulfill a wrong balance would hide its further errors.
         """
         rows = known.rows
         assert isinstance(rows, BalanceRows)
@@ -139,13 +137,13 @@ class CgProblem(SimulatedProblem):
         fit = self.fit_with(effects, unknowns)
         return fit.regression(rows.place_in(fit), fit.place(self._first, start), rows.heave)
 
-    def _place(self, fit: LoadFit) -> Array:
-        """Where noise and true channels are taken: at the fit with all effects of ``fit``.
+    def _linearization_point(self, fit: LoadFit) -> Array:
+        """The unknowns at which noise and true channels are computed: the fit with all effects of ``fit``.
 
-        Far from a large effect the wrong noise and channels hide it from a linearization, and all effects together,
-        free profiles among them, can imitate it: where one effect alone leaves noise, at the fit with that one. Where
-        the fit with all fails, or does not follow the loads, at the best of those with one. Without rear loads the
-        heave's noise is estimated from what a fit leaves: one effect alone is enough that leaves as little as all.
+        Where a large effect is present, the noise and channels of the baseline hide it, and all effects together, free
+        profiles among them, can imitate it. So if one effect alone leaves only noise, the fit with that one is used,
+        and if the fit with all effects fails or does not follow the loads, the best fit with one. Without rear loads
+        the heave's noise is estimated from residuals; then one effect that leaves as little as all of them is used.
         """
         alone: tuple[Array, float] | None = None
         heaves = "rear_load" not in self.fit.runs[0].loads
@@ -165,11 +163,11 @@ class CgProblem(SimulatedProblem):
         return alone[0] if alone[1] < misfit else at
 
     def _best_with_one(self, fit: LoadFit) -> tuple[Array, float]:
-        """Where the best fit with one effect of ``fit`` ends, and its misfit; where none holds, at that without."""
+        """Unknowns and misfit of the best fit with one effect of ``fit``; without effects where none converges."""
         at, misfit = fit.place(self._first), np.inf
         own = {profile.name for profile in self.profiles}
         for effect in (e for e in fit.effects if e.name not in own):
-            free = len(effect.unknowns) > LAW_UNKNOWNS  # a free function: its prior alone tells it from the unknowns
+            free = len(effect.unknowns) > LAW_UNKNOWNS  # a free function needs its prior
             own_unknowns = (u for u in fit.effect_unknowns if u.name in effect.unknowns)
             unknowns = tuple(u if free else replace(u, prior=None) for u in own_unknowns)
             key = effect.name, *(u.name for u in unknowns)
@@ -181,9 +179,9 @@ class CgProblem(SimulatedProblem):
         return at, misfit
 
     def _nearly_fitted(self, fit: LoadFit) -> tuple[Solution, float] | None:
-        """A fit with effects as far as noise and true channels need it, and its misfit; None where it does not hold.
+        """A fit with effects in a few rounds, for noise and true channels, and its misfit; None where it fails.
 
-        It begins at the fit without effects.
+        It starts at the fit without effects.
         """
         try:
             solution = self._first
@@ -204,7 +202,7 @@ class CgProblem(SimulatedProblem):
 
         Raises
         ------
-        ResultError : the runs do not determine the unknowns, or the balance does not settle.
+        ResultError : the runs do not determine the unknowns, or the fit does not converge.
         """
         fit = self.fit_with(effects, unknowns) if unknowns else self.fit
         try:
@@ -217,12 +215,12 @@ class CgProblem(SimulatedProblem):
 
 
 def _misfit(solution: Solution) -> float:
-    """Sum of squares of the whitened residuals per row: 1 where noise alone is left."""
+    """Sum of squares of the whitened residuals per row: 1 where only noise is left."""
     return 2.0 * solution.cost / sum(r.size for r in solution.residuals)
 
 
 def _unexplained(fit: LoadFit, solution: Solution) -> float:
-    """Squares of the balances per row over the noise of the sensors alone, without the road's heave."""
+    """Mean square of the balances whitened by the sensors' noise alone, without the heave by the road."""
     if "rear_load" in fit.runs[0].loads:
         return _misfit(solution)
     rows = fit.regression(fit.place(solution), heave=NO_HEAVE).rows
@@ -231,7 +229,7 @@ def _unexplained(fit: LoadFit, solution: Solution) -> float:
 
 
 def _scaled_loads(logs: Sequence[Log], share: float) -> tuple[Log, ...]:
-    """The logs with loads that add up to the weight; ``share`` is by how much they exceed it."""
+    """The logs with loads scaled to add up to the weight; ``share``: relative excess over it."""
     if share == 0:
         return tuple(logs)
     return tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in logs)

@@ -21,11 +21,11 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 
 
 def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings: Sequence[Finding]) -> Result:
-    """Estimates whose intervals hold the runs' scatter and the known numbers' uncertainty.
+    """The result, whose intervals include the scatter of the runs and the uncertainty of the known numbers.
 
     Raises
     ------
-    ResultError : a fit with a known number moved by its standard deviation does not settle.
+    ResultError : a fit with a known number changed by its standard deviation does not converge.
     """
     moved = _moved(fit, solution, vehicle)
     estimates = _estimates(solution, moved, vehicle)
@@ -59,7 +59,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
 
 
 def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str, dict[str, float]]:
-    """How far each result moves when a known number is one standard deviation larger."""
+    """Change of each result when a known number is one standard deviation larger, by known number."""
     moved = {}
     for name, std in vehicle.std.items():
         other = replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}).solve(solution)
@@ -70,9 +70,9 @@ def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str,
 def _estimates(
     solution: Solution, moved: Mapping[str, Mapping[str, float]], vehicle: KnownVehicle
 ) -> dict[str, Estimate]:
-    """The results, with scatter and inherited uncertainty added in squares.
+    """The estimates, with the root sum of squares of scatter and inherited uncertainty.
 
-    Where the loads contradict the mass, the pitch inertia's interval holds its value by either.
+    Where the loads contradict the mass, the interval of the pitch inertia includes its values for both.
     """
     estimates = {}
     for name in SOUGHT:

@@ -1,4 +1,4 @@
-"""The description of a load-transfer test."""
+"""The YAML model of a load-transfer test."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class CgSettings(Strict):
 
     accelerometer: Literal["gps", "body"] = Field(
         "gps",
-        description="rate of the antenna's speed (gps), or fixed to the body, where its reading includes gravity "
-        "in pitch",
+        description="gps: rate of the antenna's speed; body: a sensor on the body, whose reading includes gravity "
+        "when the body pitches",
     )
     load_zero: Annotated[Given, Si("N", 0, 5_000)] = Field(
         Given(15.0), description="standard deviation of the zero of one wheel's load, N"
@@ -27,4 +27,4 @@ class CgSettings(Strict):
 class CgSpec(TestSpec):
     """The description of a load-transfer test: accelerate-and-brake runs, one log each."""
 
-    settings: CgSettings = Field(CgSettings(), description="sensors")
+    settings: CgSettings = Field(CgSettings(), description="properties of the sensors")

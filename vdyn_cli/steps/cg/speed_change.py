@@ -1,10 +1,10 @@
-"""Speed and accelerometer measure the same motion: the logged speed as a second reading of the acceleration.
+"""The logged speed as a second reading of the acceleration.
 
     V(t) - mean V = integral of a - its mean + error
 
-A tilt or a zero of the accelerometer is collinear with the place of the center of gravity in the loads; beside a speed
-it is a slope of V - integral of a over time. A delay between the channels, a gain of one of them, and the antenna's
-motion with the pitch are no such slope: they are covered by an error that is larger than the speed's noise.
+In the loads a tilt or a zero of the accelerometer is collinear with the position of the center of gravity; with a
+logged speed it is a slope of V - integral of a over time. A delay between the channels, a gain of one of them, and the
+antenna's motion with the pitch differ from such a slope; an error larger than the speed's noise covers them.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from vdyn_cli.inference import Rows, white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
-EVERY = 0.5  # s between the speeds that are compared: half a swing of the body's pitch, which moves the antenna
+EVERY = 0.5  # s between the compared speeds: half a period of the body's pitch, which moves the antenna
 FEWEST = 8  # speeds of a run
 LONGEST_GAP = 5.0  # usual steps of the clock
-# m/s^2, standard deviation of the accelerometer's mean against the rate of the speed in one run: 0.02 m/s^2 moves the
-# center of gravity by a millimeter. It is spread over the speeds of the run as white noise.
+# m/s^2, standard deviation of the mean acceleration minus the mean rate of the speed in one run: 0.02 m/s^2 moves the
+# center of gravity by a millimeter. It is distributed over the speeds of the run as white noise.
 LEAST_SLOPE = 0.01
 
 
@@ -33,7 +33,7 @@ class SpeedChange:
     Parameters
     ----------
     time : (n,), s, of all samples. at : (m,), indices of the speeds compared.
-    speed : (m,), m/s, less its mean. error : m/s, standard deviation of each.
+    speed : (m,), m/s, minus its mean. error : m/s, standard deviation of each.
     """
 
     time: Array
@@ -64,12 +64,12 @@ def speed_change(log: Log) -> SpeedChange | None:
 
 
 def with_speed(balanced: Rows, speed: SpeedChange, rate: Array, slopes: Array) -> Rows:
-    """The rows of the balance, and behind them those of the speed.
+    """The rows of the balance, followed by those of the speed.
 
     Parameters
     ----------
-    balanced : (k,) rows over j local unknowns. rate : (n,), m/s^2, by the accelerometer as the model corrects it.
-    slopes : (n, >= j), its derivatives to the local unknowns.
+    balanced : (k,) rows over j local unknowns. rate : (n,), m/s^2, acceleration as corrected by the model.
+    slopes : (n, >= j), its derivatives by the local unknowns.
     """
     assert balanced.time is not None
     columns = np.column_stack([rate, slopes[:, : balanced.jacobian.shape[1]]])

@@ -13,15 +13,15 @@ from vdyn_cli.quantities.result import Table
 
 METHODS = (
     "Moment balance about the rear contact, integrated over windows of some 20 ms by Simpson's rule; the pitch "
-    "acceleration enters as the change of the pitch rate. Loads, acceleration and pitch rate all have noise, each of "
-    "the white level of its third differences, and their true values are eliminated (total least squares). Every run "
-    "has its own zero of the load cells within its standard deviation. Intervals come from the scatter of blocks of "
+    "acceleration enters as the change of the pitch rate. Loads, acceleration and pitch rate all have white noise, "
+    "estimated from third differences, and their true values are eliminated (total least squares). Every run has its "
+    "own zero of the load cells within its standard deviation. Intervals were computed from the scatter of blocks of "
     "equal information (Bell and McCaffrey 2002); the uncertainty of known numbers is added."
 )
 
 
 def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any]) -> str:
-    """Height, position and pitch inertia with their 95 % intervals."""
+    """The headline: height, position and pitch inertia with their 95 % intervals."""
 
     def shown(name: str, unit: str) -> tuple[str, str]:
         e = estimates[name]
@@ -38,7 +38,12 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any]) -> st
 
 
 def uncertainty_table(solution: Solution, moved: Mapping[str, Mapping[str, float]]) -> Table:
-    """Where each result's standard deviation comes from; ``moved``: shift of each result, SI, by known number."""
+    """Table of the sources of each result's standard deviation.
+
+    Parameters
+    ----------
+    moved : shift of each result, SI, for one standard deviation of a known number, by known number.
+    """
     units = {"cg_height": ("mm", 1e3), "cg_to_rear": ("mm", 1e3), "pitch_inertia": ("kg m²", 1.0)}
 
     def cells(std: Mapping[str, float]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Noise of the car's acceleration that is slower than the samples, against the speed of the wheel."""
+"""Correlated noise of the car's acceleration, estimated by comparison with the speed of the wheel."""
 
 from __future__ import annotations
 
@@ -12,30 +12,31 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, drive_windows
 
-# s: ten times what clocks may differ by, so that forces that are read late count little.
+# s: ten times the largest clock offset, so that late readings of forces matter little.
 BLOCK = 1.0
-ROWS_PER_UNKNOWN = 5  # at least, so that a median of what is left is one of noise
+ROWS_PER_UNKNOWN = 5  # at least, so that the median residual is one of noise
 NORMAL = 1.4826  # standard deviation over median of absolute values of a normal distribution
 
 
 def with_slow_acceleration(
     runs: Sequence[DriveWindows], logs: Sequence[Log], wheel: Mapping[str, float]
 ) -> tuple[DriveWindows, ...]:
-    """The runs with an accelerometer as noisy as blocks of a second show it, where that is more than white noise.
+    """The runs with the accelerometer's noise estimated over blocks of a second, where it exceeds white noise.
 
-    A car pitches and the road is rough: an accelerometer errs for longer than a sample. What it integrates to differs
-    from what the wheel gains by the tire's slip, which follows the share phi of longitudinal force and load:
+    The car pitches and the road is rough, so errors of an accelerometer last longer than a sample. Its integral v
+    differs from the speed gained by the wheel by the tire's slip, a function of the ratio phi of longitudinal force to
+    load:
 
         r gained = c v + b duration + change of r om (k phi + h phi |phi|) + e,    var e = 2 (r speed)^2 + var a
 
-    with c, k, h shared and b of each run; ``var a`` is the rest beside white noise of both readings. The median leaves
-    out the slips that this law does not follow.
+    with c, k, h shared and b of each run; ``var a`` is the variance beyond the white noise of both readings. The median
+    is insensitive to slips that deviate from this law.
 
     Parameters
     ----------
-    logs : that the runs were cut from. wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
+    logs : from which the runs were cut. wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance.
 
-    Source: Fuller, Measurement Error Models (Wiley 1987), 2.2: the bias that noise of a regressor leaves.
+    Source: Fuller, Measurement Error Models (Wiley 1987), 2.2: the bias due to noise of a regressor.
     """
     blocks = [drive_windows(log, BLOCK, wheel) for log in logs]
     radius, count = wheel["wheel_radius"], sum(b.first.size for b in blocks)
@@ -58,7 +59,7 @@ def with_slow_acceleration(
 
 
 def _gained_by_car(block: DriveWindows) -> Array:
-    """Speed that the car gains in each block by its accelerometer, (w,) m/s."""
+    """Integral of the accelerometer over each block, (w,) m/s."""
     a, time = block.log["acceleration"], block.log.time
     speed = np.concatenate([[0.0], np.cumsum((a[1:] + a[:-1]) / 2 * np.diff(time))])
     return np.asarray(speed[block.last] - speed[block.first])

@@ -1,16 +1,16 @@
-"""What ``vdyn init`` writes beside the channels of a wheel inertia test: keys that no log tells."""
+"""What ``vdyn init`` writes for a wheel inertia test beside the channels: keys that no log contains."""
 
 DRAFT = """\
-# manoeuvre: stand           # of a free wheel that a torque spins up and down; then map drive_torque or hub_torque
+# manoeuvre: stand           # a free wheel that a torque spins up and down; then map drive_torque or hub_torque
 vehicle:
-  wheel_mass: "?"           # what turns with the wheel outside the sensor, such as 20.0 +- 0.1 kg
+  wheel_mass: "?"           # of the rotating parts outside the sensor, such as 20.0 +- 0.1 kg
   wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm
   rolling_resistance: "?"   # from the step coastdown, such as 0.0095
 """
 SETTINGS = ""
 RUN = ""
 
-# A log of a wheel that swings, which has no channel of a drive.
+# Channels of a pendulum's log, which has none of a drive.
 PENDULUM_CHANNELS = ("angular_rate", "angle")
 PENDULUM = """\
 pendulum:

@@ -13,14 +13,14 @@ from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FEWEST_WINDOWS = 12  # of a run: three seconds
-WORK_WINDOW = 1.0  # s, over which work and kinetic energy are compared: ten times what clocks may differ by
-ROLLING = 5.0  # rad/s, above which speed over wheel speed means something
-EASY = 0.1  # of the largest torque, below which the tire's slip does not matter
+WORK_WINDOW = 1.0  # s, over which work and kinetic energy are compared: ten times the largest clock offset
+ROLLING = 5.0  # rad/s of the wheel, above which the ratio of the speeds is accurate enough
+EASY = 0.1  # share of the largest torque, below which the tire's slip is negligible
 FEWEST_EASY = 50  # samples
 
 
 def sign_doubts(log: Log) -> list[Finding]:
-    """Empty channels, and channels whose sign contradicts physics."""
+    """Findings on empty channels, and on channels whose sign contradicts physics."""
     empty = [name for name in INPUTS if not np.isfinite(log[name]).any()]
     if empty:
         return [Finding(f"{log.name}, {name}", "the channel is empty") for name in empty]
@@ -44,7 +44,7 @@ def sign_doubts(log: Log) -> list[Finding]:
     elif with_force > STEP_POLICY.sign_correlation and with_acceleration < -STEP_POLICY.sign_correlation:
         gained = np.gradient(log["wheel_speed"], log.time)
         if cosine(gained - np.nanmean(gained), about["acceleration"]) < 0:
-            flip("acceleration", "the car brakes where the wheel gains speed")
+            flip("acceleration", "the car decelerates where the wheel speeds up")
         else:
             for channel in ("hub_torque", "hub_force_x"):
                 flip(channel, "torque and force are negative where the wheel drives the car")
@@ -57,8 +57,8 @@ def sign_doubts(log: Log) -> list[Finding]:
 def _energy_falls(log: Log) -> bool:
     """Whether the work of the hub torque and the change of the wheel's kinetic energy have opposite signs.
 
-    Correlation of the integral of T om and the change of om^2 over windows of a second: clocks that differ by a tenth
-    of that, vibrations and noise leave it, where they hide the correlation of samples.
+    Correlation of the integral of T om and the change of om^2 over windows of a second. Clock offsets of a tenth of
+    that, vibrations and noise hardly change it, whereas they hide the correlation of samples.
     """
     torque, speed = log["hub_torque"], log["wheel_speed"]
     good = np.isfinite(torque) & np.isfinite(speed)
@@ -74,10 +74,10 @@ def _energy_falls(log: Log) -> bool:
 
 
 def too_little(run: DriveWindows) -> list[Finding]:
-    """A run too short, or without changes of speed."""
+    """Findings on a run that is too short or has a constant speed."""
     remedy = "repeat steps of throttle and brake for half a minute"
     if run.first.size < FEWEST_WINDOWS:
-        got = f"{run.first.size} windows with the wheel turning and every channel written"
+        got = f"{run.first.size} windows in which the wheel turns and every channel has readings"
         return [Finding(run.log.name, "is too short", got, remedy)]
     spin = float(np.std(run.gained / run.duration))
     noise = run.noise.speed * float(np.sqrt(2.0 * np.mean(run.duration**-2.0)))  # of two readings of the speed
@@ -88,7 +88,7 @@ def too_little(run: DriveWindows) -> list[Finding]:
 
 
 def radius_doubts(log: Log, radius: float) -> list[Finding]:
-    """A stated radius (m) far from the rolling one, speed over wheel speed where little torque is transmitted."""
+    """A finding where the stated radius (m) differs from speed over wheel speed at low torque."""
     if "vehicle_speed" not in log:
         return []
     speed, wheel, torque = log["vehicle_speed"], log["wheel_speed"], log["hub_torque"]
@@ -101,4 +101,4 @@ def radius_doubts(log: Log, radius: float) -> list[Finding]:
         return []
     what = "speed over wheel speed is not wheel_radius"
     got = f"{1000 * rolling:.1f} mm against {1000 * radius:.1f} mm"
-    return [Finding(log.name, what, got, "the lever of the force is the loaded radius; check which one is given")]
+    return [Finding(log.name, what, got, "state the loaded radius, which is the lever of the force")]

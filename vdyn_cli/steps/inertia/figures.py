@@ -1,4 +1,4 @@
-"""Figures of a wheel-inertia test: the moment balance on the road, and the residual of the pendulum's swing."""
+"""Figures of a wheel-inertia test: the moment balance on the road, and the residual of the pendulum's oscillation."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from vdyn_cli.steps.inertia.wheel_inertia import UNIT
 from vdyn_cli.steps.pendulum.pendulum_fit import FittedSwing
 
 SWING_UNITS = {"angle": "rad", "angular_rate": "rad/s"}
-AVERAGED = 20  # parts of a period; the residual is averaged over each, so that slow shapes can be seen
+AVERAGED = 20  # parts of a period, over which the residual is averaged to make slow shapes visible
 
 
 def comparisons(road: RoadInertia | None, swing: FittedSwing | None) -> tuple[Comparison, ...]:
-    """The torque in each window from the wheel's speed against that at the hub; the recording against its fit."""
+    """The net torque in each window from the wheel's speed and at the hub; the recording and its fit."""
     found = []
     if road is not None:
         found += [
@@ -31,7 +31,7 @@ def comparisons(road: RoadInertia | None, swing: FittedSwing | None) -> tuple[Co
 
 
 def figures(road: RoadInertia | None, swing: FittedSwing | None) -> tuple[Figure, ...]:
-    """Balance and residual of the road, residual of the swing, as far as they are given."""
+    """Figures of the balance and residual of the road, and of the residual of the pendulum, for what was measured."""
     of_road = () if road is None else (_balance(road), _balance_residual(road))
     return of_road if swing is None else (*of_road, _swing_residual(swing))
 
@@ -45,7 +45,7 @@ def _balance(road: RoadInertia) -> Figure:
     ends = np.array([min(float(c.x.min()) for c in clouds), max(float(c.x.max()) for c in clouds)])
     line = Series(f"{inertia:.3g} {UNIT}", ends, inertia * ends, role="simulated")
     caption = (
-        "Residual torque at the hub over the wheel's acceleration, one point per window; the slope is the inertia. "
+        "Net torque at the hub over the wheel's acceleration, one point per window; the slope is the inertia. "
         "Good: one straight line through the origin, driving (right) and braking (left) alike. Bad: two slopes that "
         "meet at the origin or a bend (gain of torque or force, radius), a fan of loops (clock offset between torque "
         "and speed), a cloud beside the origin (torque zero)."
@@ -76,16 +76,16 @@ def _swing_residual(swing: FittedSwing) -> Figure:
     left = (recording.values - swing.simulated)[:count].reshape(-1, width).mean(axis=1)
     expected = np.full(2, 2 * swing.noise / width**0.5)
     series = [
-        Series("measured less fitted", time, left, role="residual"),
+        Series("measured minus fitted", time, left, role="residual"),
         Series("twice the sensor's noise", time[[0, -1]], -expected, "band", expected, role="muted"),
     ]
     size = float(np.abs(left).max())
     for moment in swing.disturbances:
         series.append(Series("disturbance", np.full(2, moment), np.array([-size, size]), role="accent"))
     caption = (
-        "Residual of the fitted swing. Good: noise within the band. Bad: a wave of the swing's own period that comes "
-        "and goes (a disturbance, or a slowly moving pivot), twice its frequency (friction, wide swings), another "
-        "frequency (the wheel also rocks sideways)."
+        "Residual of the fitted oscillation. Good: noise within the band. Bad: a wave with the pendulum's period that "
+        "comes and goes (a disturbance, or a slowly moving pivot), twice its frequency (friction, large amplitudes), "
+        "another frequency (the wheel also rocks sideways)."
     )
     unit = SWING_UNITS[recording.channel]
-    return Figure("swing_residual", "Residual of the swing", caption, "time in s", unit, tuple(series))
+    return Figure("swing_residual", "Residual of the oscillation", caption, "time in s", unit, tuple(series))

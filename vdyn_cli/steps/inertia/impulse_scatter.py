@@ -1,4 +1,4 @@
-"""Noise of the hub's torque as its impulses scatter from window to window, which is more than that of its samples."""
+"""Noise of the hub torque from the scatter of its impulses between windows, which exceeds that of its samples."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, impulses
 
 THIRD_OF_DIFFERENCES = 3.5  # var(d3 (w_k+1 - w_k)) / 20 of white noise w: 70 / 20
-# (2 / n)^0.5 of the variance by which the scatter must exceed that of the samples: two standard errors of a variance
-# that the median of overlapping third differences gives.
+# Least relative excess of the variance over that of the samples' noise, in units of (2 / n)^0.5: two standard errors of
+# a variance from the median of overlapping third differences.
 LEAST_EXCESS = 5.0
 FEWEST = 16  # windows of a run
 TINY = 1e-12  # (rad/s)^2
 
 
 def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tuple[DriveWindows, ...]:
-    """The runs with the noise of their torque as the impulses scatter, where that is more than the samples' noise.
+    """The runs with the noise of their torque estimated from the scatter of impulses, where that is larger.
 
-    Torque and forces of a rolling wheel scatter more slowly than from sample to sample: the tire is uneven, the road
+    Torque and forces of a rolling wheel have noise that is correlated between samples: the tire is uneven, the road
     rough, the amplifiers have filters. Third differences of
 
         e = impulse - J gained,    var(d3 e) / 20 = f^2 S_T + (m r)^2 S_a + 3.5 J^2 speed^2,
 
-    leave out what changes slowly, as most model errors do; J is taken from them, and their median leaves out the
-    changes of pedals. S_T and S_a are the variances by the white noise of the samples of torque and acceleration, m r
-    the wheel's mass times radius, and f one factor for all runs, whose sensors are the same. Too small a noise of the
-    torque beside that of the speed would bias the inertia high (total least squares).
+    suppress slow changes, such as most model errors; J is estimated from them, and their median suppresses pedal steps.
+    S_T and S_a are the variances by the white noise of the samples of torque and acceleration, m r is the wheel's mass
+    times radius, and f one factor for all runs, which have the same sensors. If the torque's noise were underestimated
+    relative to the speed's, the inertia would be biased high (total least squares).
 
     Parameters
     ----------
-    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a wheel that is free.
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a free wheel.
     """
     moment = wheel.get("wheel_mass", 0.0) * wheel.get("wheel_radius", 0.0)
     whitened: list[Array] = []

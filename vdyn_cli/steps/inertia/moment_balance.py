@@ -1,11 +1,11 @@
-"""A wheel's moment balance over short windows: its inertia times the speed gained is the impulse of the net torque.
+"""A wheel's moment balance over short windows: inertia times the gain of speed equals the impulse of the net torque.
 
     Jw (om(t2) - om(t1)) = integral of the net torque from t1 to t2
 
 The wheel's speed is never differentiated: noise of the derivative biases Jw low, by half at 1 kHz, and a smoothing
-filter removes the steps that carry the information. Over a quarter of a second the speed gained is a hundred times the
-noise of its two readings. Where something else moves much as the wheel does (its mass with the car), what separates
-them may be no larger than that noise or the accelerometer's: wheel and car are adjusted within it (total least
+filter removes the steps that carry the information. Over a quarter of a second the gain of speed is a hundred times the
+noise of its two readings. But the wheel's acceleration is nearly proportional to that of the car, which acts on its
+mass, and their difference may be as small as the noise of the readings: both are adjusted within it (total least
 squares).
 """
 
@@ -30,9 +30,9 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
 
 Index = NDArray[np.intp]
-STANDSTILL = 1.0  # rad/s, below which friction takes any value
-RIM_SHARE = 0.6  # of m r^2, a wheel with its tire: between a disk's 0.5 and a hoop's 1; only a start value
-GAP = 5.0  # of the median time step; longer ones are not integrated over
+STANDSTILL = 1.0  # rad/s, below which friction is not defined
+RIM_SHARE = 0.6  # J / (m r^2) of a wheel with its tire: between a disk's 0.5 and a hoop's 1; only a start value
+GAP = 5.0  # median time steps; windows do not contain longer ones
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class DriveWindows:
 
     Parameters
     ----------
-    log : with INPUTS, without gaps in them (those filled lie in no window).
+    log : with INPUTS, gaps interpolated (no window contains one).
     first, last : (w,), index of each window's edges.
-    gained : (w,), rad/s, speed gained in each, as measured.
+    gained : (w,), rad/s, measured gain of speed in each.
     noise : of the windows.
     """
 
@@ -69,8 +69,8 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
 
     Parameters
     ----------
-    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a wheel that is free.
-    model : whose inputs the log has.
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a free wheel.
+    model : the log has its inputs as channels.
     """
     inputs = model.inputs
     time, speed = log.time, log["wheel_speed"]
@@ -105,7 +105,7 @@ def impulses(run: DriveWindows, wheel: Mapping[str, float]) -> Array:
 
 
 def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
-    """First and last samples of windows of ``count`` intervals inside every segment of whole intervals."""
+    """First and last samples of windows of ``count`` intervals inside every segment of usable intervals."""
     change = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]])))
     first: list[int] = []
     last: list[int] = []
@@ -117,7 +117,7 @@ def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
 
 
 def _net_torque(log: Log, wheel: Mapping[str, float]) -> Array:
-    """The torque that speeds the wheel up, roughly: for the level of its noise and a start value."""
+    """Approximate net torque (n,) on the wheel, N m, for its noise and a start value."""
     if "hub_force_x" not in log:
         return log["hub_torque"]
     force = log["hub_force_x"] + wheel["wheel_mass"] * log["acceleration"]
@@ -131,9 +131,9 @@ class MomentBalance:
     Parameters
     ----------
     runs : cut into windows.
-    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a wheel that is free.
+    wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a free wheel.
     torque_zero : N m, standard deviation of each run's zero of the balance.
-    model : of the wheel. drag : its unknowns beside the inertia, shared by all runs.
+    model : of the wheel. drag : further unknowns of the model, shared by all runs.
     """
 
     runs: tuple[DriveWindows, ...]
@@ -144,7 +144,7 @@ class MomentBalance:
 
     @cached_property
     def plain_inertia(self) -> float:
-        """Inertia, kg m^2, by plain least squares on window means, each run's zero removed; negative where gains or
+        """Inertia, kg m^2, by plain least squares on window means without each run's zero; negative where gains or
         lever are wrong."""
         above = below = 0.0
         for run in self.runs:
@@ -156,44 +156,44 @@ class MomentBalance:
 
     @property
     def moment(self) -> float:
-        """Stated mass times radius of the wheel, kg m; 0 of a wheel that is free."""
+        """Stated mass times radius of the wheel, kg m; 0 for a free wheel."""
         return self.wheel.get("wheel_mass", 0.0) * self.wheel.get("wheel_radius", 0.0)
 
     @property
     def first_inertia(self) -> float:
-        """Where the search begins, kg m^2: the plain inertia, or an ordinary wheel's where that is not positive."""
+        """Start value, kg m^2: the plain inertia, or a typical wheel's where that is not positive."""
         ordinary = RIM_SHARE * self.wheel.get("wheel_mass", 20.0) * self.wheel.get("wheel_radius", 0.3) ** 2
         return self.plain_inertia if self.plain_inertia > 0 else ordinary
 
     def negative_inertia(self) -> tuple[Finding, ...]:
-        """The finding of a plain inertia that is not positive; nothing where it is."""
+        """The finding of a negative plain inertia; empty where it is positive."""
         inertia = self.plain_inertia
         if inertia > 0:
             return ()
         slope = self.slopes(("wheel_radius",), [inertia], np.zeros(len(self.runs)))["wheel_radius"]
-        got = f"{inertia:.3g} kg m^2; 1 mm of wheel_radius moves it by {abs(slope) * 1e-3:.2g}"
+        got = f"{inertia:.3g} kg m^2; 1 mm of wheel_radius changes it by {abs(slope) * 1e-3:.2g}"
         remedy = "check wheel_radius (loaded, not unloaded) and the gains of torque and force"
-        return (Finding("wheel_inertia", "the moment balance leaves a negative inertia", got, remedy),)
+        return (Finding("wheel_inertia", "the moment balance gives a negative inertia", got, remedy),)
 
     def regression(
         self, inertia: float, effects: Sequence[Correction] = (), unknowns: Sequence[Unknown] = ()
     ) -> Regression:
-        """The wheel's inertia, shared, and each run's zero of the torque.
+        """The regression of the wheel's inertia, shared by all runs, and each run's zero of the torque.
 
-        Rows are the windows' impulses Jw (simulated minus measured gain of speed), whitened by their covariance there::
+        Rows are the windows' impulses Jw (simulated minus measured gain of speed), whitened by their covariance::
 
             r = L^-1 R,    R = J (simulated - measured),    L L' = S = S_T + (m r0)^2 S_a + J^2 S_w,    J = (r0 / r) Jw
 
-        with S_T, S_a and S_w those of the torque's impulses and of the gains of the car's and the wheel's speed: total
-        least squares. dr/dJ and dr/dm are taken with the gains adjusted within their noise, the wheel's measured +
-        J S_w S^-1 R, which gives the cost's own gradient and does not count noise as information. m is the model's
-        wheel mass, r its radius, r0 the stated one: scaling torque, radius and inertia alike changes nothing that was
-        measured, and must not seem to make the residual smaller.
+        with S_T, S_a and S_w the covariances of the torque's impulses and of the gains of the car's and the wheel's
+        speed: total least squares. dr/dJ and dr/dm are evaluated at the gains adjusted within their noise, for the
+        wheel measured + J S_w S^-1 R, which gives the gradient of the cost and does not count noise as information. m
+        is the model's wheel mass, r its radius, r0 the stated one: the factor r0 / r is needed because scaling torque,
+        radius and inertia alike changes no measurement, and must not reduce the residual.
 
         Parameters
         ----------
-        inertia : kg m^2, where the search begins.
-        effects, unknowns : corrections of the balance, and further shared unknowns, theirs or the wheel's.
+        inertia : kg m^2, start value.
+        effects, unknowns : corrections of the balance, and further shared unknowns, of effects or of the wheel.
 
         Source: Fuller, Measurement Error Models (Wiley 1987), 1.3.
         """
@@ -233,14 +233,14 @@ class MomentBalance:
         return Regression(every, tuple(run.log.name for run in self.runs), rows)
 
     def _lever(self, simulated: Simulated, unknowns: int) -> tuple[float, Array]:
-        """Stated over modeled radius, and the relative change of the modeled one by each unknown; 1 and 0 without."""
+        """Ratio of stated to modeled radius, and relative derivative of the latter by each unknown; 1 and 0 without."""
         if LEVER not in simulated.outputs:
             return 1.0, np.zeros(unknowns)
         lever = float(simulated.outputs[LEVER][0])
         return self.wheel["wheel_radius"] / lever, simulated.sensitivities[LEVER][0] / lever
 
     def _moment(self, simulated: Simulated, unknowns: int) -> tuple[float, Array]:
-        """Modeled mass times stated radius, kg m, and its change by each unknown; zeros of a wheel that is free."""
+        """Modeled mass times stated radius, kg m, and its derivative by each unknown; zeros for a free wheel."""
         if MASS not in simulated.outputs:
             return 0.0, np.zeros(unknowns)
         radius = self.wheel["wheel_radius"]
@@ -254,9 +254,9 @@ class MomentBalance:
         effects: Sequence[Correction] = (),
         unknowns: Sequence[Unknown] = (),
     ) -> dict[str, float]:
-        """How the estimated inertia moves with what was taken as known: d Jw / d known, by name.
+        """Derivatives of the estimated inertia by known parameters, d Jw / d known, by name.
 
-        The minimum follows a known p as d theta / dp = -(J'J)^-1 J' dr/dp, J with the priors' rows.
+        The solution depends on a known p as d theta / dp = -(J'J)^-1 J' dr/dp, J with the rows of the priors.
 
         Parameters
         ----------

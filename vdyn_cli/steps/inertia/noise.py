@@ -1,4 +1,4 @@
-"""Noise of the windows of a drive: white noise of torque and wheel speed in the impulses."""
+"""Noise of the impulses in the windows of a drive, from the noise of torque, acceleration and wheel speed."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vdyn_cli.quantities.arrays import Array
 
 @dataclass(frozen=True)
 class WindowNoise:
-    """White noise of one run's windows.
+    """Noise of one run's windows.
 
     Parameters
     ----------
-    torque, speed : standard deviations of the torque with the forces (N m) and the wheel's speed (rad/s).
+    torque, speed : standard deviations of a sample of the net torque (N m) and of the wheel's speed (rad/s).
     spread : (w,), s, root of the sum of squares of the samples' weights in each window's integral.
-    carried : (w,), (m/s)^2, variance of the speed that the car gains in each window by its accelerometer.
+    carried : (w,), (m/s)^2, variance of the accelerometer's integral over each window.
     adjoining : (w - 1,), whether a window's last sample is the next one's first.
     """
 
@@ -30,9 +30,11 @@ class WindowNoise:
     adjoining: NDArray[np.bool_]
 
     def variance(self, inertia: float, moment: float) -> Array:
-        """Variance of each window's impulse, (w,) (N m s)^2: of the torque's integral and two readings of the speed.
+        """Variance of each window's impulse, (w,) (N m s)^2, by torque, acceleration and two readings of the speed.
 
-        ``moment``, kg m, is mass times radius of the wheel, by which the accelerometer enters.
+        Parameters
+        ----------
+        inertia : kg m^2. moment : kg m, mass times radius of the wheel, the factor of the acceleration.
         """
         of_torque = (self.torque * self.spread) ** 2 + moment**2 * self.carried
         return np.asarray(of_torque + 2.0 * (inertia * self.speed) ** 2)
@@ -40,7 +42,8 @@ class WindowNoise:
     def factor(self, inertia: float, moment: float) -> Array:
         """Banded Cholesky factor, (2, w), of the covariance of the windows' impulses, (N m s)^2.
 
-        Adjoining windows share one reading of the speed, whose error enters them with opposite signs.
+        Adjoining windows share one reading of the speed, whose error has opposite signs in them. Parameters as of
+        ``variance``.
         """
         band = np.zeros((2, self.spread.size))
         band[0] = self.variance(inertia, moment)

@@ -1,4 +1,4 @@
-"""The parts of a wheel's moment balance whose laws can be freed."""
+"""The parts of a wheel's moment balance whose laws can be replaced by free curves."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ SENSORS = {
 
 
 def wheel_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The bearing's torque over the wheel's speed, and the readings over their value.
+    """The parts: the bearing's torque over the wheel's speed, and the readings over their value.
 
     Parameters
     ----------
-    logs : of the runs on the road; none gives no parts.
+    logs : of the runs; no parts without logs.
     """
     if not logs:
         return ()

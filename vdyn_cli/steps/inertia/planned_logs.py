@@ -1,4 +1,4 @@
-"""Wheel-inertia drives that are not driven yet: throttle and brake pulses of a driven wheel with a hub force sensor."""
+"""Simulated logs of wheel-inertia drives not driven yet: throttle and brake pulses, hub force sensor."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
 ROLLS = 0.7  # s without throttle or brake between two pulses
 SLIP_STIFFNESS = 20.0  # 1, friction over slip of a car's tire near zero slip
-HUMPS = 6  # waves of the road, of 1 % of the load each
-LAG = 0.07  # s, of throttle and brake, twice in a row
+HUMPS = 6  # waves of the road, each of 1 % of the load
+LAG = 0.07  # s, time constant of throttle and brake, applied twice
 SETTINGS = (
     setting("start_speed", 12.0, "m/s", "speed at which a drive begins", 60.0, 1.0),
     setting("acceleration_level", 2.8, "m/s^2", "acceleration and deceleration of a pulse", 10.0, 0.1),
@@ -73,7 +73,7 @@ def _log(day: DayRequest, spec: InertiaSpec, k: int) -> Log:
 
 
 def _pulses(day: DayRequest, time: Array) -> Array:
-    """Acceleration (n,) of the car: throttle, roll, brake, roll, again and again, each harder or softer."""
+    """Acceleration (n,) of the car: a repeated cycle of throttle, rolling, brake, rolling, with random amplitudes."""
     level, rng, wanted, now = day.at["acceleration_level"], day.rng, np.zeros(time.size), ROLLS
     while now < time[-1]:
         for sign in (1.0, -1.0):

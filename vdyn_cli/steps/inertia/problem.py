@@ -1,4 +1,4 @@
-"""A wheel-inertia test, prepared once: drives cut into windows, the pendulum's recording and its fit."""
+"""The problem of a wheel-inertia test: drives cut into windows, the pendulum's recording and its fit."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, pendulum_inertia
 from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swing
 
-FREE_TORQUE = 20.0  # N m, plausible size of a free profile
+FREE_TORQUE = 20.0  # N m, plausible amplitude of a free profile
 ANY_TIRE = Given(0.010, 0.003)  # rolling resistance of car tires
-# s of integration in the diagnosis: a clock offset shows where torque and speed change fast. The speed gained in so
-# short a time loses a share of a per cent of inertia to noise, which does not matter there.
+# s of integration in the diagnosis: a clock offset shows where torque and speed change fast. In so short a window the
+# noise of the speed biases the inertia by a fraction of 1 %, which does not matter there.
 DIAGNOSED_WINDOW = 0.125
 
 
@@ -52,11 +52,11 @@ class InertiaData:
 
 
 def load(spec: InertiaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[InertiaData, tuple[Path, ...]]:
-    """Read the pendulum's recording beside the runs.
+    """Read the pendulum's recording, if there is one, and return it with the runs and the paths read.
 
     Raises
     ------
-    InputError : it cannot be read.
+    InputError : the recording cannot be read.
     """
     rig = spec.pendulum
     if rig is None or rig.log is None:
@@ -78,7 +78,7 @@ class InertiaProblem(SimulatedProblem):
     ----------
     known : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty without runs.
     balance : of the runs, None without them.
-    findings : of the runs' logs and of what is known.
+    findings : about the runs' logs and the known parameters.
     """
 
     spec: InertiaSpec
@@ -89,12 +89,12 @@ class InertiaProblem(SimulatedProblem):
 
     @property
     def model(self) -> Model:
-        """The wheel on the road; where there are no runs, the pendulum."""
+        """The wheel on the road; the pendulum where there are no runs."""
         return WHEEL_SPIN if self.spec.pendulum is None or self.data.runs else MODELS[self.spec.pendulum.kind]
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Torques that are free over the wheel's speed and over the torque itself; a pendulum alone has none."""
+        """Free profiles of torque over the wheel's speed and over the torque; none for a pendulum alone."""
         if not self.data.runs:
             return ()
         turn = span_of([log["wheel_speed"] for log in self.data.runs], 1.0)
@@ -117,7 +117,7 @@ class InertiaProblem(SimulatedProblem):
 
     @cached_property
     def swing(self) -> FreeSwing | None:
-        """The recording, ready for its fit. Raises ResultError: no swing to be seen, too short, or too wide."""
+        """The recording prepared for its fit. Raises ResultError: no oscillation found, too short, or too wide."""
         rig, recording = self.spec.pendulum, self.data.recording
         return (
             None if rig is None or recording is None else free_swing(Recording.of(recording, rig.kind, rig.geometry()))
@@ -125,44 +125,44 @@ class InertiaProblem(SimulatedProblem):
 
     @cached_property
     def pendulum(self) -> PendulumInertia | None:
-        """The inertia of the hung wheel. Raises ResultError: no free swing, or a period that leaves no inertia."""
+        """The inertia of the suspended wheel. Raises ResultError: no free oscillation, or too short a period."""
         if self.spec.pendulum is None:
             return None
         return pendulum_inertia(self.spec.pendulum, self.swing.fit() if self.swing else None)
 
     @cached_property
     def _diagnosed(self) -> tuple[MomentBalance, float]:
-        """The balance over short windows, and the inertia that it gives without effects."""
+        """The balance over short windows, and its inertia without effects, kg m^2."""
         assert self.balance is not None
         window = min(self.spec.settings.window.value, DIAGNOSED_WINDOW)
         balance = _balance(self.data.runs, window, self.balance.wheel, self.balance.torque_zero)
         try:
             first = balance.regression(balance.first_inertia, (), self._uncertain)
             return balance, solve(first).values["wheel_inertia"]
-        except ResultError:  # what is wrong is to be found from here
+        except ResultError:  # the diagnosis starts from here
             return balance, balance.first_inertia
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
-        """The runs on the road with effects in the wheel's balance; where there are none, the pendulum's recording.
+        """The regression over the runs on the road, else over the pendulum's recording, with effects in the model.
 
         Raises
         ------
-        InputError : neither runs nor a recording. ResultError : no swing.
+        InputError : neither runs nor a recording. ResultError : no oscillation found.
         """
         if self.balance is not None:
             balance, inertia = self._diagnosed
             return balance.regression(start.get("wheel_inertia", inertia), effects, (*self._uncertain, *unknowns))
         if self.swing is None:
             raise InputError(
-                Finding("inertia", "a period alone gives no time series to compare", "", "add 'runs' or a log")
+                Finding("inertia", "a period alone is no time series to diagnose", "", "add 'runs' or a log")
             )
         return self.swing.regression(effects, unknowns)
 
     @property
     def _uncertain(self) -> tuple[Unknown, ...]:
-        """What is known with a standard deviation, free within it: no error is named that it explains as well."""
+        """Uncertain known parameters as unknowns with priors, so that no effect is found that they explain as well."""
         return tuple(
             Unknown(
                 n, one.value, PARAMETERS[n].lower, PARAMETERS[n].upper, KNOWN[n], (one.value, one.std), nuisance=True
@@ -177,11 +177,11 @@ class InertiaProblem(SimulatedProblem):
         return 0.0 if stated is None else stated.value
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        """The wheel's inertia from whatever was measured; effects enter the balance on the road.
+        """The wheel's inertia from road, pendulum or both; effects enter the balance on the road.
 
         Raises
         ------
-        ResultError : no method gives an inertia, the pendulum fails, or the interval holds zero.
+        ResultError : no method gives an inertia, the pendulum fails, or the interval contains zero.
         """
         pendulum = self.pendulum
         road: RoadInertia | None = None
@@ -205,7 +205,7 @@ class InertiaProblem(SimulatedProblem):
         effects: Sequence[Effect],
         unknowns: Sequence[Unknown],
     ) -> ResultError:
-        """The error of the road's fit, with the torques at the place where the fit stands."""
+        """The error of the road's fit, with the unpublished result where the fit ended."""
         balance, gain_std = self.balance, self._gain_std
         assert balance is not None
 
@@ -223,11 +223,11 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     Parameters
     ----------
     known : wheel_mass (kg) and wheel_radius (m), where there are runs. Without rolling_resistance, which is nearly
-        collinear with the torque's zero, the value of a typical car tire.
+        collinear with the torque's zero, the value of a typical car tire is assumed.
 
     Raises
     ------
-    InputError : neither runs nor a pendulum; an unknown mass or radius; logs that cannot serve, or a wrong sign.
+    InputError : neither runs nor a pendulum; an unknown mass or radius; logs that cannot be used, or a wrong sign.
     """
     if not data.runs and spec.pendulum is None:
         raise InputError(Finding("runs", "neither a drive nor a pendulum is given", "", "add 'runs' or 'pendulum'"))

@@ -27,7 +27,7 @@ def inertia_result(
     findings: Sequence[Finding],
     unknowns: Sequence[Unknown] = (),
 ) -> Result:
-    """What is published of one or both methods, of which at least one is given.
+    """The result of one or both methods, of which at least one is given.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def inertia_result(
 
     Raises
     ------
-    UnpublishedError : the interval of the inertia holds zero.
+    UnpublishedError : the interval of the inertia contains zero.
     """
     answer = published_inertia(road, pendulum)
     estimates = {"wheel_inertia": Estimate.of("wheel_inertia", answer.value, answer.std, answer.interval95, "inertia")}
@@ -57,13 +57,13 @@ def inertia_result(
     )
     if answer.interval95[0] <= 0:
         got, remedy = text.not_determined(answer)
-        finding = Finding("wheel_inertia", "is not determined: its interval holds zero", got, remedy)
+        finding = Finding("wheel_inertia", "is not determined: its interval contains zero", got, remedy)
         raise UnpublishedError((finding,), result)
     return result
 
 
 def _summary(road: RoadInertia | None, pendulum: PendulumInertia | None) -> FitSummary:
-    """The road's fit where there is one, else the recording's, else what a stated period allows."""
+    """Summary of the road's fit where there is one, else of the recording's, else of a stated period."""
     swing = pendulum.swing if pendulum else None
     solutions = [fit.solution for fit in (road, swing) if fit is not None]
     warnings = [w for s in solutions for w in s.warnings]
@@ -91,7 +91,7 @@ def _rms(values: Array) -> float:
 
 
 def _both_methods(road: RoadInertia | None, pendulum: PendulumInertia | None) -> dict[str, Any]:
-    """The inertia by each method in numbers, for scripts."""
+    """The inertia by each method in numbers, for the JSON."""
     extra: dict[str, Any] = {}
     budgets = {"road": road.budget if road else None, "pendulum": pendulum.budget if pendulum else None}
     for name, budget in budgets.items():

@@ -1,4 +1,4 @@
-"""A wheel's inertia from drives on the road, with the uncertainty of what was taken as known."""
+"""A wheel's inertia from drives on the road, including the uncertainty of the known parameters."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class RoadInertia:
     ----------
     runs, solution : the windows, and the fit to them.
     moment : kg m, mass times radius of the wheel as stated.
-    torque : of each run, the mean torque in its windows, (w,) N m, twice: from the wheel's speed (Jw times the speed
-        gained over the time), and from torque and forces at the hub.
-    budget : scatter of the data, what was taken as known, the gain of torque against force.
+    torque : for each run, the mean net torque in its windows, (w,) N m, from the wheel's speed (Jw times the mean
+        angular acceleration), and from torque and forces at the hub.
+    budget : scatter of the data, known parameters, the gain of torque against force.
     """
 
     runs: tuple[DriveWindows, ...]
@@ -36,7 +36,7 @@ class RoadInertia:
 
     @property
     def slope(self) -> Mapping[str, float]:
-        """d inertia / d what was taken as known."""
+        """Derivative of the inertia by each contribution of the budget, by name."""
         return {c.name: c.slope for c in self.budget.contributions}
 
 
@@ -57,13 +57,12 @@ def road_inertia(
 
     Raises
     ------
-    ResultError : the logs leave no plausible inertia, and the fit's own.
+    ResultError : the fit fails, or the logs do not give a plausible inertia.
     """
     solution = solve(balance.regression(balance.first_inertia, effects, unknowns))
     return road_inertia_at(solution, balance, known, gain_std, effects, unknowns)
 
 
-# Six parameters and the solution: what the estimate is made of.
 def road_inertia_at(
     solution: Solution,
     balance: MomentBalance,
@@ -83,9 +82,11 @@ def road_inertia_at(
 
 
 def torque_in_windows(run: DriveWindows, solution: Solution, white: Array, moment: float) -> tuple[Array, Array]:
-    """Mean torque in each window from the wheel's speed, and from the hub's torque and forces.
+    """Mean net torque in each window, (w,) N m, from the wheel's speed, and from the hub's torque and forces.
 
-    ``moment``, kg m, is mass times radius of the wheel: what the accelerometer's noise is multiplied by.
+    Parameters
+    ----------
+    white : (w,), whitened residuals of the run. moment : kg m, mass times radius of the wheel.
     """
     factor = run.noise.factor(solution.values["wheel_inertia"], moment)
     excess = factor[0] * white
@@ -95,7 +96,10 @@ def torque_in_windows(run: DriveWindows, solution: Solution, white: Array, momen
 
 
 def _budget(solution: Solution, known: Mapping[str, Given], slopes: Mapping[str, float], gain_std: float) -> Budget:
-    """Reading torque as (1 + g) T is the same as dividing radius and inertia by (1 + g): d Jw/dg = Jw - r d Jw/dr."""
+    """The uncertainty budget; a gain of the torque g against the force has d Jw/dg = Jw - r d Jw/dr.
+
+    Reading the torque as (1 + g) T is equivalent to dividing radius and inertia by (1 + g).
+    """
     name, inertia = "wheel_inertia", solution.values["wheel_inertia"]
     gain = inertia - known["wheel_radius"].value * slopes["wheel_radius"]
     scatter = Contribution("scatter_of_the_data", inertia, solution.std[name], "kg m^2", 1.0, solution.degrees[name])

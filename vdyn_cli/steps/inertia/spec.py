@@ -1,4 +1,4 @@
-"""The description of a wheel-inertia test."""
+"""The YAML model of a wheel-inertia test."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class InertiaSettings(Strict):
     )
     gain_std: Annotated[Given, Si("", 0, 0.1)] | None = Field(
         None,
-        description="standard deviation of the torque's gain, against the force's on the road, 0.001 for 0.1 %; not "
-        "stated, it is 0 on the road and 0.5 % on a stand",
+        description="standard deviation of the torque's gain, on the road relative to the force's, 0.001 for 0.1 %; "
+        "default: 0 on the road, 0.5 % on a stand",
     )
     stand_inertia: Annotated[Given, Si("kg m^2", 0, 50)] = Field(
-        Given(0.0), description="inertia of what turns with the wheel on a stand (rotor, shaft, hub), kg m^2"
+        Given(0.0), description="inertia of the parts of a stand that turn with the wheel (rotor, shaft, hub), kg m^2"
     )
 
 
@@ -36,7 +36,7 @@ class InertiaSpec(TestSpec):
     """The description of a wheel-inertia test: runs on the road, a pendulum, or both; or a free wheel on a stand."""
 
     manoeuvre: Literal["road", "stand"] = Field(
-        "road", description="stand: the wheel touches nothing and a torque at its hub spins it up and down"
+        "road", description="stand: the wheel turns freely and a torque at its hub spins it up and down"
     )
 
     settings: InertiaSettings = Field(InertiaSettings(), description="integration and accuracy of the sensors")

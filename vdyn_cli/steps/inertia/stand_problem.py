@@ -1,4 +1,4 @@
-"""A wheel on a stand, prepared once: its runs cut into windows, and the balance of its hub torque."""
+"""The problem of a wheel on a stand: its runs cut into windows, and the balance of its hub torque."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from vdyn_cli.steps.inertia.stand_result import stand_result
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-FREE_TORQUE = 5.0  # N m, plausible size of a free profile: several times the drag of a wheel bearing
+FREE_TORQUE = 5.0  # N m, plausible amplitude of a free profile: several times the drag of a wheel bearing
 
 
 @dataclass(frozen=True)
 class StandProblem(SimulatedProblem):
-    """A wheel that touches nothing, spun up and down.
+    """A free wheel, spun up and down by a torque at its hub.
 
     Parameters
     ----------
@@ -53,9 +53,9 @@ class StandProblem(SimulatedProblem):
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """A torque that is free over the wheel's speed.
+        """A free profile of torque over the wheel's speed.
 
-        None over the torque itself: levels of torque are few, so that its own noise would bend such a profile.
+        There is none over the torque itself, because a test has few levels of torque, so that noise would distort it.
         """
         turn = span_of([log["wheel_speed"] for log in self.logs], 1.0)
         return (profile("torque_over_speed", "bearing", "wheel_speed", turn, FREE_TORQUE, "N m"),)
@@ -72,16 +72,16 @@ class StandProblem(SimulatedProblem):
 
     @cached_property
     def first_inertia(self) -> float:
-        """The inertia without effects, where it can be fitted."""
+        """The inertia without effects, kg m^2; a start value where it cannot be fitted."""
         try:
             return solve(self.balance.regression(self.balance.first_inertia)).values["wheel_inertia"]
-        except ResultError:  # what is wrong is to be found from here
+        except ResultError:  # the diagnosis starts from here
             return self.balance.first_inertia
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
-        """The runs with effects in the wheel's balance."""
+        """The regression over the runs, with effects in the wheel's balance."""
         return self._balance(start).regression(start.get("wheel_inertia", self.first_inertia), effects, unknowns)
 
     def _balance(self, start: Mapping[str, float]) -> MomentBalance:
@@ -89,7 +89,7 @@ class StandProblem(SimulatedProblem):
         return replace(self.balance, drag=drag)
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        """Inertia and bearing drag, with accepted effects in the balance.
+        """Fit inertia and bearing drag, with accepted effects in the balance.
 
         Raises
         ------
@@ -120,7 +120,7 @@ def prepare_stand(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> 
     """
     if spec.pendulum is not None:
         what = "a wheel on a stand and a pendulum are two tests"
-        raise InputError(Finding("pendulum", what, "", "give each a description of its own"))
+        raise InputError(Finding("pendulum", what, "", "write a separate description for each"))
     if not logs:
         raise InputError(Finding("runs", "no run is given", "", "list at least one log under runs"))
     raise_all(dict.fromkeys(f for log in logs for f in _sign_doubts(log)))
@@ -132,7 +132,7 @@ def prepare_stand(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> 
 
 
 def _sign_doubts(log: Log) -> list[Finding]:
-    """Empty channels, and a torque whose sign contradicts the wheel's acceleration."""
+    """Findings on empty channels, and on a torque whose sign contradicts the wheel's acceleration."""
     empty = [name for name in FREE_WHEEL.inputs if not np.isfinite(log[name]).any()]
     if empty:
         return [Finding(f"{log.name}, {name}", "the channel is empty") for name in empty]
@@ -149,7 +149,7 @@ def _sign_doubts(log: Log) -> list[Finding]:
 
 
 def _steady_torque(run: DriveWindows) -> list[Finding]:
-    """A torque that does not change: then only the ratio of drag to inertia shows."""
+    """A finding where the torque is constant, which determines only the ratio of drag to inertia."""
     mean = np.array([run.log["hub_torque"][a:b].mean() for a, b in zip(run.first, run.last, strict=True)])
     noise = run.noise.torque * float(np.sqrt(np.mean(1.0 / np.maximum(run.last - run.first, 1))))
     if exceeds_noise(float(np.std(mean)), noise, mean.size):

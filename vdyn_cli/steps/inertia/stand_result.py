@@ -1,4 +1,4 @@
-"""The result of a wheel on a stand: inertia, bearing drag, and the balance as a figure."""
+"""The result of a wheel on a stand: inertia, bearing drag, and a figure of the residual."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from vdyn_cli.steps.inertia.spec import InertiaSettings
 from vdyn_cli.steps.inertia.wheel_inertia import UNIT
 from vdyn_cli.steps.interval_text import with_interval
 
-# Standard deviation: torque transducers of class 0.1 to 0.5 (DIN 51309) with their mounting and amplifier.
+# Standard deviation of the gain: torque transducers of class 0.1 to 0.5 (DIN 51309) with their mounting and amplifier.
 STAND_GAIN = 0.005
 METHODS = (
-    "A wheel that touches nothing: its moment balance J om' = T - Tb - cb om integrated over windows of a quarter of a "
-    "second (setting window), so that the wheel's speed is never differentiated; least squares on the impulses, "
-    "whitened by the noise of torque and speed; each run's torque zero a nuisance parameter within the data sheet; "
-    "intervals from the scatter of blocks of equal information (Bell and McCaffrey 2002); the torque's gain and the "
-    "inertia of what turns with the wheel propagated."
+    "Free wheel on a stand: the moment balance J om' = T - Tb - cb om is integrated over windows of a quarter of a "
+    "second (setting window), so that the wheel's speed is never differentiated. Least squares on the impulses, "
+    "whitened by the noise of torque and speed; each run's torque zero is a nuisance parameter within the data sheet. "
+    "Intervals were computed from the scatter of blocks of equal information (Bell and McCaffrey 2002); the "
+    "uncertainties of the torque's gain and of the inertia of the stand were propagated."
 )
 
 
@@ -42,12 +42,12 @@ def stand_result(
 
     Parameters
     ----------
-    settings : the torque's gain, and what turns with the wheel. findings : of the logs.
+    settings : with the torque's gain and the inertia of the stand. findings : of the logs.
     unknowns : of effects in the balance.
 
     Raises
     ------
-    UnpublishedError : the interval of the inertia holds zero.
+    UnpublishedError : the interval of the inertia contains zero.
     """
     budget = _budget(solution, settings)
     estimates = {"wheel_inertia": Estimate.of("wheel_inertia", budget.value, budget.std, budget.interval95, "inertia")}
@@ -84,18 +84,18 @@ def stand_result(
         comparisons,
         (_residual_over_speed(balance, comparisons),),
         (budget.table("stand_budget", "The uncertainty of the inertia", UNIT, "Slope: change per unit of the input."),),
-        tuple(dict.fromkeys((*findings, *_what_turns(settings), *_assumed_gain(settings)))),
+        tuple(dict.fromkeys((*findings, *_without_stand_inertia(settings), *_assumed_gain(settings)))),
         amplitudes=effect_amplitudes(solution, unknowns),
     )
     if budget.interval95[0] <= 0:
-        what = "is not determined: its interval holds zero"
+        what = "is not determined: its interval contains zero"
         remedy = "spin the wheel up and down harder and more often"
         raise UnpublishedError((Finding("wheel_inertia", what, f"{budget.value:.3g} {UNIT}", remedy),), result)
     return result
 
 
 def _budget(solution: Solution, settings: InertiaSettings) -> Budget:
-    """The inertia of all that turns, less what turns beside the wheel; a torque (1 + g) T makes it (1 + g) times."""
+    """Inertia of all rotating parts minus that of the stand; it is proportional to the gain of the torque."""
     whole = solution.values["wheel_inertia"]
     scatter = Contribution(
         "scatter_of_the_data", whole, solution.std["wheel_inertia"], UNIT, 1.0, solution.degrees["wheel_inertia"]
@@ -111,7 +111,7 @@ def _gain_std(settings: InertiaSettings) -> float:
 
 
 def _with_gain(name: str, solution: Solution, settings: InertiaSettings) -> Estimate:
-    """A drag with the torque's gain in its interval."""
+    """A drag whose interval includes the uncertainty of the torque's gain."""
     value, std = solution.values[name], solution.std[name]
     whole = float(np.hypot(std, value * _gain_std(settings)))
     half = [(end - value) * whole / std for end in solution.interval95[name]]
@@ -120,15 +120,15 @@ def _with_gain(name: str, solution: Solution, settings: InertiaSettings) -> Esti
 
 def _sentence(estimates: dict[str, Estimate], settings: InertiaSettings) -> str:
     inertia, dry, viscous = (with_interval(e, e.unit) for e in estimates.values())
-    whole = "" if settings.stand_inertia.value else " of all that turns with the wheel"
-    drag = f"Its bearing drags with {dry} at standstill and {viscous} per speed."
+    whole = "" if settings.stand_inertia.value else " of the wheel with the rotating parts of the stand"
+    drag = f"The bearing drag is {dry} at standstill plus {viscous} times the speed."
     return f"The moment of inertia{whole} is {inertia}. {drag}"
 
 
-def _what_turns(settings: InertiaSettings) -> list[Finding]:
+def _without_stand_inertia(settings: InertiaSettings) -> list[Finding]:
     if settings.stand_inertia.value:
         return []
-    what = "nothing is taken off the inertia: it is that of all that turns, with the rotor and shaft of the stand"
+    what = "it includes the rotor and shaft of the stand, because their inertia is not stated"
     remedy = "write 'stand_inertia: <number> +- <standard deviation> kg m^2' under settings, or spin the stand alone"
     return [Finding("wheel_inertia", what, "", remedy)]
 
@@ -140,8 +140,8 @@ def _residual_over_speed(balance: MomentBalance, comparisons: Sequence[Compariso
     )
     caption = (
         "Residual torque over the wheel's speed, one point per window. Good: noise around zero at every speed. Bad: a "
-        "bend (air about the wheel, a bearing whose drag is not a straight line), two branches (torque gain that "
-        "differs up and down, clock offset between torque and speed)."
+        "bend (windage of the wheel, nonlinear bearing drag), two branches (a torque gain that differs up and down, a "
+        "clock offset between torque and speed)."
     )
     return Figure("stand_residual", "Residual of the moment balance over speed", caption, "wheel speed in rad/s", "N m",
                   series)  # fmt: skip
@@ -150,8 +150,6 @@ def _residual_over_speed(balance: MomentBalance, comparisons: Sequence[Compariso
 def _assumed_gain(settings: InertiaSettings) -> list[Finding]:
     if settings.gain_std is not None:
         return []
-    what = (
-        f"the torque's gain is assumed exact within {100 * STAND_GAIN:g} %: its relative error is that of the inertia"
-    )
+    what = f"the torque's gain is assumed accurate to {100 * STAND_GAIN:g} %; the inertia has the same relative error"
     remedy = "state the torque's accuracy as 'gain_std' under settings"
     return [Finding("settings.gain_std", what, "", remedy, minor=True)]

@@ -16,37 +16,37 @@ from vdyn_cli.steps.inertia.wheel_inertia import UNIT, PendulumInertia, radius_o
 from vdyn_cli.steps.interval_text import with_interval
 
 METHODS = (
-    "Road: the wheel's moment balance integrated over windows of a quarter of a second (setting window), so that the "
-    "wheel's speed is never differentiated; least squares on the impulses, whitened by the noise of torque, forces and "
-    "speed, adjoining windows sharing one reading of the speed; each run's torque zero a nuisance parameter within the "
-    "sensors' data sheets; intervals from the scatter of blocks of equal information (Bell and McCaffrey 2002); "
-    "standard deviations of wheel mass, radius, rolling resistance and gain propagated. Pendulum: the swing's equation "
-    "of motion with its sine, viscous, dry and air friction and the sensor's zero fitted to the recording; a "
-    "disturbance splits it; period and rig propagated to first order."
+    "Road: the wheel's moment balance is integrated over windows of a quarter of a second (setting window), so that "
+    "the wheel's speed is never differentiated. Least squares on the impulses, whitened by the noise of torque, forces "
+    "and speed (adjoining windows share one reading of the speed); each run's torque zero is a nuisance parameter "
+    "within the sensors' data sheets. Intervals were computed from the scatter of blocks of equal information (Bell "
+    "and McCaffrey 2002); standard deviations of wheel mass, radius, rolling resistance and gain were propagated. "
+    "Pendulum: the nonlinear equation of motion with viscous, dry and air friction and the sensor's zero was fitted to "
+    "the recording, split at a disturbance; uncertainties of period and rig were propagated to first order."
 )
-NOTHING = 1e-6  # kg m^2
-ALL = 0.995  # of the weight, beyond which it rounds to 100 %
+NOTHING = 1e-6  # kg m^2, below which a change is not listed
+ALL = 0.995  # share of the weight above which it rounds to 100 %
 
 
 def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], origin: str) -> str:
-    """The published inertia, and a sentence on where it comes from."""
+    """The headline: the published inertia, and a sentence on its origin."""
     return f"One wheel's moment of inertia is {with_interval(estimates['wheel_inertia'], UNIT)}. {origin}"
 
 
 def origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
-    """Which method the published inertia comes from, and how well two agree."""
+    """Sentence on the method of the published inertia, and on the agreement of two methods."""
     if road is None:
         main = f" {_label(answer)} contributes most to its uncertainty." if answer.main else ""
-        return f"It comes from the pendulum.{main}"
+        return f"It was measured with the pendulum.{main}"
     if pendulum is None:
         return _leverage(road)
     both = f"road {_plus_minus(road.budget)}, pendulum {_plus_minus(pendulum.budget)} {UNIT}"
     apart = abs(standard_distance(road, pendulum))
     if radius_or_mass_exact(road):
-        return f"It is the value of the pendulum ({both}): the road's wheel mass or radius has no standard deviation."
+        return f"It is the pendulum's value ({both}): wheel mass or radius on the road have no standard deviation."
     if answer is pendulum.budget:
         gap = closing_the_gap(road, pendulum)
-        return f"It is the value of the pendulum; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
+        return f"It is the pendulum's value; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
     weight = answer.contributions[1].slope
     share = "nearly all" if weight > ALL else f"{100 * weight:.0f} %"
     agree = f"Road and pendulum agree within {apart:.1f} standard deviations ({both})"
@@ -62,14 +62,14 @@ def _label(budget: Budget) -> str:
 
 
 def not_determined(answer: Budget) -> tuple[str, str]:
-    """What was found, and the remedy, where the interval holds zero."""
+    """The value with its interval, and the remedy, for an interval that contains zero."""
     low, high = answer.interval95
     remedy = f"{_label(answer)} contributes most to the uncertainty: measure it more accurately" if answer.main else ""
     return f"{answer.value:.3g} {UNIT}, 95 %: {low:.3g} to {high:.3g}", remedy
 
 
 def closing_the_gap(road: RoadInertia, pendulum: PendulumInertia) -> str:
-    """What would make the road's value the pendulum's, one at a time."""
+    """Sentence on the errors that would each explain the difference of road and pendulum."""
     gap, slope = road.budget.value - pendulum.budget.value, road.slope
     return (
         f"{abs(1000 * gap / slope['wheel_radius']):.2g} mm of wheel radius, "
@@ -84,19 +84,19 @@ def _leverage(road: RoadInertia) -> str:
         ("1 mm of radius", "wheel_radius", 1e-3),
         ("0.5 % between the gains of torque and force", "torque_over_force_gain", 5e-3),
     )
-    # An extension may have freed one of them: then it moves nothing any more.
+    # An extension may have made one of them an unknown: then it changes nothing.
     moved = [(what, abs(size * road.slope[name])) for what, name, size in doubts]
     parts = [f"{what} is {value:.2g}" for what, value in moved if value > NOTHING]
     return f"On the road only Jw + mw r^2 is observable: {', '.join(parts)} {UNIT}." if parts else ""
 
 
 def tables(road: RoadInertia | None, pendulum: PendulumInertia | None) -> tuple[Table, ...]:
-    """Both methods compared, and the uncertainty of each."""
+    """Tables of the comparison of both methods, and of the uncertainty of each."""
     found = []
     if road is not None and pendulum is not None:
         found.append(_comparison(road, pendulum))
     if road is not None:
-        caption = "Inputs without a standard deviation are assumed exact, although they have errors."
+        caption = "Inputs without a standard deviation are assumed exact."
         found += [road.budget.table("road_budget", "The road's uncertainty", UNIT, caption), _leverage_table(road)]
     if pendulum is not None:
         caption = "Slope: change of the inertia per unit of the input."
@@ -109,7 +109,7 @@ def _comparison(road: RoadInertia, pendulum: PendulumInertia) -> Table:
     rows = (
         ("road", f"{road.budget.value:.4f}", f"{road.budget.std:.2g}"),
         ("pendulum", f"{pendulum.budget.value:.4f}", f"{pendulum.budget.std:.2g}"),
-        ("road less pendulum", f"{gap:+.4f}", f"{std:.2g}"),
+        ("road minus pendulum", f"{gap:+.4f}", f"{std:.2g}"),
         ("in standard deviations", f"{standard_distance(road, pendulum):+.1f}", ""),
     )
     columns = ("from", f"inertia [{UNIT}]", "standard deviation")
@@ -125,8 +125,8 @@ def _leverage_table(road: RoadInertia) -> Table:
         ("0.1 % of torque gain against force gain", f"{1e-3 * slope['torque_over_force_gain']:+.3f}"),
     )
     caption = (
-        "The inertia is the small difference of two large torques, T and Fx r: small errors of either move it much. A "
-        "pendulum's value does not depend on them."
+        "The inertia is the small difference of two large torques, T and Fx r: small errors of either change it "
+        "considerably. A pendulum's value does not depend on them."
     )
-    columns = ("if this were larger by", f"the inertia moves by [{UNIT}]")
+    columns = ("increase of", f"change of the inertia [{UNIT}]")
     return Table("leverage", "Effect of small errors", columns, rows, caption)

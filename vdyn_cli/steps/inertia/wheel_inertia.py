@@ -1,4 +1,4 @@
-"""One wheel, two methods: its inertia from the pendulum, and which of road and pendulum is published."""
+"""The inertia of a wheel from its pendulum, and the choice between road and pendulum."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNIT = "kg m^2"
 
 @dataclass(frozen=True)
 class PendulumInertia:
-    """The inertia, kg m^2, of the hung wheel; ``swing`` where it was recorded, ``findings`` about the rig."""
+    """The inertia, kg m^2, of the suspended wheel; ``swing`` where it was recorded, ``findings`` about the rig."""
 
     budget: Budget
     period: MeasuredPeriod
@@ -30,7 +30,7 @@ class PendulumInertia:
 
 
 def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
-    """Inertia of the wheel as it was hung.
+    """Inertia of the wheel in its suspension.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
 
     Raises
     ------
-    ResultError : a period that leaves no inertia.
+    ResultError : the period is too short, so that the inertia is not positive.
     """
     hung = rig.hung()
     exact = [name for name, given in hung.items() if given.std == 0]
     findings = []
     if exact:
-        what = f"{', '.join(exact)} without a standard deviation: assumed exact"
+        what = f"no standard deviation of {', '.join(exact)} is given: assumed exact"
         findings.append(Finding("pendulum", what, "", f"write '{exact[0]}: 1.234 +- 0.001 ...'"))
     if swing is None:
         period, doubts = rig.stated_period()
@@ -52,27 +52,27 @@ def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
     values, std, degrees = swing.solution.values, swing.solution.std, swing.solution.degrees
     period = MeasuredPeriod(Given(values["period"], std["period"]), degrees["period"])
     for time in swing.disturbances:
-        what = f"the swing was disturbed at {time:.2f} s: the parts before and after are fitted as two swings"
+        what = f"the oscillation was disturbed at {time:.2f} s: the parts before and after are fitted separately"
         remedy = "let it swing freely, and fix the suspension so that it does not slip"
         findings.append(Finding(swing.recording.name, what, "", remedy))
     return PendulumInertia(inertia_budget(rig.kind, hung, period), period, swing, tuple(findings))
 
 
 def standard_distance(road: RoadInertia, pendulum: PendulumInertia) -> float:
-    """Road less pendulum, in standard deviations of the difference."""
+    """Road minus pendulum, in standard deviations of the difference."""
     return (road.budget.value - pendulum.budget.value) / float(np.hypot(road.budget.std, pendulum.budget.std))
 
 
 def radius_or_mass_exact(road: RoadInertia) -> bool:
-    """Whether the road's wheel mass or radius has no standard deviation, so that the road's is too small."""
+    """Whether wheel mass or radius have no standard deviation, so that the road's uncertainty is too small."""
     return any(c.std == 0 for c in road.budget.contributions if c.name in ("wheel_mass", "wheel_radius"))
 
 
 def published_inertia(road: RoadInertia | None, pendulum: PendulumInertia | None) -> Budget:
-    """What is published of one or both methods, of which at least one is given.
+    """The published inertia from one or both methods, of which at least one is given.
 
-    Where both agree and the road's uncertainty is complete, their mean weighted by inverse variance. Else the
-    pendulum's: nothing but lengths, mass and time enters it.
+    Where both agree and the road's uncertainty is complete, it is their mean weighted by inverse variance. Otherwise
+    it is the pendulum's, which depends only on lengths, mass and time.
     """
     if pendulum is None:
         assert road is not None

@@ -1,1 +1,1 @@
-"""A body that swings freely: its period from a recording, and inertia or stiffness from that. Shared by two steps."""
+"""A pendulum: its period from a recording, and inertia or stiffness from the period. Shared by two steps."""

@@ -1,4 +1,4 @@
-"""The period of small swings from a recording: decaying amplitude, sensor zero, and a disturbance on the way."""
+"""The period of small oscillations from a recording, with decaying amplitude, sensor zero and a disturbance."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ if TYPE_CHECKING:
 
 ZEROS = {"angular_rate": "rate_zero", "angle": "angle_zero"}  # channels that can be fitted, the better one first
 STARTS = ("start.angle", "start.angular_rate")
-FEWEST_SAMPLES = 50  # twenty in each of the fewest swings
-FEWEST_SWINGS = 2.5  # fewer leave period, damping and zero nearly collinear
+FEWEST_SAMPLES = 50  # twenty in each of the fewest periods
+FEWEST_SWINGS = 2.5  # periods; with fewer, period, damping and zero are nearly collinear
 LARGEST_SWING = 1.2  # rad; beyond it a knife edge lifts and cords go slack
-# Friction beyond the viscous one, with priors: in few swings it is collinear with damping.
+# Friction in addition to viscous damping, with priors: over a few periods it is collinear with damping.
 FRICTION = (
     Unknown("drag", 0.0, -1.0, 1.0, "1/rad", prior=(0.0, 0.05), nuisance=True),
     Unknown("friction", 0.0, -1.0, 1.0, "rad/s^2", prior=(0.0, 0.05), nuisance=True),
 )
-FADED = 0.25  # of the first swing's amplitude; below it the swing shows dry friction rather than the period
+FADED = 0.25  # of the first amplitude; below it dry friction determines the motion rather than the period
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One channel of a free swing.
+    """One channel of a free oscillation.
 
     Parameters
     ----------
     name : of the log. channel : "angle" (rad) or "angular_rate" (rad/s).
     time, values : (n,), without gaps in the values.
-    kind, geometry : of the pendulum: a key of ``MODELS``, and further parameters of that model, by name.
+    kind, geometry : key of the pendulum in ``MODELS``, and further parameters of that model, by name.
     """
 
     name: str
@@ -53,15 +53,15 @@ class Recording:
 
     @classmethod
     def of(cls, log: Log, kind: str, geometry: Mapping[str, float]) -> Recording:
-        """The better channel of a log; ``kind`` and ``geometry`` as above."""
+        """The recording of a log's angular rate, else of its angle; ``kind`` and ``geometry`` as above."""
         channel = next(name for name in ZEROS if name in log)
         good = np.isfinite(log[channel])
         return cls(log.name, channel, log.time[good], log[channel][good], kind, geometry)
 
     def simulator(self, period: float, unknowns: Sequence[str], effects: Sequence[Correction] = ()) -> Simulator:
-        """The swing's simulator about a period (s), without friction and zeros but those among the unknowns."""
-        nothing = dict.fromkeys(("damping", "drag", "friction", "angle_zero", "rate_zero"), 0.0)
-        values = {"period": period, **nothing, **self.geometry}
+        """The pendulum's simulator with a period (s); friction and zeros are 0 unless they are unknowns."""
+        zeros = dict.fromkeys(("damping", "drag", "friction", "angle_zero", "rate_zero"), 0.0)
+        values = {"period": period, **zeros, **self.geometry}
         return Simulator(MODELS[self.kind], values, unknowns, effects)
 
 
@@ -71,10 +71,10 @@ class FittedSwing:
 
     Parameters
     ----------
-    recording : the part of it in which the wheel swings well.
+    recording : the part in which the amplitude is large enough.
     solution : of period (s) and damping (1/s), shared by all parts.
     simulated : (n,) at the recording's times. noise : standard deviation of the channel's white noise.
-    disturbances : s, where the swing jumped and the recording was split.
+    disturbances : s, where the recording was split.
     """
 
     recording: Recording
@@ -86,13 +86,13 @@ class FittedSwing:
 
 @dataclass(frozen=True)
 class FreeSwing:
-    """A recording ready for its fit.
+    """A recording prepared for its fit.
 
     Parameters
     ----------
-    recording : the part in which the wheel swings well. guess : a first one.
-    scale : standard deviation of the residuals, noise and what viscous friction leaves.
-    jump : the sample at which the swing was disturbed, if it was.
+    recording : the part in which the amplitude is large enough. guess : start values.
+    scale : standard deviation of the residuals of a fit with viscous friction only, at least that of the noise.
+    jump : index of the sample at which the oscillation was disturbed; None where it was not.
     """
 
     recording: Recording
@@ -102,7 +102,7 @@ class FreeSwing:
 
     @property
     def parts(self) -> tuple[slice, ...]:
-        """The samples of each undisturbed swing."""
+        """The samples of each undisturbed part."""
         return (slice(None),) if self.jump is None else (slice(0, self.jump), slice(self.jump, None))
 
     def regression(
@@ -111,12 +111,12 @@ class FreeSwing:
         extra: Sequence[Unknown] = (),
         friction: Sequence[Unknown] = FRICTION,
     ) -> Regression:
-        """Period, damping and the sensor's zero shared, each part with a start of its own.
+        """The regression of period, damping and the sensor's zero, shared, and of each part's start.
 
         Parameters
         ----------
-        effects, extra : corrections of the swing's laws, and their unknowns.
-        friction : unknowns of the friction beyond the viscous one.
+        effects, extra : corrections of the pendulum's laws, and their unknowns.
+        friction : unknowns of the friction in addition to viscous damping.
         """
         recording, guess, parts = self.recording, self.guess, self.parts
         time, channel, period = recording.time, recording.channel, guess.period
@@ -135,7 +135,7 @@ class FreeSwing:
         def rows(part: int, theta: Array) -> Rows:
             try:
                 simulated = simulator(drives[part], theta)
-            except ResultError as error:  # friction that drives the swing: the fit steps back
+            except ResultError as error:  # negative friction makes it unstable: the fit steps back
                 raise ArithmeticError from error
             residual = simulated.outputs[channel] - recording.values[parts[part]]
             return Rows(residual / self.scale, simulated.sensitivities[channel] / self.scale, time=time[parts[part]])
@@ -146,11 +146,11 @@ class FreeSwing:
 
     @cached_property
     def solution(self) -> Solution:
-        """The fit without effects. Raises ResultError: the fit's own."""
+        """The fit without effects. Raises ResultError as ``solve``."""
         return solve(self.regression())
 
     def fit(self) -> FittedSwing:
-        """Period and friction, with what they leave. Raises ResultError: the fit's own."""
+        """The fit with its simulation, noise and disturbances. Raises ResultError as ``solve``."""
         recording, solution = self.recording, self.solution
         simulated = recording.values + self.scale * np.concatenate(solution.residuals)
         noise = white_level(recording.values, recording.time)
@@ -159,15 +159,15 @@ class FreeSwing:
 
 
 def free_swing(recording: Recording) -> FreeSwing:
-    """Look for the swing, for the noise that viscous friction leaves of it, and for a disturbance.
+    """Find the oscillation in a recording, the scale of its residuals, and a disturbance.
 
     Raises
     ------
-    ResultError : no swing to be seen, too short, or too wide.
+    ResultError : no oscillation found, too short, or too wide.
     """
     recording, guess = _first_guess(recording)
     noise = white_level(recording.values, recording.time)
-    # What viscous friction alone leaves is the scale against which the other kinds of friction are judged.
+    # The residual with viscous friction alone is the scale by which the other kinds of friction are judged.
     viscous = FreeSwing(recording, guess, noise)
     left = solve(viscous.regression(friction=())).residuals[0]
     swing = replace(viscous, scale=max(noise, noise * float(np.sqrt(np.mean(left**2)))))
@@ -187,7 +187,7 @@ class DecayingSine:
     sine: float
 
     def state(self, time: float) -> tuple[float, float]:
-        """Angle and rate at a time."""
+        """Angle (rad) and rate (rad/s) at a time (s)."""
         w, t = 2 * np.pi / self.period, time - self.start
         c, s, fade = np.cos(w * t), np.sin(w * t), np.exp(-self.damping * t)
         angle, rate = self.cosine * c + self.sine * s, w * (self.sine * c - self.cosine * s)
@@ -195,23 +195,23 @@ class DecayingSine:
 
 
 def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
-    """The part of the recording in which the wheel swings well, and the sine that fits it best.
+    """The part of the recording with a large enough amplitude, and the decaying sine that fits it best.
 
     Raises
     ------
-    ResultError : there is none, too little of it, or it is too wide.
+    ResultError : there is none, it is too short, or the amplitude is too large.
     """
     name, remedy = recording.name, "record at least ten free swings"
     if recording.time.size < FEWEST_SAMPLES:
         got = f"{recording.time.size} samples"
-        raise ResultError(Finding(name, "the recording is too short for a swing", got, remedy))
+        raise ResultError(Finding(name, "the recording is too short", got, remedy))
     frequency = _strongest(recording)
     early = recording.time <= _faded(recording, 1 / frequency)
     recording = replace(recording, time=recording.time[early], values=recording.values[early])
     frequency = _strongest(recording)
     (zero, cosine, sine), rest = _sine_fit(frequency, recording.time - recording.time[0], recording.values)
     if rest > 0.5 * float(np.var(recording.values)):
-        raise ResultError(Finding(name, "the recording has no free swing", "no clear period", remedy))
+        raise ResultError(Finding(name, "the recording contains no free oscillation", "no clear period", remedy))
     swings = float(recording.time[-1] - recording.time[0]) * frequency
     if swings < FEWEST_SWINGS:
         got = f"{swings:.1f} swings of {1 / frequency:.3g} s"
@@ -224,14 +224,14 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
             f"{np.degrees(np.hypot(cosine, sine)):.0f} deg",
             "check the unit of the channel, or release at a smaller angle",
         )
-        raise ResultError(Finding(name, "the swing is too wide for a pendulum", got, remedy))
+        raise ResultError(Finding(name, "the amplitude is too large for a pendulum", got, remedy))
     _, sizes = _amplitudes(recording, 1 / frequency)
     damping = -np.polyfit(np.arange(sizes.size) / frequency, np.log(np.maximum(sizes, 1e-12)), 1)[0]
     return recording, DecayingSine(1 / frequency, float(damping), zero, float(recording.time[0]), cosine, sine)
 
 
 def _strongest(recording: Recording) -> float:
-    """The frequency, 1/s, of the strongest sine: from the spectrum, then by a comb around its peak."""
+    """The frequency, 1/s, of the strongest sine: from the spectrum, refined on grids around its peak."""
     t, values = recording.time - recording.time[0], recording.values
     count = min(t.size, 4096)
     grid = np.linspace(t[0], t[-1], count)
@@ -248,7 +248,7 @@ def _strongest(recording: Recording) -> float:
 
 
 def _sine_fit(frequency: float, t: Array, values: Array) -> tuple[tuple[float, float, float], float]:
-    """Constant, cosine and sine of one frequency (1/s), and the variance left."""
+    """Constant, cosine and sine coefficients at one frequency (1/s), and the residual variance."""
     phase = 2 * np.pi * frequency * t
     basis = np.column_stack([np.ones_like(t), np.cos(phase), np.sin(phase)])
     zero, cosine, sine = (float(x) for x in np.linalg.lstsq(basis, values, rcond=None)[0])
@@ -257,7 +257,7 @@ def _sine_fit(frequency: float, t: Array, values: Array) -> tuple[tuple[float, f
 
 
 def _amplitudes(recording: Recording, period: float) -> tuple[Array, Array]:
-    """Start (s) and standard deviation of each whole swing."""
+    """Start (s) and standard deviation of each whole period."""
     turn = ((recording.time - recording.time[0]) / period).astype(int)
     swings = range(max(int(turn[-1]), 1))
     sizes = np.array([np.std(recording.values[turn == k]) for k in swings])
@@ -265,18 +265,18 @@ def _amplitudes(recording: Recording, period: float) -> tuple[Array, Array]:
 
 
 def _faded(recording: Recording, period: float) -> float:
-    """When the swing has become so small that it shows friction rather than the period."""
+    """Time (s) from which the amplitude is so small that friction determines the motion."""
     starts, sizes = _amplitudes(recording, period)
     small = np.flatnonzero(sizes[3:] < FADED * sizes[0])
     return float(starts[3 + small[0]] if small.size else recording.time[-1])
 
 
 def _jump(whole: Regression, solution: Solution, time: Array) -> int | None:
-    """The sample at which the swing jumped, if it clearly did.
+    """Index of the sample at which the oscillation was disturbed; None where no disturbance is significant.
 
-    A disturbance at time tk adds a free swing exp(-D t) (c cos w t + s sin w t) from there on. Each tk's gain in the
-    sum of squares, after refitting all else linearly, is compared with the residual that is left and with how many
-    samples make one independent one (residuals of a real swing are correlated).
+    A disturbance at time tk adds a free oscillation exp(-D t) (c cos w t + s sin w t) from there on. The reduction of
+    the sum of squares by the best tk, with all else refitted linearly, is divided by the remaining mean square and by
+    the number of samples per independent one, because residuals of a real pendulum are correlated.
     """
     theta = np.concatenate([list(solution.values.values()), [v[0] for v in solution.per_run.values()]])
     rows = whole.rows(0, theta)
@@ -301,7 +301,7 @@ def _jump(whole: Regression, solution: Solution, time: Array) -> int | None:
 
 
 def _from_here_on(products: Array) -> Array:
-    """Sums over all later samples, along the first axis."""
+    """Sums over this and all later samples, along the first axis."""
     return np.asarray(np.cumsum(products[::-1], axis=0)[::-1])
 
 

@@ -1,4 +1,4 @@
-"""A wheel's inertia from its pendulum, with the share that each measured quantity has in the uncertainty."""
+"""A wheel's inertia from its pendulum, with the contribution of each measured quantity to the uncertainty."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ STILL = Given(0.0)
 class MeasuredPeriod:
     """A period, s, with the degrees of freedom of its standard deviation.
 
-    ``amplitude`` (rad) is that of the timed swings: 0 where the period is already that of small swings.
+    ``amplitude`` (rad) is that of the timed oscillations; 0 where the period is already that of small ones.
     """
 
     value: Given
@@ -47,17 +47,17 @@ class MeasuredPeriod:
 
 
 def inertia_budget(kind: str, hung: Mapping[str, Given], period: MeasuredPeriod) -> Budget:
-    """Moment of inertia, kg m^2, of a hung wheel.
+    """Moment of inertia, kg m^2, of a suspended wheel.
 
     Parameters
     ----------
     kind : compound, bifilar or torsional.
-    hung : what was measured of the rig, by the names of ``UNITS``; a torsion rod has its stiffness, or mass, length,
-        diameter and period of a bar that was hung on it.
+    hung : measured quantities of the rig, by the names of ``UNITS``; for a torsion rod its stiffness, or mass, length,
+        diameter and period of a calibration bar.
 
     Raises
     ------
-    ResultError : the numbers leave no inertia: period too short for that pivot distance.
+    ResultError : the inertia is not positive, because the period is too short for the pivot distance.
     """
 
     def formula(period: float, amplitude: float = 0.0, **rig: float) -> float:
@@ -91,7 +91,7 @@ def rod_stiffness(
     Parameters
     ----------
     torsional_stiffness : N m/rad, or None. bar_mass, bar_length, bar_diameter : kg, m, m, of a round bar.
-    bar_period : s, of its swing across the rod's axis.
+    bar_period : s, of the bar's oscillation, mounted across the rod's axis.
     """
     if torsional_stiffness is not None:
         return torsional_stiffness

@@ -1,4 +1,4 @@
-"""The description of a pendulum: how a wheel hangs, and how its swings were timed."""
+"""The YAML model of a pendulum: how the wheel is suspended, and how its period was measured."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Bar(Strict):
     period: Time = Field(description="period of its swing on the rod, s")
 
     def measured(self) -> dict[str, Given]:
-        """What was measured of the bar, by the argument names of :func:`rod_stiffness`."""
+        """Measured quantities of the bar, by the argument names of :func:`rod_stiffness`."""
         return {f"bar_{name}": getattr(self, name) for name in ("mass", "length", "diameter", "period")}
 
 
@@ -50,7 +50,7 @@ class Timing(Strict):
 
 
 class Rig(Strict):
-    """A pendulum: how the wheel hangs, and a period, timed swings, or a recording."""
+    """A pendulum: how the wheel is suspended, and a period, timed swings, or a recording."""
 
     kind: Literal["compound", "bifilar", "torsional"] = Field(
         description="compound: on a pivot; bifilar: on two cords; torsional: on a rod"
@@ -77,7 +77,7 @@ class Rig(Strict):
 
     @model_validator(mode="after")
     def _complete(self) -> Rig:
-        """Everything that the kind needs, and one way to the period."""
+        """Require every quantity of the kind, and exactly one source of the period."""
         missing = [f"'{name}'" for name in NEEDS[self.kind] if getattr(self, name) is None]
         if self.kind == "torsional" and (self.torsional_stiffness is None) == (self.calibration is None):
             missing.append("one of 'torsional_stiffness' and 'calibration'")
@@ -91,7 +91,7 @@ class Rig(Strict):
         return self
 
     def hung(self) -> dict[str, Given]:
-        """What was measured of the rig, by the names that the inertia's formula uses."""
+        """Measured quantities of the rig, by the names in the formula of the inertia."""
         if self.kind == "torsional":
             if self.calibration is not None:
                 return self.calibration.measured()
@@ -101,14 +101,14 @@ class Rig(Strict):
         return {name: getattr(self, name) for name in names}
 
     def geometry(self) -> dict[str, float]:
-        """The further parameters of the swing's model: none except for a bifilar pendulum."""
+        """Further parameters of the pendulum's model; empty except for a bifilar pendulum."""
         if self.kind != "bifilar" or self.separation is None or self.length is None:
             return {}
         half = self.separation.value / 2
         return {"half_spacing": half, "cord_length": self.length.value, "gravity": self.gravity.value}
 
     def stated_period(self) -> tuple[MeasuredPeriod, list[Finding]]:
-        """The period that was given or timed, and findings about it. Assumes that there is no recording."""
+        """The given or timed period, and findings about it. Assumes that there is no recording."""
         findings = []
         amplitude = self.amplitude or STILL
         if self.amplitude is None and self.kind != "torsional":
@@ -128,7 +128,7 @@ class Rig(Strict):
 
 
 def _timed(timing: Timing) -> tuple[Given, float, bool]:
-    """Mean period, degrees of freedom behind its standard deviation, and whether that had to be assumed."""
+    """Mean period, degrees of freedom of its standard deviation, and whether the latter is assumed."""
     durations = np.array([d.value for d in timing.durations])
     mean = float(durations.mean()) / timing.count
     stated = math.hypot(*(d.std for d in timing.durations)) / durations.size
