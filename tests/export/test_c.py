@@ -68,7 +68,7 @@ def test_an_accepted_cause_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
     car = exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG, SPEED_SCALE, HEADWIND]), "front")
     assert [one.effect for one in car.accepted] == ["brake_drag"]
     assert "excluded speed_scale: a sensor fault, not a vehicle property" in car.notes
-    assert "excluded headwind: it is valid on the day of the test only" in car.notes
+    assert "excluded headwind: it is a property of the test day, not of the vehicle" in car.notes
     program = car.program("car", "a car")
     assert "brake_drag" in program.parameters
     assert "speed_scale" not in program.parameters

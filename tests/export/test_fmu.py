@@ -165,7 +165,7 @@ def test_a_state_that_was_kept_is_gone_back_to(tmp_path):
 def test_without_a_compiler_it_holds_its_source_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu.shutil, "which", lambda name: None)
     made = make(given(tmp_path), "fmu", ExportOptions("car"))
-    assert any(note.startswith("source code only (no C compiler here)") for note in made.notes)
+    assert any(note.startswith("source code only (no C compiler found)") for note in made.notes)
     (tmp_path / "car.fmu").write_bytes(made.files["car.fmu"])
     assert validation.validate_fmu(str(tmp_path / "car.fmu")) == []
     assert not [name for name in zipfile.ZipFile(tmp_path / "car.fmu").namelist() if name.startswith("binaries")]

@@ -1,4 +1,4 @@
-"""A parameter set in the formats that other programs read; each format is made from the same `ParameterFile`."""
+"""Export of a parameter set to the formats of other programs, each from the same `ParameterFile`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FORMATS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """The options of the command line: a name for files and structs, the driven axle, and its differential."""
+    """Options of the command line: name of files and structs, driven axle, and its differential."""
 
     name: str = "vehicle"
     driven: Driven = "front"
@@ -36,7 +36,7 @@ class ExportOptions:
 
 @dataclass(frozen=True)
 class ExportedFiles:
-    """Files under their names, and notes for the console."""
+    """Content of each file by its name, and notes for the console."""
 
     files: Mapping[str, bytes]
     notes: tuple[str, ...] = ()
@@ -44,6 +44,10 @@ class ExportedFiles:
 
 def make(parameter_file: ParameterFile, form: str, options: ExportOptions) -> ExportedFiles:
     """The files of one format.
+
+    Parameters
+    ----------
+    form : a key of FORMATS.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from vdyn_cli.quantities.quantity import from_si
 
 COLUMNS = ("coefficient", "value", "unit", "low95", "high95", "std", "source")
 NAMES = ("road_load_f0", "road_load_f1", "road_load_f2")
-# Coefficient, our parameter, the unit that operators type in.
+# Coefficient, parameter, and the unit in which operators enter it.
 ROWS = (
     ("A", "road_load_f0", "lbf"),
     ("B", "road_load_f1", "lbf/mph"),
@@ -28,11 +28,11 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     """``<name>_road_load.csv``: a row for each coefficient, with its 95 % interval, and the test mass.
 
     F = A + B v + C v^2 (v in mph, F in lbf) = F0 + F1 v + F2 v^2 (v in km/h, F in N), each interval for its
-    coefficient alone; at reference conditions where the coast-down was corrected to them.
+    coefficient alone; at reference conditions if the coast-down was corrected to them.
 
     Raises
     ------
-    InputError : a coefficient is not given.
+    InputError : a coefficient is missing.
     """
     refuse_missing(parameter_file, NAMES, "a dynamometer")
     text = StringIO()

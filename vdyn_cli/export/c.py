@@ -1,4 +1,4 @@
-"""The full vehicle as C99: ``<name>.h``, ``<name>.c`` and ``<name>_main.c``, with a tip-in and a stop as example."""
+"""The full vehicle as C99: ``<name>.h``, ``<name>.c``, and ``<name>_main.c`` with a tip-in and a stop as example."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ MAIN = """/* {title}: rest, tip-in, back-out, brakes, rest again. Compile: {comm
 int main(void)
 {{
     const double dt = 0.001; /* s, the longest step that resolves half-shafts and wheel hop */
-    const double torque = {torque!r}; /* N m at the driveline's input: 0.2 g */
-    const double brakes = {brakes!r}; /* N m of all wheels: 0.4 g */
+    const double torque = {torque!r}; /* N m at the driveline's input, for 0.2 g */
+    const double brakes = {brakes!r}; /* N m, sum over the wheels, for 0.4 g */
     {name}_parameters p = {name}_defaults; /* change any parameter: p.mass = 1600.0; */
     {name}_state x;
     {name}_input now = {{0}}, next = {{0}};
@@ -47,7 +47,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
 
     Raises
     ------
-    InputError : parameters that are missing and have no default.
+    InputError : parameters are missing and have no default.
     """
     car = exported_vehicle(parameter_file, options.driven, options.differential)
     title = f"{parameter_file.title} ({parameter_file.name})"

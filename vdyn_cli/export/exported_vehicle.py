@@ -1,4 +1,4 @@
-"""The vehicle of an export to C: the full model with the effects that were accepted, and every number in it."""
+"""The vehicle of an export to C: the full model with the accepted effects, and the values of all its constants."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
 
 @dataclass(frozen=True)
 class ExportedVehicle:
-    """A model with its numbers.
+    """A model with the values of its constants.
 
     Parameters
     ----------
-    model, effects, graph : the model, the effects of the catalogue in it, and its compiled equations.
+    model, effects, graph : the model, its effects, and its traced equations.
     values : of every constant of the graph: parameters, unknowns of the effects and context, SI.
     quantities : unit and meaning of parameters, inputs, outputs.
     assumed : the reason for the value of each parameter that was not given.
-    accepted : the effects included, with their values.
-    effect_notes : which effects are included, and why others are not.
-    driven, differential : the driven axle, and how its half-shafts are joined.
+    accepted : the included effects with their values.
+    effect_notes : included effects, and the reasons for excluding others.
+    driven, differential : the driven axle, and the type of its differential.
     """
 
     model: Model
@@ -48,7 +48,7 @@ class ExportedVehicle:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Every assumption and every effect, a line each."""
+        """Every assumption and every effect, one line each."""
         return (*(f"assumed {name}: {why}" for name, why in self.assumed.items()), *self.effect_notes)
 
     @property
@@ -57,7 +57,7 @@ class ExportedVehicle:
         return f"SI units. Driven: {self.driven}, {differential}. Steps of at most {STEP:g} s."
 
     def program(self, name: str, title: str) -> CProgram:
-        """The vehicle as C source with a start speed; the caller chooses steps of at most STEP."""
+        """The vehicle as C source with a start speed; a caller's time step must not exceed STEP."""
         comments = {n: comment(of_state(n)) for n in self.graph.states}
         comments |= {n: comment(q) + _assumption(self.assumed.get(n)) for n, q in self.quantities.items()}
         lines = (title, self._summary, *self.effect_notes)
@@ -73,7 +73,7 @@ def exported_vehicle(
 
     Raises
     ------
-    InputError : parameters that are missing and have no default.
+    InputError : parameters are missing and have no default.
     """
     model = vehicle(driven, differential=differential)
     values, assumed = completed(parameter_file, model.parameters, "the full vehicle")
@@ -96,14 +96,14 @@ def exported_vehicle(
 def accepted_effects(
     model: Model, effects: Iterable[AcceptedEffect], every: Sequence[Effect] = ()
 ) -> tuple[tuple[AcceptedEffect, ...], tuple[str, ...]]:
-    """The effects that belong to the vehicle and that the model has an element for, with a note for each effect.
+    """The effects that belong to the vehicle and apply to the model, in the catalog's order; a note for each effect.
 
     A sensor fault, a wind or a slope belongs to the test day, not to the vehicle, and the published parameters are
-    already corrected for it. The order is that of the catalogue, in which effects are applied everywhere.
+    already corrected for it.
 
     Parameters
     ----------
-    every : the catalogue, and learned laws behind it; the catalogue alone where none are given.
+    every : the catalog followed by learned laws; empty: the catalog.
     """
     every = tuple(every) or catalogue()
     known = {effect.name: effect for effect in every}
@@ -117,7 +117,7 @@ def accepted_effects(
         elif effect.sensor:
             notes.append(f"excluded {one.effect}: a sensor fault, not a vehicle property")
         elif not effect.lasts:
-            notes.append(f"excluded {one.effect}: it is valid on the day of the test only")
+            notes.append(f"excluded {one.effect}: it is a property of the test day, not of the vehicle")
         elif one.effect not in offers:
             notes.append(f"excluded {one.effect}: the full vehicle has no element for it ({', '.join(effect.on)})")
         elif strange := [name for name in one.unknowns if name not in effect.unknowns]:

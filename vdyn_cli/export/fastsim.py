@@ -1,4 +1,4 @@
-"""The body of a vehicle for FASTSim 3: what its vehicle file holds beside the powertrain."""
+"""The body of a vehicle for FASTSim 3: the part of its vehicle file without the powertrain."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ NEEDED = (
     "cg_to_rear",
 )
 WHEELS = 4
-# m^2 and 1, of a passenger car and of FASTSim's own vehicles. FASTSim uses the area only times the drag coefficient.
+# m^2 and 1, of a passenger car and of FASTSim's vehicles. FASTSim uses only the product of area and drag coefficient.
 USUAL_AREA, USUAL_FRICTION = 2.2, 0.7
 DRIVE_TYPES: dict[Driven, str] = {"front": "FWD", "rear": "RWD", "both": "AWD"}
 
@@ -22,13 +22,13 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     P = (rho/2 Cd A v^2 + crr M g cos + M g sin + (M + n J / r^2) a) v, with n wheels; traction limited by
     wheel_fric_coef times the driven axle's share of the weight.
 
-    Assumes the area of a common car where ``frontal_area`` is not given (Cd A stays exact), and a friction of 0.7 where
-    the tire was not measured. Limits are those of FASTSim's own checks: no negative number, shares up to 1.
+    Assumes the area of a common car if ``frontal_area`` is missing (Cd A remains exact), and a friction of 0.7 if the
+    tire was not measured. Limits are those of FASTSim's checks: no negative number, shares up to 1.
     Source of names, units and limits: ``fastsim-core/src/vehicle/chassis.rs`` of github.com/NREL/fastsim, 3.1.0.
 
     Raises
     ------
-    InputError : a parameter is not given, or FASTSim does not accept it.
+    InputError : a parameter is missing, or FASTSim does not accept it.
     """
     found = parameter_file.parameters
     absent = ("cg_to_rear",) if "cg_to_front" in found else ()
@@ -38,7 +38,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     refuse_outside(parameter_file, [mass, *chassis], "FASTSim")
     lines = [
         f"# Body of: {parameter_file.title} ({parameter_file.name}), for FASTSim 3.1",
-        "# Replace the same keys of a FASTSim vehicle file that holds your powertrain (pt_type).",
+        "# Replace the same keys in a FASTSim vehicle file with your powertrain (pt_type).",
         f"name: {options.name}",
         mass.line,
         "chassis:",
@@ -48,14 +48,14 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
         "  cargo_mass_kilograms: ~",
     ]
     file = f"{options.name}_fastsim.yaml"
-    first = f"{file}: replace the same keys of a FASTSim 3.1 vehicle file that holds your powertrain"
+    first = f"{file}: replace the same keys in a FASTSim 3.1 vehicle file with your powertrain"
     return ExportedFiles(
         {file: ("\n".join(lines) + "\n").encode()}, (first, *notes, *left_out(parameter_file, "FASTSim"))
     )
 
 
 def _chassis(parameter_file: ParameterFile, options: ExportOptions) -> tuple[list[ReceiverKey], tuple[str, ...]]:
-    """The keys of the chassis, and notes on what is assumed or left out."""
+    """The keys of the chassis, and notes on assumed values and on those left out."""
     found, notes = parameter_file.parameters, list[str]()
 
     def source(name: str) -> str:
@@ -66,17 +66,17 @@ def _chassis(parameter_file: ParameterFile, options: ExportOptions) -> tuple[lis
         area_why = source("frontal_area")
     else:
         notes.append(
-            f"frontal_area_square_meters is assumed as {USUAL_AREA}, since it is not given; Cd A is the estimate"
+            f"frontal_area_square_meters is assumed to be {USUAL_AREA}: frontal_area is not given; Cd A is the estimate"
         )
     friction, friction_why = found.value("tire_D", USUAL_FRICTION), "usual; the tire was not measured"
     if "tire_D" in found:
         friction_why = source("tire_D")
     else:
-        notes.append(f"wheel_fric_coef is assumed as {USUAL_FRICTION}, since tire_D is not given")
+        notes.append(f"wheel_fric_coef is assumed to be {USUAL_FRICTION}: tire_D is not given")
     if "rotating_mass" in found:
         wheels = WHEELS * found["wheel_inertia"].value / found["wheel_radius"].value ** 2
         rest = found["rotating_mass"].value - wheels
-        notes.append(f"{rest:.0f} kg of rotating_mass, the driveline's, are left out: FASTSim has no key for them")
+        notes.append(f"{rest:.0f} kg of rotating_mass (driveline) are left out: FASTSim has no key for them")
     share, share_why = _share(parameter_file, options.driven)
     keys = [
         ReceiverKey("drag_coef", found["drag_area"].value / area, f"{source('drag_area')}, over the area", 0.0),

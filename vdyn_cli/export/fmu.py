@@ -1,4 +1,4 @@
-"""The full vehicle as an FMU for co-simulation (FMI 2.0): description, source and, with a compiler, a binary."""
+"""The full vehicle as an FMU for co-simulation (FMI 2.0): description, source and, where a compiler exists, binary."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vdyn_cli.export.parameter_file import ParameterFile
 from vdyn_cli.export.quantity_texts import OWN, comment
 
 START = OWN["start_speed"]
-EPOCH = (1980, 1, 1, 0, 0, 0)  # the oldest time that a zip can hold: the same bytes from the same parameters
+EPOCH = (1980, 1, 1, 0, 0, 0)  # earliest time in a zip, for all files: the same parameters give the same bytes
 # Platform names of FMI 2.0 by system and machine; file ending and compiler flags of a library there.
 PLATFORMS: Mapping[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {
     ("linux", "x86_64"): ("linux64", "so", ("-shared", "-fPIC")),
@@ -35,13 +35,13 @@ PLATFORMS: Mapping[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {
 def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles:
     """``<name>.fmu``.
 
-    Inputs, parameters (the start speed among them) and outputs carry SI units, meaning and start values. A
-    communication step is divided into steps of at most 1 ms; inputs go as their derivatives say, which are zero where
-    the importer sets none. It needs nothing on the target: no Python, no library but libm.
+    Inputs, parameters (including the start speed) and outputs have SI units, meaning and start values. A communication
+    step is divided into steps of at most 1 ms; within it, inputs follow the derivatives that the importer sets, zero by
+    default. The target needs no Python, and no library except libm.
 
     Raises
     ------
-    InputError : parameters that are missing and have no default.
+    InputError : parameters are missing and have no default.
     """
     car = exported_vehicle(parameter_file, options.driven, options.differential)
     name, title = options.name, f"{parameter_file.title} ({parameter_file.name})"
@@ -59,7 +59,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
 
 
 def _variables(car: ExportedVehicle) -> tuple[ScalarVariable, ...]:
-    """The variables of the FMU, in the order of their references."""
+    """The variables of the FMU, in the order of their value references."""
     q = car.quantities
     return (
         ScalarVariable(START.name, START.unit, comment(START), "parameter", 0.0),
@@ -75,11 +75,11 @@ def _guid(sources: Mapping[str, str]) -> str:
 
 
 def _binary(name: str, sources: Mapping[str, str]) -> tuple[dict[str, bytes], str]:
-    """The library for this platform where a compiler can build it, and a note for the console."""
+    """The library for this platform, empty if it cannot be compiled, and a note for the console."""
     compiler = next((path for path in map(shutil.which, ("cc", "gcc", "clang")) if path), None)
     place = PLATFORMS.get((sys.platform, platform.machine())) if struct.calcsize("P") == 8 else None
     if compiler is None or place is None:
-        why = "no C compiler here" if compiler is None else "no name for this platform in FMI 2.0"
+        why = "no C compiler found" if compiler is None else "FMI 2.0 has no name for this platform"
         return {}, f"source code only ({why}): the importing program compiles it, or 'fmpy compile {name}.fmu'"
     folder, ending, flags = place
     with tempfile.TemporaryDirectory() as scratch:

@@ -1,4 +1,4 @@
-"""modelDescription.xml of FMI 2.0: what the unit offers, with units, causality and start values."""
+"""modelDescription.xml of FMI 2.0: the FMU's variables with units, causality and start values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ UNITS: Mapping[str, Mapping[str, int]] = {
 
 @dataclass(frozen=True)
 class ScalarVariable:
-    """One scalar that the importer sees; its reference is its place in the list. Outputs have no start value."""
+    """One variable of the FMU; its value reference is its index in the list. Outputs have no start value."""
 
     name: str
     unit: str
@@ -30,7 +30,12 @@ class ScalarVariable:
 def description(
     name: str, title: str, guid: str, variables: Sequence[ScalarVariable], sources: Iterable[str], step: float
 ) -> bytes:
-    """The XML text of a unit for co-simulation."""
+    """The XML text of an FMU for co-simulation.
+
+    Parameters
+    ----------
+    sources : names of the C files. step : s, default communication step.
+    """
     root = Xml.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
@@ -69,11 +74,11 @@ def description(
 
 
 def exponents(unit: str) -> dict[str, int]:
-    """Exponents of the base units in a unit as the vocabulary writes it, such as ``N s^2/m^2``.
+    """Exponents of the base units in a unit in the vocabulary's spelling, such as ``N s^2/m^2``.
 
     Raises
     ------
-    ValueError : a unit that is not in UNITS.
+    ValueError : the unit contains one that is not in UNITS.
     """
     over, *under = unit.split("/")
     total: dict[str, int] = {}

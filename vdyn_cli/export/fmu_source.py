@@ -1,4 +1,4 @@
-"""The functions of FMI 2.0 around a printed model, in C99, with declarations of their own: no header is needed."""
+"""The FMI 2.0 functions around an exported C model, in C99; they declare the FMI types, so no FMI header is needed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from vdyn_cli.engine.c_lines import number
 from vdyn_cli.engine.c_source import CProgram
 
-_TEMPLATE = r"""/* The interface of FMI 2.0 for co-simulation around {name}.c. */
+_TEMPLATE = r"""/* FMI 2.0 co-simulation interface of {name}.c. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -23,7 +23,7 @@ _TEMPLATE = r"""/* The interface of FMI 2.0 for co-simulation around {name}.c. *
 #define EXPORT
 #endif
 
-/* The types of the standard, as far as they are needed. */
+/* The types of the standard that are needed here. */
 typedef void *Component;
 typedef unsigned int Reference;
 typedef int Status;
@@ -43,10 +43,10 @@ typedef struct {{
     {name}_output y;
     double time;
     int started; /* the state has left initialization */
-    int fresh;   /* y belongs to x, u and p */
+    int fresh;   /* y is up to date with x, u and p */
 }} Unit;
 
-/* Place of each variable, by its reference. */
+/* Offset of each variable in Unit, by its value reference. */
 static const size_t place[COUNT] = {{
 {places}
 }};
@@ -62,7 +62,7 @@ static void reset(Unit *m)
     m->p = {name}_defaults;
 }}
 
-/* Bring y up to date; before the start the state follows parameters and inputs. */
+/* Update y; before the start, the state is initialized again for changed parameters and inputs. */
 static void look(Unit *m)
 {{
     if (m->fresh) {{
@@ -288,7 +288,7 @@ EXPORT Status {0}({1})
 }}
 """
 
-# Name, arguments, returned status. Lists without variables of another type are accepted.
+# Name, arguments, returned status. Calls for variables of other types are accepted only with empty lists.
 _REST = (
     ("fmi2SetDebugLogging", "Component c, int on, size_t n, const char *const categories[]", "OK"),
     ("fmi2GetInteger", "Component c, const Reference r[], size_t n, int value[]", "n ? FAILED : OK"),
@@ -319,11 +319,12 @@ _REST = (
 
 
 def source(program: CProgram, variables: Sequence[str], step: float) -> str:
-    """The text of the wrapper; ``@GUID@`` marks the place of the GUID.
+    """The C text of the wrapper; ``@GUID@`` is a placeholder for the GUID.
 
     Parameters
     ----------
-    variables : names by reference: start_speed, the parameters, the inputs, the outputs.
+    program : the exported model.
+    variables : names by value reference: start_speed, the parameters, the inputs, the outputs.
     step : s, the longest step of the model; a communication step is divided into equal parts of at most this length.
     """
     groups = (("p", program.parameters), ("u", program.inputs), ("y", program.outputs))

@@ -1,4 +1,4 @@
-"""Every parameter as a MATLAB struct. The one door to scipy.io."""
+"""Every parameter as a MATLAB struct; the only module that uses scipy.io."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from io import BytesIO
 from vdyn_cli.export import ExportedFiles, ExportOptions
 from vdyn_cli.export.parameter_file import ParameterFile
 
-HEADER = b"MATLAB 5.0 MAT-file, written by vdyn"  # in place of a text with the time of day
+HEADER = b"MATLAB 5.0 MAT-file, written by vdyn"  # replaces a header with the time, so that the bytes are reproducible
 HEADER_SIZE = 116
 
 
@@ -15,7 +15,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     """``<name>.mat`` with a struct of the same name.
 
     ``vehicle.mass.value``, ``.std``, ``.interval95`` (1 by 2), ``.unit``, ``.meaning`` and ``.source`` in SI units for
-    every parameter, and ``vehicle.causes.<effect>.<unknown>`` for the effects by which the model was extended.
+    every parameter, and ``vehicle.causes.<effect>.<unknown>`` for the effects that extend the model.
     """
     import numpy as np
     from scipy.io import savemat

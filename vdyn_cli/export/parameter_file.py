@@ -1,4 +1,4 @@
-"""The input of an export: a parameter file with the effects that it accepted, checked before anything is written."""
+"""The input of an export: a parameter file with its accepted effects, checked before anything is written."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from vdyn_cli.quantities.parameters import GIVERS, Parameters
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
-LONGEST_TITLE = 200  # characters; the header of a .tir line and of an FMU's description are not longer
+LONGEST_TITLE = 200  # characters of the title in a .tir file and in an FMU's description
 
 
 @dataclass(frozen=True)
 class AcceptedEffect:
-    """An effect by which the model was extended: its name and the values of its unknowns, SI."""
+    """An effect that extends the model: its name and the values of its unknowns, SI."""
 
     effect: str
     unknowns: Mapping[str, float]
@@ -35,9 +35,9 @@ class ParameterFile:
     Parameters
     ----------
     name : of the file, without its folder.
-    title : of the description whose parameters these are.
+    title : of the description from which the parameters were estimated.
     parameters : the estimates.
-    effects : those by which the model was extended, and those that the diagnosis in this file named.
+    effects : the effects that extend the model, and those that the diagnosis in this file identified.
     """
 
     name: str
@@ -56,8 +56,8 @@ def read_parameter_file(path: Path) -> ParameterFile:
 
     Raises
     ------
-    InputError : no such file; a number that is not finite, in a wrong unit or outside its physical range; an effect
-        without its values. All at once.
+    InputError : lists all problems: no such file; a number that is not finite, has a wrong unit or is outside its
+        physical range; an effect without its values.
     """
     read = read_document(path)
     document, findings = read.content, list[Finding]()
@@ -70,12 +70,12 @@ def read_parameter_file(path: Path) -> ParameterFile:
     effects = (named | {effect: AcceptedEffect(effect, values) for effect, values in lasting.items()}).values()
     raise_all(findings)
     title = str(document.get("title") or f"result of vdyn {document.get('step', '')}".strip())
-    # The title and the file's name are written into comments and XML.
+    # Title and file name appear in comments and XML, which must not contain line ends.
     return ParameterFile(one_line(path.name), one_line(title)[:LONGEST_TITLE], parameters, tuple(effects))
 
 
 def _named_effects(diagnosis: Any, where: str, findings: list[Finding]) -> tuple[AcceptedEffect, ...]:
-    """The effects that a diagnosis named."""
+    """The effects that a diagnosis identified."""
     if not isinstance(diagnosis, Mapping) or diagnosis.get("verdict") != "named":
         return ()
     found = []
@@ -88,7 +88,8 @@ def _named_effects(diagnosis: Any, where: str, findings: list[Finding]) -> tuple
                 raise ValueError(unknowns)
             found.append(AcceptedEffect(one_line(str(entry["effect"])), unknowns))
         except UnitError as error:
-            findings.append(Finding(f"{where}, diagnosis", str(error), remedy="correct the unit of the effect's size"))
+            remedy = "correct the unit of the effect's amplitude"
+            findings.append(Finding(f"{where}, diagnosis", str(error), remedy=remedy))
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
             findings.append(Finding(f"{where}, diagnosis", "an effect lacks its name or the values of its unknowns"))
     return tuple(found)
@@ -102,34 +103,34 @@ def _in_si(unknown: Mapping[str, Any], quantity: Quantity | None) -> float:
 def completed(
     parameter_file: ParameterFile, names: Iterable[str], what: str
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Values of all ``names``, SI, and the reason for each value that is assumed.
+    """Values of all ``names``, SI, and the reason for each assumed value.
 
     Parameters
     ----------
-    what : what needs them, as the subject of a message.
+    what : subject of the message about missing parameters, such as "the full vehicle".
 
     Raises
     ------
-    InputError : a parameter is missing and has no default; all at once, with the steps that estimate them.
+    InputError : parameters are missing and have no default; lists all of them with the steps that estimate them.
     """
     done = complete(names, parameter_file.values)
-    # A parameter that follows from others is not requested together with them.
+    # A parameter that can be computed from others is not requested in addition to them.
     roots = [name for name in done.missing if name in GIVERS or name not in FOLLOWING]
     refuse_missing(parameter_file, roots or done.missing, what)
     return dict(done.values), dict(done.assumed)
 
 
 def refuse_missing(parameter_file: ParameterFile, names: Iterable[str], what: str) -> None:
-    """Refuse where a parameter is needed and missing.
+    """Check that parameters are present.
 
     Parameters
     ----------
-    what : what needs them, as the subject of a message.
+    what : subject of the message, such as "the full vehicle".
 
     Raises
     ------
-    InputError : a finding for each name that is misspelled, for each step that estimates some of the others, and one
-        for those that a description states.
+    InputError : one finding for each misspelled name, for each step that estimates missing parameters, and for the
+        missing parameters that only a description can state.
     """
     by_giver: dict[str | None, list[str]] = {}
     misspelled: list[Finding] = []

@@ -1,4 +1,4 @@
-"""Unit and meaning of every quantity of the exported vehicle: those of the vocabulary, and those of the model alone."""
+"""Unit and meaning of every quantity of the exported vehicle: the vocabulary, and the variables of the model."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Q = Quantity
 _OWN = (
     Q("rolling_speed", "s/m", "rise of the rolling resistance coefficient with speed"),
     Q("wind_variance", "m^2/s^2", "variance of the gusts along the road"),
-    Q("heading", "", "direction on the test track: +1 out, -1 back; 0 if it has no meaning"),
+    Q("heading", "", "direction on the test track: +1 out, -1 back; 0 if not applicable"),
     Q("elapsed", "s", "time since the start; only effects that change with time use it"),
-    Q("start_speed", "m/s", "speed to start with"),
+    Q("start_speed", "m/s", "initial speed"),
     Q("road", "m", "height of the road under the wheel"),
     Q("position", "m", "distance along the road"),
     Q("lateral_position", "m", "distance to the left"),
@@ -33,29 +33,29 @@ _OWN = (
     Q("wheel_height", "m", "height of the wheel above rest"),
     Q("wheel_rate", "m/s", "its rate"),
     Q("contact", "m", "height of the road, filtered by the tire's damping"),
-    Q("slip", "", "slip that has built up in the tire, driving positive"),
-    Q("lateral_slip", "", "lateral slip that has built up in the tire"),
+    Q("slip", "", "longitudinal slip of the tire after relaxation, driving positive"),
+    Q("lateral_slip", "", "lateral slip of the tire after relaxation"),
     Q("rolling_bend", "", "-1 to 1, direction of the rolling resistance"),
-    Q("brake_bend", "", "-1 to 1, direction of the friction in the brake"),
+    Q("brake_bend", "", "-1 to 1, direction of the brake friction"),
     Q("twist", "rad", "twist of the half-shaft"),
     Q("carrier_speed", "rad/s", "angular speed of the differential's carrier minus that of the motor's housing"),
-    Q("side_gear_speed", "rad/s", "half the difference of the side gears' speeds, left less right"),
+    Q("side_gear_speed", "rad/s", "half the difference of the side gears' speeds, left minus right"),
 )
 OWN = {quantity.name: quantity for quantity in _OWN}
 
 
 def of_parameter(name: str) -> Quantity:
-    """Unit and meaning of a parameter, or of a further quantity of a run."""
+    """Unit and meaning of a parameter or of a quantity of the run; empty if not known."""
     return PARAMETERS.get(name) or OWN.get(name) or Quantity(name, "", "")
 
 
 def of_signal(name: str) -> Quantity:
-    """Unit and meaning of an input or an output, also of one wheel."""
+    """Unit and meaning of an input or an output, also of a single wheel."""
     return CHANNELS.get(name) or of_state(name)
 
 
 def of_state(name: str) -> Quantity:
-    """Unit and meaning of a state, also of a wheel or an axle; for the state of an effect only its name is known."""
+    """Unit and meaning of a state, also of a wheel or an axle; empty for the state of an effect."""
     ending = next((suffix for suffix in PLACES if name.endswith(suffix)), "")
     place, stem = PLACES.get(ending), name.removesuffix(ending)
     known = OWN.get(stem) or CHANNELS.get(stem)

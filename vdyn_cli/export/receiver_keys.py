@@ -1,4 +1,4 @@
-"""Keys of a file that another program reads: each a value within that program's own limits, with its source."""
+"""Keys of a file for another program, each with its value, its source, and the limits of that program."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class ReceiverKey:
 
     Parameters
     ----------
-    name : as the receiver spells it. value : in the receiver's unit, or a word.
-    why : where the value is from. lower, upper : what the receiver accepts.
+    name : in the receiver's spelling. value : in the receiver's unit, or a word.
+    why : source of the value. lower, upper : limits of the receiver.
     """
 
     name: str
@@ -29,7 +29,7 @@ class ReceiverKey:
 
     @property
     def line(self) -> str:
-        """The key as a line of YAML, with its source behind it."""
+        """The key as a line of YAML, with its source as a comment."""
         value = self.value if isinstance(self.value, (int, str)) else f"{self.value:.7g}"
         return f"{self.name}: {value}  # {self.why}"
 
@@ -48,7 +48,7 @@ def refuse_outside(parameter_file: ParameterFile, keys: Iterable[ReceiverKey], r
 
     Raises
     ------
-    InputError : all of them.
+    InputError : lists all of them.
     """
     found = []
     for key in keys:
@@ -62,5 +62,5 @@ def refuse_outside(parameter_file: ParameterFile, keys: Iterable[ReceiverKey], r
 
 
 def left_out(parameter_file: ParameterFile, receiver: str) -> tuple[str, ...]:
-    """A note for each effect of the parameter file, which the receiver has no key for."""
+    """A note for each effect of the parameter file, because the receiver has no key for effects."""
     return tuple(f"left out {one.effect}: {receiver} has no key for it" for one in parameter_file.effects)

@@ -1,4 +1,4 @@
-"""The tire as a property file: the magic formula's coefficients in the names of Pacejka's 2002 version."""
+"""The tire as a property file: the magic formula's coefficients with the names of Pacejka's 2002 version."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ NEEDED = (
     *("tire_B", "tire_C", "tire_D", "tire_E", "wheel_radius", "tire_vertical_stiffness", "mass"),
     *("tire_load_sensitivity", "tire_relaxation_length", "tire_vertical_damping", "rolling_resistance"),
 )
-SHIFTS = ("tire_Sh", "tire_Sv")  # 0 where they are not given
+SHIFTS = ("tire_Sh", "tire_Sv")  # 0 if not given
 WIDTH, ASPECT = 0.195, 0.65  # m and 1, of a common passenger car tire
-DEFLECTION_SHARE = 1 / 3  # how far below the unloaded radius the effective one lies, in deflections
+DEFLECTION_SHARE = 1 / 3  # unloaded minus effective rolling radius, as a share of the tire's deflection
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
         SHx = PHX1 = Sh,  SVx = PVX1 Fz = Sv Fz
         sigma = R0 Fz / Fz0 PTX1 exp(PTX3 dfz)        PTX1 = sigma / R0, PTX3 = -1: constant to first order
 
-    Assumes the effective radius to lie a third of the tire's deflection below the unloaded one. What is measured and
-    what is assumed is said in the file. Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.2.
+    Assumes that the effective radius is a third of the tire's deflection below the unloaded one. The file says which
+    values are measured and which are assumed. Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.2.
 
     Raises
     ------
-    InputError : the tire's curve, radius, stiffness or the mass are not given.
+    InputError : the tire's curve, radius, stiffness or the mass is missing.
     """
     values, assumed = completed(parameter_file, NEEDED, "a tire file")
     why = {name: _why(parameter_file, name, assumed) for name in NEEDED}
@@ -56,9 +56,8 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     sections = _sections(values, why, options)
     lines = [
         f"$ Tire of: {parameter_file.title} ({parameter_file.name})",
-        "$ Longitudinal slip alone was measured: USE_MODE = 1. Lateral coefficients are not measured and therefore "
-        "omitted.",
-        "$ SI units; the slip is (omega R / V - 1), the force positive when it drives the car.",
+        "$ Only longitudinal slip was measured: USE_MODE = 1. Lateral coefficients are omitted.",
+        "$ SI units; the slip is (omega R / V - 1); a driving force is positive.",
     ]
     for title, body in sections.items():
         lines += [f"$---------------------------------------------------------------- {title.lower()}", f"[{title}]"]
@@ -73,7 +72,7 @@ def _notes(assumed: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _braking(parameter_file: ParameterFile) -> tuple[str, ...]:
-    """What the file cannot hold: its keys know one peak for driving and braking."""
+    """A note on the braking coefficients, which the file has no keys for."""
     if "tire_D_brake" not in parameter_file.parameters:
         return ()
     value = parameter_file.parameters["tire_D_brake"].value
@@ -94,7 +93,7 @@ def _source(source: str) -> str:
 
 def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOptions) -> dict[str, tuple[_Line, ...]]:
     load = v["mass"] * GRAVITY / 4
-    stiffness = v["tire_vertical_stiffness"] / 2  # of one tire; ours is of an axle
+    stiffness = v["tire_vertical_stiffness"] / 2  # of one tire; the parameter is that of an axle
     unloaded = v["wheel_radius"] + DEFLECTION_SHARE * load / stiffness
     b, c, d, e = (v[f"tire_{letter}"] for letter in "BCDE")
     fall = 0.0 - d * load * v["tire_load_sensitivity"]
@@ -114,8 +113,8 @@ def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOpt
         ),
         "MODEL": (
             _Line("PROPERTY_FILE_FORMAT", "PAC2002"),
-            _Line("USE_MODE", 1, "longitudinal slip alone"),
-            _Line("VXLOW", 1.0, "m/s, below which a user of this file smooths the slip"),
+            _Line("USE_MODE", 1, "longitudinal slip only"),
+            _Line("VXLOW", 1.0, "m/s, below which the simulation program smooths the slip"),
             _Line("LONGVL", 16.7, "m/s, reference speed"),
             _Line("TYRESIDE", "LEFT"),
         ),
@@ -146,7 +145,7 @@ def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOpt
             _Line("PEX1", e, why["tire_E"]),
             *(_Line(f"PEX{k}", 0.0) for k in (2, 3, 4)),
             _Line("PKX1", b * c * d, f"B C D, with {why['tire_B']}"),
-            _Line("PKX2", b * c * fall, "so that B does not depend on load"),
+            _Line("PKX2", b * c * fall, "makes B independent of load"),
             _Line("PKX3", 0.0),
             _Line("PHX1", v["tire_Sh"], why["tire_Sh"]),
             _Line("PHX2", 0.0),

@@ -1,4 +1,4 @@
-"""The road load for programs of the type approval: the keys of wltp 1.1 and of CO2MPAS 4.1 to 4.3."""
+"""The road load for type-approval programs: the keys of wltp 1.1 and of CO2MPAS 4.1 to 4.3."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from vdyn_cli.quantities.quantity import from_si
 
 LOADS = (("f0", "road_load_f0", "N"), ("f1", "road_load_f1", "N/(km/h)"), ("f2", "road_load_f2", "N/(km/h)^2"))
 NEEDED = ("mass", *(name for _, name, _ in LOADS))
-POSITIVE = ("f0", "f2")  # CO2MPAS 4.1 refuses these below zero, 4.3 only f2; f1 may have either sign
+POSITIVE = ("f0", "f2")  # CO2MPAS 4.1 refuses negative values of these, 4.3 only of f2; f1 may have either sign
 
 
 def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles:
-    """``<name>_wltp.yaml`` for wltp and ``<name>_co2mpas.yaml`` for CO2MPAS, the vehicle's part of either input.
+    """``<name>_wltp.yaml`` for wltp and ``<name>_co2mpas.yaml`` for CO2MPAS, the vehicle's part of their inputs.
 
-    F = f0 + f1 v + f2 v^2, v in km/h, F in N, at reference conditions where the coast-down was corrected to them;
+    F = f0 + f1 v + f2 v^2, v in km/h, F in N, at reference conditions if the coast-down was corrected to them;
     mass in kg as tested, ``r_dynamic`` the effective rolling radius in m.
 
     Assumes CO2MPAS' limits for both: f0, f2, mass and radius not negative.
@@ -24,7 +24,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
 
     Raises
     ------
-    InputError : a coefficient, mass or radius is not given, or a receiver does not accept it.
+    InputError : a coefficient, mass or radius is missing, or CO2MPAS does not accept it.
     """
     refuse_missing(parameter_file, (*NEEDED, "wheel_radius"), "a WLTP program")
     found = parameter_file.parameters
