@@ -101,7 +101,7 @@ def test_a_description_among_the_logs_is_told_as_such(tmp_path: Path) -> None:
 def test_a_table_without_a_clock_says_so(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text("x [m];y [m]\n1;2\n2;3\n3;5\n")
-    assert "No column rises like a clock" in shown(path)
+    assert "No column increases like a clock" in shown(path)
     assert entries(path)["x [m]"]["rate"] is None
 
 
@@ -137,5 +137,5 @@ def test_every_file_of_the_measurements_is_described_or_refused(shared_data: Pat
         assert len(found) == known[1] or (known[1] == 0 and len(found) > 20), name
         if name.startswith("bmw_i3"):
             assert found["Velocity [km/h]"]["rate"] == pytest.approx(10.0, abs=0.01)
-            stands = "stand still together" in shown(path)
+            stands = "are constant together" in shown(path)
             assert stands == (path.name == "TripB34.csv.gz"), name

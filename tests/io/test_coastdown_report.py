@@ -95,7 +95,7 @@ def test_init_drafts_a_description_that_finds_the_truth(files: dict[str, list[np
     done = RUNNER.invoke(app, ["init", "coastdown", *(str(tmp_path / n) for n in files), "-o", str(drafted)])
     assert done.exit_code == 0, done.output
     shown = RUNNER.invoke(app, ["channels", str(tmp_path / next(iter(files)))]).output
-    assert "A report of coast-downs, one row a run: 'vdyn init coastdown" in shown
+    assert "A report of coast-downs, one row per run: 'vdyn init coastdown" in shown
     text = drafted.read_text()
     assert text.count("\n  - {log:") == 16  # a run that is off is a comment
     for key, value in (

@@ -1,6 +1,6 @@
-"""Contract checks of an effect, a step or a reader: what ``vdyn test-plugin NAME`` and the tests of vdyn itself run.
+"""Contract checks of an effect, a step or a reader, for ``vdyn test-plugin NAME`` and for vdyn's own tests.
 
-Each check is a generator that yields what is wrong, one sentence each; a check that yields nothing has passed.
+Each check is a generator that yields a sentence for each fault; a check that yields nothing has passed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from vdyn_cli.steps import Problem, SimulatedProblem, Step
 
 Check = Callable[[], Iterator[str]]
 
-# About those of a car, so that roots and quotients of them exist; what is not named is of the order of one.
+# Typical values of a car, so that roots and quotients of them are defined; other constants are of the order of one.
 TYPICAL: Mapping[str, float] = {
     "mass": 1500.0,
     "sprung_mass": 1400.0,
@@ -64,34 +64,34 @@ TYPICAL: Mapping[str, float] = {
     "road_begin": -20.0,
     "road_end": 20.0,
 }
-UNEVEN = 0.3  # share by which typical values differ from moment to moment: no check may hold at one value alone
+UNEVEN = 0.3  # relative variation of typical values between moments, so that no check passes by a special value
 MOMENTS = 60  # standstill, reverse and forward, twenty times each
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """One check by its name, and what is wrong; nothing where it passed."""
+    """Name of a check, and its faults; none if it passed."""
 
     name: str
     wrong: tuple[str, ...]
 
 
 def outcomes(checks: Mapping[str, Check]) -> tuple[Outcome, ...]:
-    """Run checks in their order; one that raises has failed, and the others still run."""
+    """Run checks in order; a check that raises has failed, and the others still run."""
     found = []
     for name, check in checks.items():
         try:
             wrong = tuple(check())
         except VdynError as error:
             wrong = tuple(str(f) for f in error.findings)
-        except Exception as error:  # a foreign step may raise anything; that is what the check is for
+        except Exception as error:  # a plug-in may raise anything
             wrong = (f"{type(error).__name__}: {error}",)
         found.append(Outcome(name, wrong))
     return tuple(found)
 
 
 def effect_checks(effect: Effect, models: Sequence[Model] = ()) -> Mapping[str, Check]:
-    """The contract of an effect, in those models that can take it; in those of vdyn where none is given."""
+    """The contract of an effect, checked in the given models to which it applies; without models, in those of vdyn."""
     called = f"{' or '.join(effect.on)}: give the description of a test whose model calls it"
     able = one_of_each(hosts(effect, models or shipped_models()))
     return {
@@ -105,10 +105,7 @@ def effect_checks(effect: Effect, models: Sequence[Model] = ()) -> Mapping[str, 
 
 
 def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> Mapping[str, Check]:
-    """The contract of a step, on an example description.
-
-    ``known_files`` are parameter files that the example needs.
-    """
+    """The contract of a step, checked with an example description and the parameter files that it needs."""
     inputs = gather(step, example, known_files)
     step = inputs.step
 
@@ -132,7 +129,7 @@ def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> 
 
 
 def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
-    """The contract of a reader, on a log of its format."""
+    """The contract of a reader, checked with a log of its format."""
     infos = reader.channels(log)
     names = [(c.name, c.group) for c in infos]
     clock = next((c for c in infos if is_clock(c.name)), infos[0])
@@ -148,7 +145,9 @@ def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
 
     return {
         "matches": lambda: iter(() if reader.matches(log) else (f"does not match {log.name}",)),
-        "refuses a missing file": lambda: iter(("matches a missing file",) if reader.matches(log / "none") else ()),
+        "does not match a missing file": lambda: iter(
+            ("matches a missing file",) if reader.matches(log / "none") else ()
+        ),
         "channels have names": lambda: (
             f"{n[0]!r} is empty or listed twice" for n in names if not n[0] or names.count(n) > 1
         ),
@@ -162,23 +161,23 @@ def model_of(example: Path, known_files: Sequence[Path] = ()) -> Model:
 
     Raises
     ------
-    InputError : the description names no step, or is wrong.
+    InputError : the description is wrong, or its step is unknown or has no simulation.
     """
     data = load_yaml(example).data
     test = data.get("test") if isinstance(data, dict) else None
     if test not in steps.names():
-        raise InputError(Finding(example.name, "names no known test", repr(test), "write 'test:' with a step's name"))
+        raise InputError(Finding(example.name, "'test' is not a step", repr(test), "write 'test:' with a step's name"))
     step = steps.load_step(str(test))
     inputs = gather(step, example, known_files)
     step = inputs.step
     problem = steps.simulated(step, step.prepare(inputs.spec, inputs.data, inputs.known))
     if problem is None:
-        raise InputError(Finding(example.name, "describes a step that simulates nothing", step.name))
+        raise InputError(Finding(example.name, "its step has no simulation", step.name))
     return problem.model
 
 
 def shipped_models() -> tuple[Model, ...]:
-    """Every model of vdyn, in all variants that its options allow; of the vehicle, which has twelve, two."""
+    """Every model of vdyn in all variants of its options, but only two of the vehicle's twelve."""
     found: list[Model] = []
     for module in pkgutil.iter_modules(vdyn_cli.physics.models.__path__):
         for value in vars(import_module(f"vdyn_cli.physics.models.{module.name}")).values():
@@ -191,7 +190,7 @@ def shipped_models() -> tuple[Model, ...]:
 
 
 def _variants(function: Any) -> list[Model]:
-    """All models that a function makes whose arguments are choices."""
+    """All models that a function can return, if all its arguments are choices; else none."""
     made = inspect.unwrap(function)
     if getattr(made, "__annotations__", {}).get("return") not in (Model, "Model"):
         return []
@@ -205,12 +204,12 @@ def _variants(function: Any) -> list[Model]:
 
 
 def hosts(effect: Effect, models: Sequence[Model]) -> list[Model]:
-    """The models that can take an effect."""
+    """The models to which an effect applies."""
     return [model for model in models if applicable(model, (effect,))]
 
 
 def one_of_each(models: Sequence[Model]) -> list[Model]:
-    """One variant of each model: variants call the same laws."""
+    """One variant of each model, because variants call the same laws."""
     return list({model.name: model for model in models}.values())
 
 
@@ -228,7 +227,7 @@ def moments(graph: Graph, count: int = MOMENTS) -> list[tuple[Array, Array, Arra
 
 
 def typical_constants(graph: Graph, random: np.random.Generator) -> Array:
-    """Values of all constants (k,), typical of a car where that matters."""
+    """Random values of all constants (k,), typical of a car for those in TYPICAL."""
     uneven = random.uniform(1 - UNEVEN, 1 + UNEVEN, len(graph.constants))
     plain = random.uniform(0.2, 2.0, len(graph.constants))
     typical = np.array([TYPICAL.get(name, np.nan) for name in graph.constants])
@@ -236,7 +235,7 @@ def typical_constants(graph: Graph, random: np.random.Generator) -> Array:
 
 
 def at_zero(graph: Graph, effect: Effect, constants: Array) -> Array:
-    """The constants (k,) with the effect's unknowns zero, or nominal."""
+    """The constants (k,) with the effect's unknowns at their neutral values: nominal, else zero."""
     changed = constants.copy()
     for name, value in {**graph.defaults, **dict.fromkeys(effect.unknowns, 0.0), **effect.nominal}.items():
         changed[graph.constants.index(name)] = value
@@ -244,7 +243,7 @@ def at_zero(graph: Graph, effect: Effect, constants: Array) -> Array:
 
 
 def nothing_at_zero(effect: Effect, model: Model) -> Iterator[str]:
-    """Whether the model's rates and readings are bit-identical with the effect at zero."""
+    """Faults if the model's rates and readings with the effect at zero are not bit-identical to those without it."""
     base, extended = trace(model), trace(model, (effect,))
     own = [i for i, name in enumerate(extended.states) if name in base.states]
     inputs = [extended.inputs.index(name) for name in base.inputs]
@@ -266,12 +265,7 @@ def nothing_at_zero(effect: Effect, model: Model) -> Iterator[str]:
 
 
 def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
-    """What is wrong with the derivatives at zero: each must be finite, and one nonzero unless the effect states probes.
-
-    Parameters
-    ----------
-    model : of a step that selects the effect; simulated over a short drive.
-    """
+    """Faults of the derivatives at zero: all must be finite, and without probes each amplitude's must not vanish."""
     graph = trace(model, (effect,))
     jacobian = graph.field.jacobian()
     columns = [graph.constants.index(name) for name in (*model.parameters, *effect.unknowns)]
@@ -284,7 +278,7 @@ def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
         blocks = jacobian(x, u, p, *plain)
         slopes = np.vstack([blocks[i].full()[:, columns] for i in (2, 5)])
         if not all(np.isfinite(value.full()).all() for value in plain) or not np.isfinite(slopes[:, :first]).all():
-            continue  # random numbers are no car: the model itself has no value here
+            continue  # the model itself is not defined for these random numbers
         if not np.isfinite(slopes).all():
             yield f"{model.name}: a derivative at zero is not finite"
             return
@@ -293,7 +287,7 @@ def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
                 felt[name] |= bool(slopes[:, first + k].any())
     silent = [name for name, seen in felt.items() if not seen]
     if silent and not effect.probes:
-        yield f"{model.name}: {', '.join(silent)} changes nothing; state probes if it has no slope at zero"
+        yield f"{model.name}: {', '.join(silent)} changes nothing; state probes if its derivative at zero is zero"
 
 
 def _effect_texts(effect: Effect) -> Iterator[str]:
@@ -333,7 +327,7 @@ def _tags(effect: Effect) -> Iterator[str]:
 
 
 def _undescribed(step: Step) -> Iterator[str]:
-    """The step's own keys without a description; those of every step are described by ``TestSpec``."""
+    """The step's keys without a description, except those that ``TestSpec`` defines for every step."""
     schema, shared = step.spec.model_json_schema(), TestSpec.model_json_schema()
     models = {"": schema, **{n: m for n, m in schema.get("$defs", {}).items() if n not in shared["$defs"]}}
     for model, part in models.items():

@@ -1,4 +1,4 @@
-"""`vdyn explain` and `vdyn list`: steps, effects, parameters and channels, from their own documentation."""
+"""`vdyn explain` and `vdyn list`: texts on steps, effects, parameters and channels, from their documentation."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps import Step
 
-PAGES = ("glossary", "policy")  # topics that are one page each
-MOST_LISTED = 6  # unknowns of an effect that are listed one by one
+PAGES = ("glossary", "policy")  # topics with one page each
+MOST_LISTED = 6  # largest number of unknowns of an effect that are all listed
 
 
 def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
@@ -31,11 +31,11 @@ def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
 
 
 def raise_refused(name: str) -> None:
-    """Raise why an effect of an installed package is left out of the catalogue; nothing where it is not.
+    """Check that the effect of that name, if a package provides it, is in the catalog.
 
     Raises
     ------
-    InputError : the package's effect of that name cannot be used.
+    InputError : the package's effect cannot be used; the message says why.
     """
     raise_all(f for f in refused() if f", plug-in {name} (" in f.where)
 
@@ -88,7 +88,7 @@ def _step(name: str) -> str:
 
 
 def _effect(effect: Effect) -> str:
-    """Law, unknowns and source; then its signature in the data, similar effects, and what would confirm it."""
+    """Law, unknowns, signature in the data, similar effects, test that would confirm it, and source."""
     fault = ", a sensor fault" if effect.sensor else ""
     shows = "within a run" if effect.kind == "within_run" else "between runs only"
     keeps = "belongs to the vehicle" if effect.lasts else "belongs to the test"
@@ -109,13 +109,13 @@ def _effect(effect: Effect) -> str:
 
 
 def _tested_in(effect: Effect) -> list[str]:
-    """The steps of which the effect is a candidate."""
+    """Names of the steps that test the effect."""
     steps_found = _loaded()[0]
     return [s.name for s in steps_found if s.diagnosable is not None and effect in candidates(s.situations)]
 
 
 def _loaded() -> tuple[list[Step], list[Finding]]:
-    """Every step that can be imported, and why others cannot: a broken package must not stop the list."""
+    """Every step that can be imported, and the findings on those that cannot, so that these do not stop the list."""
     found: list[Step] = []
     broken: list[Finding] = []
     for name in steps.names():
@@ -127,7 +127,7 @@ def _loaded() -> tuple[list[Step], list[Finding]]:
 
 
 def _ranges(effect: Effect) -> list[str]:
-    """A line for each unknown; of more than MOST_LISTED the first and the last."""
+    """A line for each unknown; if there are more than MOST_LISTED, for the first and the last."""
     lines = [_range(q, effect.nominal.get(q.name)) for q in effect.unknowns.values()]
     return lines if len(lines) <= MOST_LISTED else [lines[0], "  ...", lines[-1]]
 

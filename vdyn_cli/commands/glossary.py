@@ -1,12 +1,12 @@
-"""`vdyn explain glossary`: the words of this project that a reader of its reports needs, one line each."""
+"""`vdyn explain glossary`: the terms of this project that a reader of its reports needs, one line each."""
 
 from __future__ import annotations
 
 GLOSSARY = {
-    "candidate effect": "a law or sensor fault that may be missing from the model; nothing at zero amplitude",
+    "candidate effect": "a law or sensor fault that may be missing from the model; no influence at zero amplitude",
     "effect": "a candidate effect that the diagnosis named or the description requests; see 'vdyn list'",
     "baseline": "the model, and its estimates, before any effect is added",
-    "extension": "the model with effects added; its estimates stand beside those of the baseline",
+    "extension": "the model with effects added; its estimates are reported beside those of the baseline",
     "diagnosis": "test of the baseline against all candidate effects, after each fit",
     "verdict": "conclusion of the diagnosis, one of the next six",
     "adequate": "no model error detected",
@@ -24,16 +24,16 @@ GLOSSARY = {
     "visibility": "share of an effect's sensitivity that is not collinear with the fitted parameters, 0 to 1",
     "not testable effect": "a candidate effect that these data cannot show, with the bias it would cause",
     "biased": "error of a parameter while the model lacks the effect",
-    "remainder": "significant residual that the named effects leave",
-    "free profile": "a smooth curve over speed, time or position that stands for any law that is not listed",
+    "remainder": "significant residual that remains with the named effects",
+    "free profile": "a smooth curve over speed, time or position, a substitute for any law that is not listed",
     "held-out gain": "decrease of the error in runs that neither the fit nor the choice of effect used",
     "noise floor": "rms of the residual that measurement noise alone would leave",
     "given": "a value that the description states, with the standard deviation after +-",
     "prior": "a given value with its standard deviation, where the data may change it",
     "pull": "change of a given value by the fit, in its standard deviations",
     "next test": "the manoeuvre that separates rival effects, with the expected distance in standard errors",
-    "refused": "why a result is not published: report and JSON then hold the diagnosis, and no parameters",
-    "withheld": "a parameter that the data do not determine, with the reason, beside those that they do",
+    "refused": "why a result is not published: report and JSON then contain the diagnosis, but no parameters",
+    "withheld": "a parameter that is not published because the data do not determine it, with the reason",
     "finding": "one message: place, fact, number, remedy",
     "doubt": "a finding that makes the result doubtful; listed first",
     "known": "parameters of other steps, passed with --known",

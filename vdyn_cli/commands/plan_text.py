@@ -1,4 +1,4 @@
-"""``vdyn plan``: how accurate planned runs will be, as text for a terminal or as JSON."""
+"""``vdyn plan``: expected accuracy of planned runs, as text for a terminal or as JSON."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.plan_schema import PlanDocument, PlannedParameter
 from vdyn_cli.report.typography import count
 
-SHOWN = 8  # pairs that are listed; the JSON has all
+SHOWN = 8  # pairs listed in the text; the JSON has all
 
 
 def run_plan(path: Path, known_files: tuple[Path, ...], runs: int | None, output: str) -> int:
-    """Print the plan, and give the exit code: 0 the runs determine every parameter, 1 they do not.
+    """Print the plan, and return the exit code: 0 the runs determine every parameter, 1 they do not.
 
     Parameters
     ----------
-    output : ``-`` writes the JSON to stdout, a path to that file beside the text; empty: text only.
+    runs : number of runs; None: those of the description.
+    output : ``-``: JSON to stdout instead of the text; a path: JSON to that file in addition; empty: text only.
 
     Raises
     ------
-    InputError : the description is wrong, or the step needs a log to plan from.
+    InputError : the description is wrong, or the step cannot be planned without a log.
     """
     document = plan(path, known_files, runs)
     as_json = to_json(document.model_dump(mode="json")) if output else ""
@@ -37,7 +38,7 @@ def run_plan(path: Path, known_files: tuple[Path, ...], runs: int | None, output
 
 
 def plan_lines(document: PlanDocument) -> Iterator[str]:
-    """The text for a terminal, the answer first."""
+    """The text for a terminal, the conclusion first."""
     yield document.sentence
     channels = ", ".join(document.channels)
     if document.parameters:
@@ -70,7 +71,7 @@ def _effect_lines(document: PlanDocument) -> Iterator[str]:
         yield "\nCandidate effects that these runs cannot detect"
         yield from table(("effect", "because"), [(n.effect, n.because) for n in document.not_testable])
     if document.confused:
-        yield "\nPairs that these runs cannot tell apart (t: standard errors, at half of the plausible range)"
+        yield "\nPairs that these runs cannot separate (t: standard errors, at half of the plausible range)"
         rows = [(f"{p.effects[0]} and {p.effects[1]}", f"{p.t:.1f}") for p in document.confused[:SHOWN]]
         yield from table(("pair", "t"), rows)
         if len(document.confused) > SHOWN:

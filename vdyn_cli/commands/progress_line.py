@@ -1,4 +1,4 @@
-"""What the program is doing, on one line of a terminal that goes when it is done."""
+"""A progress line on the terminal, which disappears at the end."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ _PROGRAM = logging.getLogger("vdyn_cli")
 
 @contextmanager
 def progress_line(name: str, shown: bool) -> Iterator[None]:
-    """Show the messages of the program's log, with a clock, where stderr is a terminal.
+    """Context that shows the program's log messages and the elapsed time on one line, if stderr is a terminal.
 
     Parameters
     ----------
-    name : begins the line. shown : whether the user wants to read anything.
+    name : start of the line. shown : False (quiet) shows nothing.
     """
     if not shown or sys.stderr is None or not sys.stderr.isatty():
         yield
@@ -29,7 +29,7 @@ def progress_line(name: str, shown: bool) -> Iterator[None]:
         task = line.add_task(name)
 
         class Shown(logging.Handler):
-            """Writes each message into the line."""
+            """Shows each message on the line."""
 
             def emit(self, record: logging.LogRecord) -> None:
                 line.update(task, description=f"{name}: {record.getMessage()}")

@@ -1,4 +1,4 @@
-"""``vdyn batch``: many campaigns, their steps side by side, and one table of all results."""
+"""``vdyn batch``: run the steps of many campaigns in parallel, with one table of all results."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from vdyn_cli.project.pipeline import StepOutcome, Task
 from vdyn_cli.quantities.errors import Finding, InputError
 
 COLUMNS = ("campaign", "step", "verdict", "parameter", "value", "low95", "high95", "unit", "problem")
-BETWEEN = "::"  # campaign and step in the name of a task; no path holds it
+BETWEEN = "::"  # separates campaign and step in the name of a task
 
 
 def run_batch(archives: Sequence[Path], output: str, results: Path | None, jobs: int, tell: Tell) -> int:
-    """Run every campaign, write the table, and give the exit code: 0 all steps gave a result, 1 one did not.
+    """Run every campaign, write the table, and return the exit code: 0 all steps have a result, 1 at least one has not.
 
     Parameters
     ----------
     output : the table's file, or ``-`` for stdout.
-    results : folder for each campaign's JSON and reports, from which a later batch reuses what has not changed; None:
-        they are not kept.
-    jobs : steps to run side by side.
+    results : folder for each campaign's JSON and reports, from which a later batch reuses unchanged results; None: they
+        are not kept.
+    jobs : number of steps to run in parallel.
 
     Raises
     ------
-    InputError : an archive does not exist or holds no description, or the output cannot be written.
+    InputError : an archive does not exist or contains no description, or the output cannot be written.
     """
     campaigns = archived_campaigns(archives)
     if output != "-" and Path(output).is_dir():
@@ -82,7 +82,7 @@ def _run(campaigns: Sequence[ArchivedCampaign], folder: Path, jobs: int, tell: T
 
 
 def _attempt(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path) -> StepOutcome:
-    """One step of one campaign, whose results stand in a folder of the campaign's name."""
+    """Run one step of one campaign, with results in a folder of the campaign's name."""
     campaign, _, step = task.name.rpartition(BETWEEN)
     own = {n.rpartition(BETWEEN)[2]: o for n, o in outcomes.items() if n in task.after}
     local = replace(task, name=step, after=tuple(n.rpartition(BETWEEN)[2] for n in task.after))
@@ -91,7 +91,7 @@ def _attempt(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path) -> S
 
 
 def _rows(campaign: ArchivedCampaign, outcomes: Mapping[str, StepOutcome]) -> Iterator[tuple[str, ...]]:
-    """A row for each parameter; one with the reason for a step, or a campaign, without a result."""
+    """A row for each parameter, and one with the reason for each step or campaign without a result."""
     for finding in campaign.problems:
         yield (campaign.name, "", "failed", *[""] * 5, f"{finding.where}: {finding.what}")
     for task in campaign.tasks:

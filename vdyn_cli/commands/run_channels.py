@@ -1,4 +1,4 @@
-"""``vdyn channels``: what a log holds, as a table for a terminal or as JSON."""
+"""``vdyn channels``: the channels of a log, as a table for a terminal or as JSON."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.quantities.quantity import to_si
 from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
 
-_LONGEST_NAME = 42  # characters of a name in the table; longer ones are cut in the middle
-_BUS_FRAMES = ("CAN_DataFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")  # names by the standard of bus logging in MDF 4
-_TOGETHER = 3  # channels that rest at the same time, from which the log itself seems to stand still
-_LIKE_RATE = 0.05  # share of a clock's rate, by which those of runs of one logger differ
-_MOST_NAMED = 6  # columns that a log lacks or adds; of more the number is said
-_SAME_TIME = 0.25  # s within which rests of several channels begin and end together
+_LONGEST_NAME = 42  # characters of a name in the table; longer ones are shortened in the middle
+_BUS_FRAMES = ("CAN_DataFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")  # names in the MDF 4 bus logging standard
+_TOGETHER = 3  # number of channels constant at the same time from which the logger itself seems to have stopped
+_LIKE_RATE = 0.05  # relative difference of clock rates that is normal between runs of one logger
+_MOST_NAMED = 6  # missing or additional columns to name; of the others the number is stated
+_SAME_TIME = 0.25  # s, largest difference of start and end of constant segments that count as simultaneous
 
 
 def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
-    """The channels of the first log, one line each, what is conspicuous below, and how further logs differ.
+    """The channels of the first log, one line each, remarks on them, and the differences of further logs.
 
     Returns
     -------
-    The text about the logs that can be read, and what is wrong with the others.
+    The text on the logs that can be read, and the findings on the others.
     """
     found: list[tuple[Path, tuple[ChannelFacts, ...]]] = []
     problems: list[Finding] = []
@@ -44,7 +44,7 @@ def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
 
 
 def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> list[str]:
-    """How the channels of a log differ from those of the first one, by the columns' names."""
+    """A line on the differences between the channels of a log and those of the first one, matched by name."""
     first = {(f.info.group, f.column): f for f in facts}
     own = {(f.info.group, f.column): f for f in found}
     differs = [_absent("lacks", [n for _, n in first.keys() - own.keys()], [f.column for f in facts])]
@@ -63,7 +63,7 @@ def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[Chan
 
 
 def _absent(verb: str, names: Sequence[str], order: Sequence[str]) -> str:
-    """The columns that a log lacks or adds, in the order of the file."""
+    """The missing or additional columns of a log, in the order of the file."""
     shown = [f"'{n}'" for n in order if n in names]
     more = f" and {len(shown) - _MOST_NAMED} more" if len(shown) > _MOST_NAMED else ""
     return f"{verb} " + ", ".join(shown[:_MOST_NAMED]) + more if shown else ""
@@ -85,7 +85,7 @@ def _table(path: Path, facts: Sequence[ChannelFacts]) -> str:
 
 
 def channels_json(*paths: Path) -> str:
-    """The same as JSON, a list of several logs; the schema of each is ``vdyn schema channels``.
+    """The channels as JSON, a list for several logs; the schema of each is ``vdyn schema channels``.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def _row(facts: ChannelFacts, grouped: bool) -> list[str]:
 
 
 def _seconds(time: float, length: float) -> str:
-    """A time to about a thousandth of a log's length, in s."""
+    """A time, s, rounded to about a thousandth of a log's length."""
     return f"{time:.{decimals(max(length, 1e-6) / 100.0, 6)}f} s"
 
 
@@ -160,7 +160,7 @@ def _notes(facts: ChannelFacts) -> list[str]:
 
 
 def _clock_unit(facts: ChannelFacts) -> str:
-    """What the rate says of the unit of a clock without one; rates and times of the table are those of s."""
+    """A note on the unit of a clock without one, guessed from its rate; the table assumes s."""
     units = clock_units(facts.info.rate, facts.lowest)
     if units == ["s"]:
         return "no unit: s by its rate"
@@ -182,26 +182,26 @@ def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:
     clocks = sum(f.state == "clock" for f in facts)
     lines.append(f"{path.name}: {len(facts)} channels" + (f", {stated}" if stated else ""))
     if not clocks and _is_report(facts):
-        lines.append(f"A report of coast-downs, one row a run: 'vdyn init coastdown {path.name}' describes its runs.")
+        lines.append(f"A report of coast-downs, one row per run: 'vdyn init coastdown {path.name}' describes its runs.")
     elif not clocks:
-        lines.append("No column rises like a clock: this is a table, not a log, or its time has an unusual name.")
+        lines.append("No column increases like a clock: this is not a log, or its time has an unusual name.")
     elif clocks > 1:
-        lines.append(f"{clocks} clocks: channels of different clocks are put on one clock when a step reads them.")
+        lines.append(f"{clocks} clocks: a step resamples channels of different clocks to one clock.")
     if any(f.column.startswith(_BUS_FRAMES) for f in facts):
-        lines.append("Raw bus frames, which hold no channels yet: decode them with the bus's DBC or ARXML file first.")
+        lines.append("Raw bus frames without channels: decode them with the bus's DBC or ARXML file first.")
     for start, stop, names in _common_rests(facts):
         shown = ", ".join(f"'{n}'" for n in names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-        lines.append(f"{len(names)} channels stand still together from {start:.1f} s to {stop:.1f} s: {shown}.")
+        lines.append(f"{len(names)} channels are constant together from {start:.1f} s to {stop:.1f} s: {shown}.")
         lines.append("    -> if the vehicle was moving, cut this part with from_time or to_time")
     return lines
 
 
 def _common_rests(facts: Sequence[ChannelFacts]) -> list[tuple[float, float, list[str]]]:
-    """Times at which several channels rest together, at values other than zero."""
+    """Segments (start, stop, channels) in which several channels are constant together, at values other than zero."""
     found: list[tuple[float, float, list[str]]] = []
     for one in facts:
         if one.rest is None or one.rest[2] == 0.0:
-            continue  # zero is where channels of a parked car rest
+            continue  # channels of a parked car are constant at zero
         start, stop, _ = one.rest
         for i, (first, last, names) in enumerate(found):
             if abs(first - start) <= _SAME_TIME and abs(last - stop) <= _SAME_TIME:

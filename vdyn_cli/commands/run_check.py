@@ -1,4 +1,4 @@
-"""``vdyn check``: whether the runs of a test are good, as text, JSON or a page."""
+"""``vdyn check``: whether the runs of a test are usable, as text, JSON or a page."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ Tell = Callable[..., None]
 
 
 def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell) -> int:
-    """Check a test, print what is found, and give the exit code: 0 all runs are good, 1 one should be repeated.
+    """Check a test, print the result, and return the exit code: 0 all runs are good, 1 at least one must be repeated.
 
     Parameters
     ----------
-    output : ``-`` writes the JSON to stdout; a folder gets ``check.json`` and ``check.html``; empty: text only.
+    output : ``-``: JSON to stdout instead of the text; a folder: also ``check.json`` and ``check.html``; empty: text.
+    tell : prints text.
 
     Raises
     ------
@@ -48,7 +49,7 @@ def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell
 
 
 def check_lines(document: CheckDocument) -> Iterator[str]:
-    """The text for a terminal, the answer first."""
+    """The text for a terminal, the conclusion first."""
     yield document.sentence
     yield ""
     wide = max(len(run_name(run.run)) for run in document.runs)
@@ -133,7 +134,7 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
 
 
 def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]:
-    """The pairs of all runs, one line where they agree or nothing is determined; one line for each run else."""
+    """Rows of the pairs: one for all runs if they agree or nothing is determined, else one per run."""
     groups: dict[tuple[str, str, bool | None], list[TiedPair]] = {}
     for pair in pairs:
         groups.setdefault((pair.first, pair.second, pair.good), []).append(pair)
@@ -160,7 +161,7 @@ def _percent(value: float | None) -> str:
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Columns of texts, aligned left, two spaces apart; columns without any text are left out."""
+    """Lines of left-aligned columns, two spaces apart, without columns that have no text."""
     used = [i for i in range(len(header)) if any(row[i] for row in rows)]
     lines = [tuple(header[i] for i in used), *(tuple(row[i] for i in used) for row in rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(used))]

@@ -1,4 +1,4 @@
-"""``vdyn compare``: which parameters of two results moved, as a table for a terminal or as JSON."""
+"""``vdyn compare``: significant changes of parameters between two results, as a table for a terminal or as JSON."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vdyn_cli.quantities.result_schema import ComparisonDocument
 
 
 def run_compare(old: Path, new: Path, as_json: bool) -> tuple[str, int]:
-    """The comparison as text and the exit code: 0 no parameter moved, 1 one did.
+    """The comparison as text, and the exit code: 0 no parameter moved, 1 at least one did.
 
     Raises
     ------
-    InputError : a file cannot be read or is no parameter file, or both have no parameter in common.
+    InputError : a file cannot be read or is not a parameter file, or the files have no parameter in common.
     """
     document = compare_documents(read_document(old), read_document(new), (str(old), str(new)))
     text = to_json(document.model_dump(mode="json")) if as_json else "\n".join(comparison_lines(document)) + "\n"
@@ -26,7 +26,7 @@ def run_compare(old: Path, new: Path, as_json: bool) -> tuple[str, int]:
 
 
 def comparison_lines(document: ComparisonDocument) -> Iterator[str]:
-    """The text for a terminal, the answer first."""
+    """The text for a terminal, the conclusion first."""
     yield document.sentence
     yield ""
     header = ("parameter", "unit", "old", "new", "difference", "standard error", "z", "moved")
@@ -54,7 +54,7 @@ def comparison_lines(document: ComparisonDocument) -> Iterator[str]:
 
 
 def _with_half(value: float, interval: tuple[float, float]) -> str:
-    """A value and half its 95 % interval; the ends where they are unlike."""
+    """A value and the half-width of its 95 % interval; the interval's ends if it is not symmetric."""
     low, high = value - interval[0], interval[1] - value
     half = 0.5 * (low + high)
     if not half > 0:

@@ -1,4 +1,4 @@
-"""`vdyn test-plugin`: does an effect, a step or a reader keep its contract?"""
+"""`vdyn test-plugin`: check whether an effect, a step or a reader fulfills its contract."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def run_contract_checks(name: str, example: Path | None, known: tuple[Path, ...]
 
     Parameters
     ----------
-    example : a step's description, or a log of a reader's format; for an effect the description of a test whose model
-        can take it, unless one of vdyn's models does.
+    example : a step's description, or a log of a reader's format; for an effect, the description of a test to whose
+        model it applies, needed only if it applies to no model of vdyn.
     known : parameter files that the description needs.
 
     Raises
     ------
-    InputError : nothing of that name, a package that cannot be imported, no example.
-    ResultError : the checks that fail, after the others have run.
+    InputError : the name is unknown, its package cannot be imported, or an example is needed.
+    ResultError : lists the failed checks, after all checks have run.
     """
     failed = []
     for kind, checks in _all_checks(name, example, known).items():

@@ -1,4 +1,4 @@
-"""`vdyn export`: read a parameter file, make the files of one format, write them all or none."""
+"""`vdyn export`: read a parameter file and write the files of one format, all or none."""
 
 from __future__ import annotations
 
@@ -19,15 +19,20 @@ Tell = Callable[..., None]
 def run_export(
     path: Path, form: str, folder: Path, name: str, driven: str, tell: Tell, differential: str = "open"
 ) -> None:
-    """Write the files of one format into ``folder``; nothing is written before all are made.
+    """Write the files of one format into ``folder``, after all of them are computed.
+
+    Parameters
+    ----------
+    form : a key of ``FORMATS``. name, driven, differential : as in ``ExportOptions``. tell : prints a line.
 
     Raises
     ------
-    InputError : no parameter file, no such format, missing parameters, a name that is not an identifier.
+    InputError : not a parameter file, no such format, missing parameters, or a name that is not an identifier.
     """
-    # In C, in MATLAB and in an FMU the name is an identifier.
+    # The name is an identifier in C, in MATLAB and in an FMU.
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", name):
-        raise InputError(Finding("--name", "is not a letter followed by letters, digits or _, 31 at most", repr(name)))
+        what = "must be a letter followed by at most 30 letters, digits or underscores"
+        raise InputError(Finding("--name", what, repr(name)))
     axle = next((way for way in get_args(Driven) if way == driven), None)
     if axle is None:
         raise InputError(Finding("--driven", "is not an axle", repr(driven), f"write {', '.join(get_args(Driven))}"))

@@ -1,4 +1,4 @@
-"""``vdyn init``: a first description of unknown logs."""
+"""``vdyn init``: draft of a description for unknown logs."""
 
 from __future__ import annotations
 
@@ -14,19 +14,23 @@ from vdyn_cli.steps import load_step, names
 
 Tell = Callable[..., None]
 
-_MOST_NAMED = 6  # logs that are left out; of more the number is said
+_MOST_NAMED = 6  # left-out logs to name; of the others the number is stated
 
 
 def run_init(step: str, logs: Sequence[Path], output: str, tell: Tell) -> None:
-    """Write the draft to stdout, or to a new file for an output other than ``-``, and say what is left to decide.
+    """Write the draft to stdout, or to a new file for an output other than ``-``, and list what is left to decide.
+
+    Parameters
+    ----------
+    tell : prints a line.
 
     Raises
     ------
-    InputError : no such step, no log among the files, one that does not exist, or an output that exists.
+    InputError : no such step, none of the files is a log, a file does not exist, or the output exists already.
     """
     closest_topic(step, names(), "step")
     if output != "-" and Path(output).exists():
-        raise InputError(Finding(output, "exists, and is not overwritten", remedy="name another file with -o"))
+        raise InputError(Finding(output, "exists already and is not overwritten", remedy="name another file with -o"))
     folder = Path.cwd() if output == "-" else Path(output).parent
     draft = draft_description(load_step(step), logs, folder)
     if output == "-":

@@ -1,4 +1,4 @@
-"""The steps of a test day in order; each reuses its earlier result where nothing that it reads has changed."""
+"""``vdyn pipeline``: run the steps of a test day in order; a step is reused if none of its inputs has changed."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell:
     Parameters
     ----------
     keep_going : after a failure, run the steps that do not need the failed one.
-    jobs : steps to run side by side.
+    jobs : number of steps to run in parallel.
     tell : prints a line.
 
     Raises
     ------
-    InputError : the pipeline's own description is wrong, or another run writes into the folder; the failure of a step
-        is reported, not raised.
+    InputError : the pipeline's description is wrong, or another run writes into the folder; a failed step is reported,
+        not raised.
     """
     from vdyn_cli.report.html import render_pipeline
 
@@ -43,7 +43,7 @@ def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell:
         clean(folder)
         outcomes = _run(tasks, folder, keep_going, jobs, _narrator(tell, len(tasks)))
         found = parameter_set(spec, source, outcomes)
-        # The page belongs to the parameters: at no moment does it show others.
+        # Written together, so that the page always shows the parameters of the JSON.
         page, document = render_pipeline(found), to_json(found.document)
         write_together({folder / "parameters.json": document, folder / "report.html": page})
     _say_summary(found, folder, tell)
@@ -83,7 +83,7 @@ def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narra
 
 
 def attempt_step(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool) -> StepOutcome:
-    """Run, reuse or skip one step, given how the steps before it ended.
+    """Run, reuse or skip one step, depending on the outcomes of the steps before it.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def attempt_step(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, 
         return earlier
     try:
         write_step(task.name, task.path, known, folder, task.level)
-        # Read back, so that the page shows the same whether the step ran now or earlier.
+        # Read back, so that the page is the same for a step that ran now and one that is reused.
         record, section, digest = _written(folder, task.name)
         return StepOutcome(task.name, "done", record, section, digest=digest)
     except MissingParameterError as error:
@@ -113,26 +113,25 @@ def attempt_step(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, 
         return replace(_failure(task, error), section=section, refused=error.record)
     except VdynError as error:
         return _failure(task, error)
-    except Exception as error:  # a bug in one step must not cost the day's other results
+    except Exception as error:  # a bug in one step must not prevent the results of the others
         finding = Finding(task.name, f"vdyn has a bug: {type(error).__name__}: {error}")
         return StepOutcome(task.name, "failed", reason="stopped by a bug in vdyn", problems=(finding,), exit_code=70)
 
 
 def _failure(task: Task, error: VdynError) -> StepOutcome:
-    reason = "the input is wrong" if isinstance(error, InputError) else "no result that can be published"
+    reason = "the input is wrong" if isinstance(error, InputError) else "the result cannot be published"
     return StepOutcome(task.name, "failed", reason=reason, problems=error.findings, exit_code=error.exit_code)
 
 
 def _written(folder: Path, name: str) -> tuple[StepRecord, str, str]:
-    """What stands in the folder of a step: its record; its section, empty where record, page and section were not
-    written together; and the sha256 of the JSON."""
+    """Record, section and sha256 of the JSON in a step's folder; the section is empty if the files do not match."""
     section = read_section(folder, name) or ""
     record, digest = read_record(folder / f"{name}.json")
     return record, section, digest
 
 
 def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> StepOutcome | None:
-    """The earlier result where the same program made it from the same bytes, else None."""
+    """The earlier result if the same program version computed it from the same inputs, else None."""
     try:
         record, section, result = _written(folder, task.name)
         made = record.provenance
@@ -144,7 +143,7 @@ def _unchanged(task: Task, folder: Path, known: tuple[Path, ...]) -> StepOutcome
             and all(sha256(by_name.get(n, task.path.parent / n)) == digest for n, digest in made.inputs.items())
         )
         return StepOutcome(task.name, "reused", record, section, digest=result) if same and section else None
-    except Exception:  # no earlier result, an edited one, or one that this version did not write: it is computed anew
+    except Exception:  # no earlier result, an edited one, or one of another version: computed again
         return None
 
 

@@ -1,4 +1,4 @@
-"""One step as a command: run it, print its result, write JSON and report."""
+"""The command of a step: run it, print its result, write JSON and report."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class StepRun:
 
     Parameters
     ----------
-    record : its result. place : where it is written, as text. refused : the error of a result that is not published.
+    record : its result. place : files of the result, as text. refused : the error of a result that is not published.
     """
 
     record: StepRecord
@@ -36,12 +36,12 @@ class StepRun:
 
 
 def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, level: float | None) -> StepRun:
-    """Run a step and write ``DIR/name.json`` and ``DIR/name.html``, or the JSON on stdout for ``-``.
+    """Run a step and write ``DIR/name.json`` and ``DIR/name.html``, or, for ``-``, the JSON to stdout.
 
     Parameters
     ----------
     output : the folder, or ``-``.
-    level : probability of a false alarm of the diagnosis; None leaves it out.
+    level : false-alarm probability of the diagnosis; None: no diagnosis.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, 
 
 
 def tell_step(run: StepRun, tell: Tell) -> None:
-    """Print where a step's files are, and its result.
+    """Print the paths of a step's files, and its result.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def tell_step(run: StepRun, tell: Tell) -> None:
 
     Raises
     ------
-    RefusedResultError : the result is not published; report and JSON say why, and hold no parameters.
+    RefusedResultError : the result is not published; report and JSON state the reason and contain no parameters.
     """
     if run.place:
         tell(run.place)
@@ -109,15 +109,16 @@ def write_step(
     level: float | None,
     lock: Callable[[Path], AbstractContextManager[object]] = nullcontext,
 ) -> StepRecord:
-    """Run a step and write its report and JSON; of a result that is not published, with the reason.
+    """Run a step and write its report and JSON; for a result that is not published, with the reason.
 
     Parameters
     ----------
-    lock : (folder) -> keeps the folder while the results are written; the pipeline keeps it all the time.
+    level : false-alarm probability of the diagnosis; None: no diagnosis.
+    lock : (folder) -> context that locks it while the results are written; a pipeline locks it during the whole run.
 
     Raises
     ------
-    InputError : as ``execute`` raises it. RefusedResultError : likewise, after the files were written.
+    InputError : from ``execute``. RefusedResultError : from ``execute``, after the files are written.
     """
     try:
         record = execute(name, path, known_files, level)

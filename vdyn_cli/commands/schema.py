@@ -1,4 +1,4 @@
-"""JSON schemas: of each test description, for completion in editors, and of the result files, for scripts."""
+"""JSON schemas of test descriptions, for completion in editors, and of result files, for scripts."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _step_schema(name: str) -> dict[str, Any]:
 
 
 def _with_vehicle_file(schema: dict[str, Any]) -> dict[str, Any]:
-    """The vehicle may stand in a file of its own."""
+    """The schema in which ``vehicle`` may also be the name of a file."""
     vehicle = schema["properties"]["vehicle"]
     ways = [{"$ref": "#/$defs/Vehicle"}, {"type": "string", "description": "a YAML file with these keys"}]
     schema["properties"]["vehicle"] = {**{k: v for k, v in vehicle.items() if k != "$ref"}, "anyOf": ways}

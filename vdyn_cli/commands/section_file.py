@@ -1,7 +1,7 @@
-"""The results of a step in its folder: JSON, page, and the section of the pipeline's page, which belong together.
+"""The files of a step's result: JSON, page, and the section for the pipeline's page, which belong together.
 
-The section holds figures and tables that the JSON does not, for pipelines that reuse the step. Its first line names the
-sha256 of all three, so that an edited or mixed result is noticed and computed anew.
+The section contains figures and tables that the JSON does not have, for pipelines that reuse the step. Its first line
+states the sha256 of all three, so that an edited or mixed result is detected and computed again.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ FOLDER = ".sections"
 
 
 def write_results(folder: Path, name: str, document: str, page: str, section: str) -> None:
-    """Write JSON, section and page of a step; at no moment does a page stand beside another result's JSON.
+    """Write JSON, section and page of a step together, so that none is ever next to those of another result.
 
-    Assumes that the caller holds the folder (``section_lock``, or the lock of a pipeline).
+    Assumes that the caller has locked the folder (``section_lock``, or the lock of a pipeline).
 
     Raises
     ------
@@ -37,24 +37,24 @@ def write_results(folder: Path, name: str, document: str, page: str, section: st
 
 @contextmanager
 def section_lock(folder: Path) -> Iterator[None]:
-    """Keep the folder for the results of one step.
+    """Context that locks the folder for the results of one step.
 
     Raises
     ------
-    InputError : a pipeline writes there, or the folder cannot be made.
+    InputError : a pipeline writes there, or the folder cannot be created.
     """
     with step_lock(folder, folder / FOLDER):
         yield
 
 
 def clean(folder: Path) -> None:
-    """Remove what killed writers left, in a folder that the caller holds."""
+    """Remove temporary files of killed processes from a folder that the caller has locked."""
     remove_temporaries(folder)
     remove_temporaries(folder / FOLDER)
 
 
 def read_section(folder: Path, name: str) -> str | None:
-    """The section of the step's result in the folder; None where JSON, page and section are not those written together.
+    """The section of the step's result in the folder; None if JSON, page and section were not written together.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Documents on stdout, in UTF-8."""
+"""Output of documents to stdout in UTF-8."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 
 def write_out(text: str) -> None:
-    """Write to stdout in UTF-8, whatever encoding the terminal has.
+    """Write to stdout in UTF-8, whatever the terminal's encoding.
 
     Raises
     ------
-    InputError : stdout is closed or full. BrokenPipeError : its reader has ended.
+    InputError : stdout is closed or full. BrokenPipeError : the reading process has ended.
     """
     try:
         if sys.stdout is None:

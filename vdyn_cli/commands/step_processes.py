@@ -1,4 +1,4 @@
-"""Steps side by side, each in a process of its own: one that dies costs its own step only."""
+"""Parallel execution of steps, each in its own process, so that a crash affects only one step."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from typing import Any
 from vdyn_cli.project.pipeline import StepOutcome, Task
 from vdyn_cli.quantities.errors import Finding
 
-WATCH = 0.3  # s between two looks whether the pipeline still runs
-# Loaded before the processes are made, which would otherwise each load them: 0.5 s a process.
+WATCH = 0.3  # s, interval at which a process checks that the pipeline still runs
+# Loaded before the processes are forked; each would otherwise load them in 0.5 s.
 SHARED = ("pandas", "scipy.optimize", "scipy.stats", "jinja2", "llvmlite.binding")
 Attempt = Callable[[Task, Mapping[str, StepOutcome]], StepOutcome]
 
 
 def side_by_side(tasks: Sequence[Task], jobs: int, attempt: Attempt) -> Iterator[tuple[StepOutcome, float]]:
-    """The outcome of each step and its time, s, as they end; none of them outlives the caller.
+    """Yield the outcome of each step and its time, s, when it ends; no process outlives the caller.
 
     Parameters
     ----------
-    jobs : steps to run at a time.
-    attempt : (task, outcomes of the steps that have ended) -> outcome; can be pickled.
+    jobs : number of steps to run in parallel.
+    attempt : (task, outcomes of the steps that have ended) -> outcome; must be picklable.
     """
     outcomes: dict[str, StepOutcome] = {}
     waiting = list(tasks)
@@ -44,7 +44,7 @@ def side_by_side(tasks: Sequence[Task], jobs: int, attempt: Attempt) -> Iterator
                 arguments = (sender, attempt, task, dict(outcomes), os.getpid())
                 started = multiprocessing.Process(target=_child, args=arguments, daemon=True)
                 started.start()
-                sender.close()  # else the end of the process would not close the pipe
+                sender.close()  # otherwise the end of the process would not close the pipe
                 running[receiver] = task, started, time.perf_counter()
             for ended in wait(list(running)):
                 task, process, start = running.pop(ended)
@@ -59,12 +59,12 @@ def side_by_side(tasks: Sequence[Task], jobs: int, attempt: Attempt) -> Iterator
 
 def _load_shared() -> None:
     for name in SHARED:
-        with suppress(ImportError, OSError):  # what is missing, the step that needs it says
+        with suppress(ImportError, OSError):  # the step that needs a missing package reports it
             import_module(name)
 
 
 def _received(receiver: Any, task: Task, process: BaseProcess) -> StepOutcome:
-    """What a process sent, or that it ended without a result."""
+    """The outcome that a process sent; a failure if it ended without one."""
     outcome: StepOutcome | None = None
     with receiver, suppress(EOFError, OSError):
         outcome = receiver.recv()
@@ -74,12 +74,12 @@ def _received(receiver: Any, task: Task, process: BaseProcess) -> StepOutcome:
     code = process.exitcode or 0
     why = f"signal {-code}" if code < 0 else f"exit code {code}"
     remedy = "run the pipeline again: it reuses the steps that are done"
-    finding = Finding(task.name, f"its process ended without a result ({why}), killed or out of memory", remedy=remedy)
-    return StepOutcome(task.name, "failed", reason="its process was ended", problems=(finding,), exit_code=70)
+    finding = Finding(task.name, f"its process ended without a result ({why}): killed, or out of memory", remedy=remedy)
+    return StepOutcome(task.name, "failed", reason="its process was killed", problems=(finding,), exit_code=70)
 
 
 def _child(sender: Connection, attempt: Attempt, task: Task, outcomes: Mapping[str, StepOutcome], parent: int) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pipeline ends its processes itself
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pipeline kills its processes on an interrupt
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     with sender:
@@ -87,7 +87,7 @@ def _child(sender: Connection, attempt: Attempt, task: Task, outcomes: Mapping[s
 
 
 def _end_with(parent: int) -> None:
-    """End this process when its parent has ended, however that ended."""
+    """End this process when its parent has ended for any reason."""
     while os.getppid() == parent:
         time.sleep(WATCH)
     os._exit(1)
