@@ -1,1 +1,1 @@
-"""Test descriptions: YAML text with its lines, read into typed objects."""
+"""Test descriptions: reading of YAML, with line numbers, to typed objects."""

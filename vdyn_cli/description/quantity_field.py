@@ -20,9 +20,9 @@ class Strict(BaseModel):
 
 @dataclass(frozen=True)
 class Si:
-    """Marks a field as a quantity: ``Annotated[Given, Si("m/s")]`` reads ``70 km/h`` and holds SI.
+    """Marks a field as a quantity: ``Annotated[Given, Si("m/s")]`` reads ``70 km/h`` and stores SI.
 
-    ``lower`` and ``upper`` bound the SI value.
+    ``lower`` and ``upper`` limit the SI value.
     """
 
     unit: str
@@ -57,7 +57,7 @@ class Si:
 
 
 def _plain(value: Any) -> bool:
-    """Whether a value of a description is a number without a unit."""
+    """Whether a value of a description is a finite number without a unit."""
     try:
         return math.isfinite(float(value))
     except (TypeError, ValueError):
@@ -74,5 +74,5 @@ def si(quantity: Quantity) -> Si:
 
 
 def described(quantity: Quantity) -> str:
-    """Meaning and unit of a quantity, the description of its key: ``"vehicle mass as tested, kg"``."""
+    """Meaning and unit of a quantity, as the description of its key: ``"vehicle mass as tested, kg"``."""
     return f"{quantity.meaning}, {quantity.unit or 'dimensionless'}"

@@ -1,4 +1,4 @@
-"""What is wrong in a description, in the words of its keys."""
+"""Messages about errors in a description, in terms of its keys."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ HOMES: tuple[Location, ...] = (("vehicle",), ("environment",), ("settings",), RU
 
 
 def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) -> Finding:
-    """What is wrong with a value, by the key that holds it, with the remedy.
+    """The message for a validation error, with the line of its key and the remedy.
 
     Parameters
     ----------
-    detail : of the validation. source : where each key stands. model : of the whole description.
+    detail : the error from pydantic. source : the description with its lines. model : of the whole description.
     """
     location = location_of(detail)
     key = ".".join(str(p) for p in location) or "the description"
@@ -40,7 +40,7 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     if kind == "missing":
         return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
     if kind in ("model_type", "dict_type"):
-        remedy = "write its keys, or remove it"
+        remedy = "write it with its keys, or remove it"
         if isinstance(detail["input"], str) and location[:-1] == ("runs",):
             remedy = f"write '{{log: {detail['input'][:60]}}}'"
         return Finding(where, f"'{key}' must be a mapping of keys to values", got, remedy)
@@ -53,12 +53,12 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
 
 
 def location_of(detail: ErrorDetails) -> Location:
-    """The keys that lead to a wrong value, without the names of a union's branches."""
+    """The path of keys to a wrong value, without the names of union branches."""
     return tuple(part for part in detail["loc"] if not _is_branch(part))
 
 
 def _is_branch(part: str | int) -> bool:
-    """Pydantic puts the names of union branches into an error's location."""
+    """Whether a part of an error's location is the name of a union branch, which pydantic adds."""
     return isinstance(part, str) and (
         part.startswith(("literal[", "list[", "dict[", "function-", "nullable"))
         or part in ("str", "float", "int", LOGGED, KNOWN)
@@ -75,7 +75,7 @@ def _closest(name: str, known: list[str]) -> str:
 
 
 def fields_at(model: Any, location: Location) -> list[str]:
-    """The keys that the model knows at a place in the description."""
+    """The keys that the model allows at a location in the description."""
     for part in location:
         models = [m for m in _models(model) if isinstance(part, int) or part in m.model_fields]
         if isinstance(part, int):
@@ -98,7 +98,12 @@ def _models(annotation: Any) -> list[type[BaseModel]]:
 def check_channels(
     channels: Iterable[str], known: Mapping[str, Quantity], source: YamlSource, at: Location
 ) -> list[Finding]:
-    """Findings for channels that the step does not know; units are checked where the log is read."""
+    """Findings on channels that the step does not know; units are checked when the log is read.
+
+    Parameters
+    ----------
+    channels : names in the description. known : channels of the step. at : location of the channels.
+    """
     return [
         Finding(source.where((*at, name)), f"unknown channel '{name}'", remedy=_closest(name, list(known)))
         for name in channels

@@ -1,4 +1,4 @@
-"""Descriptions as checked models, whole or as far as they are right."""
+"""Loading of descriptions as validated models, completely or without their wrong keys."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.quantities.errors import Finding, InputError
 
 S = TypeVar("S", bound=BaseModel)
-MARK = "?"  # of what 'vdyn init' leaves to the user
-MOST_ROUNDS = 5  # of leaving wrong keys out: a check of the whole sees only what is right in its parts
+MARK = "?"  # written by 'vdyn init' for a value that the user must decide
+MOST_ROUNDS = 5  # of removing wrong keys: validation checks a whole only after all its parts are valid
 
 
 def load_spec(path: Path, model: type[S]) -> tuple[S, YamlSource]:
-    """Read a description and check it against its model, naming file and line of everything that is wrong.
+    """Read a description and validate it with its model.
 
     ``vehicle: vehicle.yaml`` is replaced by that file's content.
 
     Raises
     ------
-    InputError : with every problem of the file.
+    InputError : lists every problem of the file with its line.
     """
     source = with_vehicle_file(load_yaml(path))
     return validate(source, model), source
@@ -33,12 +33,12 @@ def load_spec(path: Path, model: type[S]) -> tuple[S, YamlSource]:
 
 @dataclass(frozen=True)
 class PartialSpec(Generic[S]):
-    """A description as far as it is right, so that its logs can be checked in the same round as the description.
+    """A description without its wrong keys, so that its logs can be checked together with it.
 
     Parameters
     ----------
-    spec : without the keys that are wrong; None where it makes no description without them.
-    problems : of the description. dropped : places of the keys that are left out.
+    spec : without the wrong keys; None if it is not valid without them.
+    problems : of the description. dropped : locations of the removed keys.
     """
 
     spec: S | None
@@ -48,11 +48,11 @@ class PartialSpec(Generic[S]):
 
 
 def load_partial(path: Path, model: type[S]) -> PartialSpec[S]:
-    """Read a description, leaving out what is wrong in it.
+    """Read a description and remove its wrong keys.
 
     Raises
     ------
-    InputError : the file is no YAML mapping.
+    InputError : the file is not a YAML mapping.
     """
     source, problems = load_yaml(path), list[Finding]()
     data = source.data
@@ -79,10 +79,10 @@ def load_partial(path: Path, model: type[S]) -> PartialSpec[S]:
 
 
 def _droppable(data: Any, at: Location) -> Location:
-    """The smallest part around a wrong place that can be left out; nothing where that is the whole description.
+    """Location of the smallest part around a wrong value that can be removed; () for the whole description.
 
-    What is missing is left out with what lacks it, an entry of a list with its list, so that other entries keep their
-    places.
+    For a missing key it is the mapping that lacks it; for an entry of a list it is the list, so that the indices of
+    other entries do not change.
     """
     there: Any = data
     for depth, part in enumerate(at):
@@ -94,7 +94,7 @@ def _droppable(data: Any, at: Location) -> Location:
 
 
 def _without(data: Any, places: Collection[Location]) -> Any:
-    """The data without the values at some places."""
+    """The data without the values at some locations."""
     if isinstance(data, dict):
         inner = {n: {at[1:] for at in places if at[:1] == (n,)} for n in data}
         return {n: _without(v, inner[n]) for n, v in data.items() if () not in inner[n]}
@@ -108,7 +108,7 @@ class InvalidSpecError(InputError):
 
     Parameters
     ----------
-    places : location and finding of everything that is wrong.
+    places : location and finding of each error.
     """
 
     def __init__(self, places: Sequence[tuple[Location, Finding]]) -> None:
@@ -117,11 +117,11 @@ class InvalidSpecError(InputError):
 
 
 def validate(source: YamlSource, model: type[S]) -> S:
-    """Check a loaded description against a model.
+    """Validate a loaded description with a model.
 
     Raises
     ------
-    InputError : no mapping. InvalidSpecError : with everything that is wrong.
+    InputError : not a mapping. InvalidSpecError : lists all errors.
     """
     if not isinstance(source.data, dict):
         got = type(source.data).__name__
@@ -132,18 +132,19 @@ def validate(source: YamlSource, model: type[S]) -> S:
     except ValidationError as error:
         details = error.errors(include_url=False)
         within = {location_of(d)[:k] for d in details for k in range(len(location_of(d)))}
-        told = [d for d in details if not (isinstance(d["input"], list) and location_of(d) in within)]
-        told = [d for d in told if not any(location_of(d)[: len(at)] == at for at, _ in marks)]
-        other = {location_of(d) for d in told if d["type"] != "string_type"}  # of a union what is said of its numbers
-        told = [d for d in told if d["type"] != "string_type" or location_of(d) not in other]
-        raise InvalidSpecError([*marks, *((location_of(d), explained(d, source, model)) for d in told)]) from None
+        reported = [d for d in details if not (isinstance(d["input"], list) and location_of(d) in within)]
+        reported = [d for d in reported if not any(location_of(d)[: len(at)] == at for at, _ in marks)]
+        # For a union of text and number, only the error about the number is reported.
+        other = {location_of(d) for d in reported if d["type"] != "string_type"}
+        reported = [d for d in reported if d["type"] != "string_type" or location_of(d) not in other]
+        raise InvalidSpecError([*marks, *((location_of(d), explained(d, source, model)) for d in reported)]) from None
     if marks:
         raise InvalidSpecError(marks)
     return spec
 
 
 def _marked(data: Any, at: Location = ()) -> Iterator[Location]:
-    """Where the mark of ``vdyn init`` stands; of a channel's column or unit, the place of the channel."""
+    """Locations of the mark of ``vdyn init``; for a channel's column or unit, the location of the channel."""
     if data == MARK:
         yield at[:-1] if at[-1] in ("column", "unit") else at
     for part, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
@@ -151,13 +152,18 @@ def _marked(data: Any, at: Location = ()) -> Iterator[Location]:
 
 
 def _undecided(at: Location, source: YamlSource) -> Finding:
-    what = f"'{'.'.join(map(str, at))}' is not decided: it holds the \"{MARK}\" that 'vdyn init' writes"
+    what = f"'{'.'.join(map(str, at))}' is not decided: it still has the \"{MARK}\" from 'vdyn init'"
     remedy = f'write the value in place of "{MARK}", or remove the line if the test has no such value'
     return Finding(source.where(at), what, remedy=remedy)
 
 
 def with_vehicle_file(source: YamlSource) -> YamlSource:
-    """Put the content of the vehicle's own file in the place of its name."""
+    """Replace the name of a vehicle file under ``vehicle`` by the file's content.
+
+    Raises
+    ------
+    InputError : the vehicle file cannot be read.
+    """
     if not isinstance(source.data, dict) or not isinstance(source.data.get("vehicle"), str):
         return source
     name = source.data["vehicle"]

@@ -1,4 +1,4 @@
-"""Test descriptions: the strict YAML that says which logs, which channels, which vehicle, which settings."""
+"""Model of test descriptions: strict YAML that states logs, channels, vehicle and settings."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 
 
 class VehicleBase(Strict):
-    """What the user knows of the vehicle before the test."""
+    """Parameters of the vehicle that the user states."""
 
     def items(self) -> Iterator[tuple[str, Given]]:
-        """The quantities that were given."""
+        """Name and value of each stated quantity, SI."""
         for name in sorted(self.model_fields_set):
             value = getattr(self, name)
             if value is not None:
@@ -50,7 +50,7 @@ else:
 
 
 class Environment(Strict):
-    """The air on the day; dry air unless the density is given."""
+    """The air during the test; dry air if neither humidity nor density is stated."""
 
     temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(None, description="air temperature, K")
     pressure: Annotated[Given, si(PARAMETERS["pressure"])] | None = Field(None, description="air pressure, Pa")
@@ -58,19 +58,19 @@ class Environment(Strict):
 
 
 class Channel(Strict):
-    """Where one of our channels stands in a log: its column, unit, and sign convention."""
+    """Source of a channel in a log: column, unit, and sign convention."""
 
     column: str = Field(description="name of the column in the log's header")
     unit: str = Field(description="unit of the column, such as km/h; write 1 for a dimensionless column")
-    sign: Literal[1, -1] = Field(1, description="-1 where the logger's sign convention is the opposite of vdyn's")
+    sign: Literal[1, -1] = Field(1, description="-1 if the logger's sign convention is opposite to vdyn's")
     scale: float = Field(
         1.0, gt=0, description="factor that corrects the sensor's gain: the column's values are multiplied by it, 1"
     )
     group: str = Field(
         "",
-        description="group of the column where a file has several of its name; of time: the group that gives the clock",
+        description="group of the column if a file has several of this name; for time: the group with the clock",
     )
-    source: str = Field("", description="device or bus of the column where a file has several of this name")
+    source: str = Field("", description="device or bus of the column if a file has several of this name")
 
     @field_validator("unit", mode="before")
     @classmethod
@@ -80,9 +80,9 @@ class Channel(Strict):
 
 
 class KnownChannel(Strict):
-    """One of our channels that no logger recorded, since its value is known and the same throughout."""
+    """A channel that was not recorded, because its value is known and constant."""
 
-    constant: str | float = Field(description="value of the channel throughout, with its unit, such as 0 N")
+    constant: str | float = Field(description="constant value of the channel with its unit, such as 0 N")
 
 
 LOGGED, KNOWN = "logged channel", "known channel"  # the branches of a channel's source, in pydantic's locations
@@ -97,12 +97,12 @@ ChannelSource = Annotated[Annotated[Channel, Tag(LOGGED)] | Annotated[KnownChann
 
 
 def _grouped(levels: Any) -> Any:
-    """A single group of levels as a list of groups."""
+    """A list of groups of levels; a single group is put into a list."""
     return [levels] if isinstance(levels, list) and levels and not isinstance(levels[0], list) else levels
 
 
 class Reading(Strict):
-    """How a log file is written, where guessing is not wanted; ``clock: drop`` drops rows that step back."""
+    """Format of a log file, where detection fails; ``clock: drop`` drops rows whose time steps back."""
 
     delimiter: str | None = Field(None, description="character between columns; detected if not given")
     decimal: Literal[".", ","] | None = Field(None, description="decimal separator; detected if not given")
@@ -116,7 +116,7 @@ class Reading(Strict):
     split_times: Literal["elapsed", "intervals"] | None = Field(
         None,
         description="the logs are tables of speed levels and split times. elapsed: time since the first level; "
-        "intervals: time from the level of the row above",
+        "intervals: time since the level of the row above",
     )
     split_runs: Literal["columns", "rows"] = Field(
         "columns",
@@ -126,7 +126,7 @@ class Reading(Strict):
     levels: Annotated[list[list[Annotated[Given, Si("m/s", 0.0)]]], BeforeValidator(_grouped)] = Field(
         [],
         description="speed levels of a coast-down report that does not state them, m/s, such as [100 km/h, 90 km/h]; "
-        "groups of successive levels where runs passed different ones",
+        "a list of groups if runs have different levels",
     )
 
 
@@ -134,7 +134,7 @@ LONGEST_TEST = 1e7  # s, four months: more than a test with one set of tires and
 
 
 class Logger(Strict):
-    """One of several loggers that recorded the same run on clocks of their own."""
+    """One of several loggers that recorded the same run, each with its own clock."""
 
     channels: dict[str, ChannelSource] = Field(
         description="vdyn's channel name: column and unit of this logger's log, or a constant"
@@ -142,8 +142,8 @@ class Logger(Strict):
     reading: Reading = Field(Reading(), description="how this logger's files are written")
     delay: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
         None,
-        description="what this logger's clock shows less what the first logger's shows, s, where it is known (0 s: one "
-        "clock); left out: it is estimated",
+        description="time of this logger's clock minus that of the first logger's, s, if known (0 s: same clock); if "
+        "not given, it is estimated",
     )
 
 
@@ -163,36 +163,36 @@ class Run(Strict):
     log: str | None = Field(None, description="path of the log, from the folder of this description")
     logs: list[str] | None = Field(None, description="paths of one log per logger, in the order of 'loggers'")
     signs: dict[str, Literal[1, -1]] = Field(
-        {}, description="channel: -1 where its sign in this run is the opposite of that in the other runs"
+        {}, description="channel: -1 if its sign in this run is opposite to that in the other runs"
     )
     columns: dict[str, str] = Field(
-        {}, description="channel: its column in this run, where several runs stand in one table, such as {time: t2}"
+        {}, description="channel: its column in this run, if one table has several runs, such as {time: t2}"
     )
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
     start: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
         None,
-        description="start time of this log after the start of the first log, s; left out in all runs: by the logs' "
-        "times where they are of one clock, else as if the runs were driven in this order without a pause (logs of "
-        "more than 10 min: each a trip of its own)",
+        description="start of this log after the start of the first log, s; if not given in any run: from the logs' "
+        "times if they are from one clock, else the runs are assumed to follow each other in this order without a "
+        "pause (logs of more than 10 min: separate trips)",
     )
     temperature: Annotated[Given, si(PARAMETERS["temperature"])] | None = Field(
-        None, description="air temperature during this run where it differs from the environment's, K"
+        None, description="air temperature during this run if it differs from the environment's, K"
     )
     wind_speed: Annotated[Given, si(CHANNELS["wind_speed"])] | None = Field(
-        None, description="mean wind against the motion during this run, measured beside the track, m/s"
+        None, description="mean headwind during this run, measured beside the track, m/s"
     )
     crosswind: Annotated[Given, Si("m/s", 0, 60)] | None = Field(
-        None, description="mean wind across the road during this run, measured beside the track, m/s"
+        None, description="mean crosswind during this run, measured beside the track, m/s"
     )
     from_time: Annotated[Given, Si("s")] | None = Field(None, description="samples from this time on are used, s")
     to_time: Annotated[Given, Si("s")] | None = Field(None, description="samples up to this time are used, s")
     cuts: Literal["automatic", "none"] | list[Segment] = Field(
         "automatic",
         description="samples to leave out. automatic: those that fail a quality test; none; or a list of segments, "
-        "such as [{channel: speed, from: 12 s, to: 15 s}], which are cut instead of those that fail a test",
+        "such as [{channel: speed, from: 12 s, to: 15 s}], which replaces the automatic cuts",
     )
     keep: list[Segment] = Field(
-        [], description="segments that are not cut although they fail a quality test, as a list like that of 'cuts'"
+        [], description="segments that are not cut although they fail a quality test; a list as for 'cuts'"
     )
 
     @model_validator(mode="after")
@@ -212,22 +212,22 @@ class Run(Strict):
 
 
 class Diagnose(Strict):
-    """Which candidate effects to test, and whether the model may be extended by the effects that are named."""
+    """Candidate effects to test, and effects by which the model may be extended."""
 
     effects: Literal["all", "none"] | list[str] = Field(
         "all", description="candidate effects to test: all, none, or a list such as [headwind]"
     )
     extend: Literal["never", "named", "learned"] | list[str] = Field(
         "named",
-        description="effects to add to the model: never any; named: those of the catalogue that are named, and a law "
-        "learned from the data where the logs contradict the fit without one; learned: also other learned laws; or a "
-        "list of requested effects",
+        description="effects to add to the model. never: none; named: effects of the catalog that the diagnosis names, "
+        "and a law learned from the data if the logs contradict the fit without one; learned: also other learned "
+        "laws; or a list of requested effects",
     )
     matters: dict[str, str | float] = Field(
         {},
-        description="what matters, by name: the main output in its unit (rms change) and parameters in their unit or "
-        "in % of their value, such as {speed: 0.05 m/s, rolling_resistance: 1 %}. A finding that changes all of them "
-        "by less is a note, and the verdict is adequate. Default: a tenth of the output's noise floor and of each "
+        description="smallest change that matters, by name: of the main output in its unit (rms) and of parameters in "
+        "their unit or in % of their value, such as {speed: 0.05 m/s, rolling_resistance: 1 %}. A finding with smaller "
+        "changes is a note, and the verdict is adequate. Default: a tenth of the output's noise floor and of each "
         "parameter's half interval",
     )
 
@@ -258,26 +258,26 @@ class Diagnose(Strict):
 
 
 class TestSpec(Strict):
-    """What every test description has; a step adds its own settings by deriving from it."""
+    """The keys of every test description; a step derives its model from it and adds settings."""
 
     test: str = Field(description="the step that evaluates this test")
     title: str = Field("", description="title of the report")
     vehicle: Vehicle = Field(Vehicle(), description="known parameters of the vehicle, or a YAML file of them")
     environment: Environment = Field(Environment(), description="the air during the test")
-    reading: Reading = Field(Reading(), description="how the log files are written, where detection fails")
+    reading: Reading = Field(Reading(), description="format of the log files, if detection fails")
     channels: dict[str, ChannelSource] = Field(
         {}, description="vdyn's channel name: column and unit of the logs, or a constant such as {constant: 0 N}"
     )
     loggers: list[Logger] = Field([], description="several loggers of the same runs, each with its channels and clock")
     align_on: str | Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
         None,
-        description="what aligns the loggers' clocks: a channel of all loggers, or a list of the first logger's "
-        "channel and the other's, such as [speed, acceleration]; left out: the pair that tells the clocks best",
+        description="channel that aligns the loggers' clocks: a channel of all loggers, or a list of the first logger's"
+        " and the other's, such as [speed, acceleration]; if not given: the pair with the smallest standard error",
     )
     runs: list[Run] = Field([], description="the runs, one entry each")
     diagnose: Diagnose = Field(Diagnose(), description="which model errors to test, and whether to extend the model")
     plan: dict[str, str | float] = Field(
         {},
-        description="what 'vdyn plan' assumes of a day without logs, such as {speed_noise: 0.05 m/s, rate: 10 Hz}; "
+        description="values that 'vdyn plan' assumes without logs, such as {speed_noise: 0.05 m/s, rate: 10 Hz}; "
         "'vdyn plan' lists every key with its value",
     )

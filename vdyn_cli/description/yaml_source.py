@@ -1,4 +1,4 @@
-"""YAML as data with the line of every key: safe against alias bombs, absurd nesting and repeated keys."""
+"""YAML as data with the line of every key; refuses alias bombs, deep nesting and repeated keys."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ MAX_NODES = 50_000
 
 @dataclass(frozen=True)
 class YamlSource:
-    """A YAML file's data, where each value stands (``coast.yaml:12``), and further files put into it.
+    """A YAML file's data, the place of each value (``coast.yaml:12``), and the files included in it.
 
-    ``digests`` are the sha256 of the bytes read of each file.
+    ``digests`` are the sha256 of each file.
     """
 
     path: Path
@@ -36,7 +36,7 @@ class YamlSource:
     digests: Mapping[Path, str] = field(default_factory=dict)
 
     def where(self, location: Location) -> str:
-        """The place of a value, or of the nearest thing around it that the file holds."""
+        """The place (file and line) of a value; if the file does not have it, of the nearest part around it."""
         for end in range(len(location), -1, -1):
             place = self.lines.get(location[:end])
             if place:
@@ -49,8 +49,8 @@ def load_yaml(path: Path) -> YamlSource:
 
     Raises
     ------
-    InputError : missing, too large, not UTF-8, not YAML, nested or aliased beyond reason, a key given twice; a file of
-        another kind, such as a log.
+    InputError : the file is missing, too large, not UTF-8, not YAML, nested too deeply, expands to too many values, has
+        a repeated key, or is of another kind, such as a log.
     """
     named_so = path.suffix.lower() in _SUFFIXES or not _is_file(path)
     try:
@@ -103,7 +103,7 @@ def _line(path: Path, mark: Any) -> str:
 
 
 def _read_text(path: Path) -> tuple[str, str]:
-    """The text, and the sha256 of its bytes."""
+    """The text of a file, and the sha256 of its bytes."""
     try:
         data = read_regular(path, MAX_BYTES)
         return data.decode("utf-8-sig"), sha256(data).hexdigest()
@@ -130,7 +130,7 @@ def _neighbors(path: Path) -> str:
 
 
 def _refuse_bombs(text: str, path: Path) -> None:
-    """Look at the stream of events, which needs no recursion, before anything is built."""
+    """Check depth and size on the stream of events, which needs no recursion, before any object is built."""
     depth = 0
     for nodes, event in enumerate(yaml.parse(text, Loader=yaml.SafeLoader)):
         if isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
@@ -143,7 +143,7 @@ def _refuse_bombs(text: str, path: Path) -> None:
 
 
 class _Walker:
-    """Builds plain data from the node graph, counting what aliases expand to."""
+    """Builds plain data from the node graph, and counts the values to which aliases expand."""
 
     def __init__(self, path: Path, loader: yaml.SafeLoader) -> None:
         self.path, self.loader = path, loader
