@@ -91,3 +91,43 @@ def test_a_slower_drive_is_in_the_same_unit_where_its_torque_agrees() -> None:
     assert not list(other_units([drive(k, f, 1.0) for k, f in enumerate((1.0, mph, 1.0, 1.0))]))
     (finding,) = other_units([drive(k, 1.0, u) for k, u in enumerate((1.0, mph, 1.0, 1.0))])
     assert finding.where.startswith("run_1.csv")
+
+
+def logged(folder: Path, name: str, unit: str, factor: float) -> str:
+    begin = 20.0 + 0.1 * int(name[1])
+    rows = (f"{t:.1f},{factor * (begin - 0.25 * t):.3f}" for t in np.arange(0.0, 60.0, 0.1))
+    (folder / name).write_text("\n".join([f"Time [s],Speed [{unit}]", *rows]) + "\n")
+    return name
+
+
+def mixed(folder: Path, more: str) -> Path:
+    """Four coasts, the third in mph by a column of its own; ``more`` is added to its run."""
+    names = [logged(folder, f"c{k}.csv", *(("mph", 2.236936) if k == 2 else ("km/h", 3.6))) for k in range(4)]
+    own = f', columns: {{speed: "Speed [mph]"}}{more}'
+    runs = [f"{{log: {name}{own if k == 2 else ''}}}" for k, name in enumerate(names)]
+    (folder / "c.yaml").write_text(
+        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 50 kg, frontal_area: 2.2 m^2}\n"
+        "environment: {temperature: 24 degC, pressure: 99 kPa}\nchannels:\n  time: {column: 'Time [s]', unit: s}\n"
+        "  speed: {column: 'Speed [km/h]', unit: km/h}\nruns:\n" + "".join(f"  - {r}\n" for r in runs)
+    )
+    return folder / "c.yaml"
+
+
+def test_a_run_has_a_unit_of_its_own(tmp_path: Path) -> None:
+    logs = gather(load_step("coastdown"), mixed(tmp_path, ", units: {speed: mph}")).logs
+    np.testing.assert_allclose(logs[2]["speed"] - 0.1, logs[1]["speed"], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ("", r"another unit 'mph'(?s:.*)write 'units: \{speed: mph\}' at this run"),
+        (", units: {speed: furlong}", r"c.yaml:10: .*'furlong' is not a unit of the same kind"),
+        (", units: {position: m}", r"channel 'position' is not mapped"),
+        (", units: {speed: km/h}", r"write 'units: \{speed: mph\}' at this run if its file is in mph"),
+    ],
+)
+def test_a_run_whose_file_states_another_unit_is_refused(more: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=message) as refused:
+        gather(load_step("coastdown"), mixed(tmp_path, more))
+    assert len(refused.value.findings) == 1

@@ -168,6 +168,9 @@ class Run(Strict):
     columns: dict[str, str] = Field(
         {}, description="channel: its column in this run, if one table has several runs, such as {time: t2}"
     )
+    units: dict[str, str] = Field(
+        {}, description="channel: its unit in this run, where its log is in another unit than those of the other runs"
+    )
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
     start: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
         None,

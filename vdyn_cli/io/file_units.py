@@ -11,6 +11,7 @@ from vdyn_cli.quantities.unit_grammar import written_powers
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
 _DEGREES = str.maketrans({"℃": "°C", "℉": "°F"})
+OTHER_UNIT = "correct the unit in the description, or make sure that the file's is wrong"  # remedy of a contradiction
 BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 
 
@@ -66,8 +67,7 @@ def contradiction(where: str, channel: str, column: Column, stated: str) -> Find
         f"channel '{channel}' is read in '{column.unit}' as the description says{place}, but the file states "
         f"another unit '{unit_text(stated)}'"
     )
-    remedy = "correct the unit in the description, or make sure that the file's is wrong"
-    return Finding(where, what, "", remedy, doubt=True)
+    return Finding(where, what, "", OTHER_UNIT, doubt=True)
 
 
 def unit_problem(column: Column, name: str) -> Finding | None:

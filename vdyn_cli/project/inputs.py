@@ -32,7 +32,7 @@ from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.project.road_profile import road_findings, survey_note, surveyed_road
 from vdyn_cli.project.run_parts import split_runs
 from vdyn_cli.project.run_reading import log_names, read_run, ready_log, within_physics
-from vdyn_cli.project.unlike_runs import other_units, with_run_signs
+from vdyn_cli.project.unlike_runs import contradicted_units, other_units, with_run_signs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.cut_ledger import DataQuality
@@ -124,7 +124,9 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
-    problems += [*other_units(logs), *road_findings(road, spec, logs)] if not unreadable else []
+    wrong = tuple(contradicted_units(logs, [run.units for run in spec.runs])) if len(logs) == len(spec.runs) else ()
+    if not unreadable:
+        problems += [*(wrong or other_units(logs)), *road_findings(road, spec, logs)]
     unsplit = cut
     there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
     if len(logs) == len(spec.runs):

@@ -48,17 +48,20 @@ def read_run(
     if len(names) != len(loggers):
         remedy = "give one log per entry of 'loggers', in the same order"
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
-    problems = [f for key in ("columns", "signs") for f in _unmapped(run, spec, source, ("runs", index, key))]
+    problems = [f for key in ("columns", "signs", "units") for f in _unmapped(run, spec, source, ("runs", index, key))]
     read, no_unit, units = [], set[str](), dict[str, str]()
     for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
         mapped = logged(channels)
         mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
         mapped |= {n: c.model_copy(update={"sign": c.sign * run.signs[n]}) for n, c in mapped.items() if n in run.signs}
+        mapped |= {n: c.model_copy(update={"unit": run.units[n]}) for n, c in mapped.items() if n in run.units}
         quantities = {n: q for n, q in step.channels().items() if n in mapped}
         columns = {n: column_of(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
+        own = {n: replace(c, where=source.where(("runs", index, "units", n))) for n, c in columns.items()}
         wrong = {n for n, c in columns.items() if unit_problem(c, name) is not None}  # reported with the channels
         columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
         no_unit |= wrong
+        problems += [f for n in sorted(wrong & run.units.keys()) if (f := unit_problem(own[n], name)) is not None]
         units |= {n: c.unit for n, c in columns.items()}
         options = ReadOptions(**logger.reading.model_dump())
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
@@ -114,7 +117,7 @@ def _align_on(spec: TestSpec) -> AlignOn:
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
-    """Columns or signs of a run for channels that no logger maps, so that they would have no unit."""
+    """Columns, signs or units of a run for channels that no logger maps."""
     mapped = [n for channels, _ in channel_maps(spec) for n in logged(channels)]
     remedy = "map it, with its unit, under channels"
     return [

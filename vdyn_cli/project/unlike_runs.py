@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from vdyn_cli.io.file_units import OTHER_UNIT
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.sign_conventions import REMEDY
@@ -40,8 +42,34 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
             near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= NEAR), None)
             if near is not None and not _other_witness(logs, k, channel, ratio):
                 what = f"the speed is {ratio:.3g} times that of the other runs, as of a file in {near}"
-                remedy = "export this run in the unit of the others, or describe it in a file of its own"
+                unit = near.split()[0]
+                remedy = f"write 'units: {{{channel}: {unit}}}' at this run if its file is in {unit}"
                 yield Finding(f"{logs[k].name}, channel '{channel}'", what, "", remedy)
+
+
+_CONTRADICTION = re.compile(
+    r"channel '(?P<channel>[^']+)' is read in '(?P<read>[^']*)'.*another unit '(?P<unit>[^']+)'"
+)
+
+
+def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]]) -> Iterator[Finding]:
+    """A problem for each run whose file states another unit than the description where those of other runs do not.
+
+    Parameters
+    ----------
+    stated : the units that the description states for each run alone, which are used whatever its file states.
+    """
+    found = [(k, f, m) for k, log in enumerate(logs) for f in log.findings if (m := _contradicted(f)) is not None]
+    for k, finding, match in found:
+        channel, unit = match["channel"], match["unit"]
+        runs = {i for i, _, other in found if other["channel"] == channel}
+        if len(runs) < len(logs) and channel not in stated[k]:
+            remedy = f"write 'units: {{{channel}: {unit}}}' at this run: the files of the other runs agree with "
+            yield replace(finding, remedy=remedy + f"the description; '{match['read']}' if its file is wrong")
+
+
+def _contradicted(finding: Finding) -> re.Match[str] | None:
+    return _CONTRADICTION.match(finding.what) if finding.remedy == OTHER_UNIT else None
 
 
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
