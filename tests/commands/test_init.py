@@ -201,6 +201,35 @@ def test_a_log_without_the_other_logger_s_is_left_out(tmp_path: Path, lost: str)
     assert re.search(rf'{lone}"}}  # left out: no log of the other logger belongs to it', found.text)
 
 
+def test_a_log_in_another_unit_is_a_run_with_keys_of_its_own(tmp_path: Path) -> None:
+    for k in range(4):
+        unit, factor = ("mph", 1 / 1.609344) if k == 2 else ("km/h", 1.0)
+        rows = [f"{t:.1f},{factor * (72.0 + k - 0.7 * t):.3f}" for t in np.arange(0.0, 60.0, 0.1)]
+        (tmp_path / f"run_{k}.csv").write_text("\n".join([f"t [s],Speed [{unit}]", *rows]) + "\n")
+    runs = draft("coastdown", *sorted(tmp_path.glob("*.csv")))[1]["runs"]
+    assert [run.get("units") for run in runs] == [None, None, {"speed": "mph"}, None]
+    assert runs[2]["columns"] == {"speed": "Speed [mph]"}
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_a_log_in_another_unit_belongs_to_its_logger_s_others(tmp_path: Path, both: bool) -> None:
+    """A key of a run holds for all of its loggers: not where another one has the same channel."""
+    paths = write_loggers(tmp_path, (0.0,) * 4, "{logger}_run{run}.csv")
+    for path in paths:
+        text = path.read_text()
+        text = text if both or "can" in path.name else text.replace("GPS Speed", "Lateral Speed Left")
+        path.write_text(text)
+    odd = tmp_path / "can_run3.csv"
+    lines = odd.read_text().splitlines()
+    rows = [f"{t},{float(v) / 3.6:.4f}" for t, v in (line.split(",") for line in lines[1:])]
+    odd.write_text("\n".join([lines[0].replace("km/h", "m/s"), *rows]) + "\n")
+    found, description = draft("coastdown", *paths)
+    units = {Path(run["logs"][0]).name: run.get("units") for run in description["runs"]}
+    assert units.pop("can_run3.csv", None) == (None if both else {"speed": "m/s"})
+    assert list(units.values()) == [None] * 3
+    assert ('can_run3.csv"}  # left out' in found.text) == both
+
+
 def test_logs_of_two_loggers_that_cannot_be_matched_are_not(tmp_path: Path) -> None:
     found, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
     assert "loggers" not in description
@@ -452,7 +481,7 @@ def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path)
     for said in (
         "no speed: no column has such",
         "is constant at 0",
-        "than run_0.csv (time, speed)",
+        "than run_0.csv (time)",
         "holds no numbers",
     ):
         assert said in found.text

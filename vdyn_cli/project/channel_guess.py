@@ -127,6 +127,16 @@ class ChannelGuess:
     why: str
     sign: int = 1
 
+    @property
+    def column(self) -> str:
+        """The column as a description names it; empty where there is none."""
+        return self.facts.column if self.facts is not None else ""
+
+
+def without_unit(column: str) -> tuple[Words, str]:
+    """What a column's name says without its unit, and which of several of one name it is."""
+    return _words(column)[0] or frozenset((column,)), column.rpartition("#")[2] if re.search(r"#\d+$", column) else ""
+
 
 def guess_channels(
     wanted: Mapping[str, Quantity], facts: Sequence[ChannelFacts], file_name: str

@@ -36,7 +36,7 @@ _UNMATCHED = (
     "the logs look like those of several loggers, but neither their clocks nor their names tell which belong to one",
     "run: give the files of a run the same number, such as can_1.csv and gps_1.csv, and run init again",
 )
-_ALONE = "no log of the other logger belongs to it"
+_ALONE = "no log of the other logger belongs to it, or it has other columns or units than the first run"
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
 _MOST_NAMED = 4  # columns that could be a needed channel; of more the number is said
 _LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
@@ -170,6 +170,9 @@ def _drives(
     if of_loggers := logger_runs(logs, required):
         useful = [k for k, log in enumerate(of_loggers[0]) if len(log.columns()) > 1]
         useful.sort(key=lambda k: "speed" not in of_loggers[0][k].columns())  # others are resampled to the first
+        keys = [_keys_of_loggers(run, of_loggers[0], useful) for run in of_loggers]
+        of_loggers = tuple(run for run, one in zip(of_loggers, keys, strict=True) if one is not None)
+        differ = [one for one in keys if one is not None]
         lines, mapped, undecided = _loggers(step, of_loggers, useful)
         alone = [log for log in logs if not any(log is one for run in of_loggers for one in run)]
         kept, others = [run[useful[0]] for run in of_loggers], [""] * len(of_loggers) + [_ALONE] * len(alone)
@@ -186,10 +189,11 @@ def _drives(
         lines, mapped, undecided = _channels(step, usual, kept, required=True)
         lines = ["channels:", *lines]
         entries = [f"log: {_quoted(_from(folder, log.path))}" for log in logs]
+        differ = [log.differing(usual, mapped) for log in kept]
         tell = [[log.facts for log in kept]]
     ways = _told_directions(tell) if key.startswith("direction") else ()
     found = run_conditions([log.facts for log in kept], ways, station, step.run_keys or ())
-    own = [log.window + keys for log, keys in zip(kept, found.keys, strict=True)]
+    own = [log.window + keys + other for log, keys, other in zip(kept, found.keys, differ, strict=True)]
     runs, decided = _runs(entries, others, key, ways, own)
     body = [filled for line in parts.get("DRAFT", "").splitlines() for filled in _filled(line, found.air)]
     at = body.index("vehicle:") + 1 if "vehicle:" in body else 0
@@ -201,6 +205,18 @@ def _drives(
         undecided.append(f"{key.split(':')[0]} of each run")
     body += parts.get("SETTINGS", "").splitlines()
     return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
+
+
+def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:
+    """The keys of a run that read columns or units other than the first run's; None where a key would hold for the
+    logs of several loggers, of which it is true of one only."""
+    found: list[str] = []
+    for k in useful:
+        others = {c for j in useful if j != k for c in run[j].columns()}
+        if run[k].differing(first[k], [c for c in run[k].columns() if c in others]):
+            return None
+        found.append(run[k].differing(first[k], [c for c in run[k].columns() if c not in others]))
+    return "".join(found) if sum(map(bool, found)) < 2 else None
 
 
 def _constants(step: Step, mapped: Sequence[str], body: Sequence[str]) -> list[str]:
@@ -295,7 +311,7 @@ def _channels(
     needed = _needed(step, [log])
     for channel in _ways(step, log):
         guess = log.guesses[channel]
-        missing = [o.path.name for o in logs if o.columns().get(channel) != log.columns().get(channel)]
+        missing = [o.path.name for o in logs if o.meanings().get(channel) != log.meanings().get(channel)]
         if guess.facts is not None and not missing:
             lines += _line(channel, guess, log)
             mapped.append(channel)

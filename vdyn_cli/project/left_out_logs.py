@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
-from vdyn_cli.project.channel_guess import ChannelGuess
+from vdyn_cli.project.channel_guess import ChannelGuess, Words, without_unit
 
 _RUN_IN = 5.0  # s before a coast-down that its run holds
 _LEAST_FALL = 10.0  # s at a time, or half of the log, that the speed of a log with a coast-down falls
@@ -25,6 +25,19 @@ class GuessedLog:
     facts: tuple[ChannelFacts, ...]
     guesses: Mapping[str, ChannelGuess]
     window: str = ""
+
+    def meanings(self) -> dict[str, tuple[tuple[Words, str], str]]:
+        """Column, whatever its unit, and group of each channel that is decided."""
+        return {channel: (without_unit(column), group) for channel, (column, group) in self.columns().items()}
+
+    def differing(self, other: GuessedLog, channels: Collection[str]) -> str:
+        """The keys of a run, as text, that read channels whose columns the other log has by other names or units."""
+        own, others = self.guesses, other.guesses
+        there = [c for c in channels if own[c].facts is not None and others[c].facts is not None]
+        columns = [f'{c}: "{own[c].column}"' for c in there if own[c].column != others[c].column]
+        units = [f"{c}: {own[c].unit}" for c in there if own[c].unit != others[c].unit]
+        keys = (("columns", columns), ("units", units))
+        return "".join(f", {key}: {{{', '.join(found)}}}" for key, found in keys if found)
 
     def columns(self) -> dict[str, tuple[str, str]]:
         """Column and group of each channel that is decided."""
@@ -84,8 +97,8 @@ def why_left_out(
     return falls if not all(falls) else reasons
 
 
-def _key(log: GuessedLog, needed: Collection[str]) -> tuple[tuple[str, tuple[str, str]], ...]:
-    return tuple((n, at) for n, at in log.columns().items() if n in needed)
+def _key(log: GuessedLog, needed: Collection[str]) -> tuple[tuple[str, tuple[tuple[Words, str], str]], ...]:
+    return tuple((n, at) for n, at in log.meanings().items() if n in needed)
 
 
 def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:

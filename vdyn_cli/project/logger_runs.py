@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise, takewhile
 
+from vdyn_cli.project.channel_guess import without_unit
 from vdyn_cli.project.left_out_logs import GuessedLog
 
 _SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
@@ -51,17 +52,18 @@ def _several(kinds: Sequence[Sequence[GuessedLog]]) -> bool:
 
 
 def _kinds(logs: Sequence[GuessedLog]) -> list[list[GuessedLog]]:
-    """Logs of the same columns together."""
-    kinds: dict[tuple[str, ...], list[GuessedLog]] = {}
+    """Logs of the same columns together, whatever their units."""
+    kinds: dict[tuple[tuple[str, ...], ...], list[GuessedLog]] = {}
     for log in logs:
-        kinds.setdefault(tuple(sorted(f.column for f in log.facts)), []).append(log)
+        names = sorted((*sorted(words), nth) for words, nth in (without_unit(f.column) for f in log.facts))
+        kinds.setdefault(tuple(names), []).append(log)
     return list(kinds.values())
 
 
 def _alike(logs: Sequence[GuessedLog], needed: Sequence[str]) -> bool:
-    first = logs[0].columns()
+    first = logs[0].meanings()
     there = [n for n in needed if n in first]
-    return len(there) > 1 and all(log.columns().get(n) == first[n] for log in logs for n in there)
+    return len(there) > 1 and all(log.meanings().get(n) == first[n] for log in logs for n in there)
 
 
 def _one_drive(logs: Sequence[GuessedLog]) -> bool:
