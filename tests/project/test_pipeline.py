@@ -26,7 +26,7 @@ def test_a_step_may_need_what_it_gives_itself() -> None:
 
 
 def test_steps_that_wait_for_each_other_are_refused() -> None:
-    with pytest.raises(InputError, match="need each other"):
+    with pytest.raises(InputError, match="circular dependency of steps"):
         in_order({"a": step("a", "y", "x"), "b": step("b", "x", "y")})
 
 
@@ -39,5 +39,5 @@ def test_wrong_pipelines_are_refused_with_all_their_problems(tmp_path: Path) -> 
     with pytest.raises(InputError) as caught:
         load_plan(path)
     said = str(caught.value)
-    for part in ("pipeline.yaml:4: duplicate description of 'coastdown'", "is not a known test", "does not exist"):
+    for part in ("pipeline.yaml:4: duplicate description of 'coastdown'", "is not a known step", "does not exist"):
         assert part in said, said

@@ -1,4 +1,4 @@
-"""The steps of a test day: their order, from the parameters each needs and estimates, and the full parameter set."""
+"""The steps of a test day, ordered by the parameters that each needs and estimates, and the full parameter set."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from vdyn_cli.steps import Step, load_step, names
 
 
 class PipelineSpec(Strict):
-    """A pipeline's description: its title, the vehicle as known beforehand, and the tests' descriptions."""
+    """A pipeline's description: title, known vehicle parameters, and paths of the tests' descriptions."""
 
     pipeline: str = Field(description="title of the report")
-    vehicle: Vehicle = Field(Vehicle(), description="what is known of the vehicle: parameters, or a YAML file of them")
+    vehicle: Vehicle = Field(Vehicle(), description="known parameters of the vehicle, or a YAML file of them")
     steps: list[str] = Field(description="paths of the tests' descriptions, from the folder of this file, in any order")
 
 
@@ -36,16 +36,16 @@ Status = Literal["done", "reused", "failed", "skipped"]
 
 @dataclass(frozen=True)
 class StepOutcome:
-    """How one step of the pipeline ended.
+    """The outcome of one step of the pipeline.
 
     Parameters
     ----------
-    record : its result, as read from the JSON that stands in the folder; None where it failed or was skipped.
-    section : its HTML on the page of the pipeline, with figures, tables and methods; empty where there is no record.
-    refused : the record of a result that was not published; without parameters.
-    digest : sha256 of the JSON of the record.
+    record : its result, read from the JSON in the folder; None if it failed or was skipped.
+    section : its HTML on the page of the pipeline, with figures, tables and methods; empty without a record.
     reason : why it failed or was skipped, in one sentence.
     problems : why it failed or was skipped, one finding for each problem.
+    refused : the record of a result that is not published; without parameters.
+    digest : sha256 of the JSON of the record.
     """
 
     name: str
@@ -65,17 +65,17 @@ class StepOutcome:
 
     @property
     def sentence(self) -> str:
-        """The result in a sentence, or why there is none."""
+        """The result in a sentence, or the reason why there is none."""
         return self.reason if self.record is None else self.record.result.sentence
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Why it failed or was skipped, or what to read before using the result."""
+        """The reasons why it failed or was skipped, or the notes to read before using the result."""
         return self.problems if self.record is None else self.record.to_read
 
     @property
     def diagnosis(self) -> Diagnosis | None:
-        """The diagnosis of its result, published or not; None where none was made."""
+        """The diagnosis of its result, published or not; None without a diagnosis."""
         shown = self.record or self.refused
         return None if shown is None else shown.result.diagnosis
 
@@ -87,9 +87,9 @@ class ParameterSet:
     Parameters
     ----------
     title : of the pipeline's description.
-    parameters : what was given and what the steps estimated, in the order of the vocabulary.
-    missing : why each further parameter of the vocabulary is not known.
-    outcomes : how each step ended, in the order in which they ran.
+    parameters : given and estimated parameters, in the order of the vocabulary.
+    missing : the reason why a parameter of the vocabulary is not known, by name.
+    outcomes : of the steps, in the order in which they ran.
     """
 
     title: str
@@ -126,7 +126,7 @@ class Task:
     ----------
     path : its description.
     after : the steps whose results it reads.
-    level : probability that its diagnosis raises a false alarm.
+    level : false-alarm probability of its diagnosis.
     """
 
     name: str
@@ -138,13 +138,13 @@ class Task:
 def load_plan(path: Path) -> tuple[PipelineSpec, YamlSource, tuple[Task, ...]]:
     """Read a pipeline's description and put its steps in order.
 
-    A step comes after every other one that gives a parameter it may need; otherwise the order of the file is kept.
-    The level of the diagnoses is shared such that all together raise a false alarm in 5 % of all pipelines.
+    A step comes after all steps that estimate a parameter it may need; otherwise the order of the file is kept. The
+    false-alarm probability of each diagnosis is set such that it is 5 % for all together (Bonferroni).
 
     Raises
     ------
-    InputError : a description is unreadable, names no step or one that another describes, or steps depend on each
-        other in a circle; all problems at once.
+    InputError : lists all problems: an unreadable description, one without a known step, two descriptions of the same
+        step, or a circular dependency of steps.
     """
     spec, source = load_spec(path, PipelineSpec)
     found: dict[str, Path] = {}
@@ -173,7 +173,7 @@ def _test_of(path: Path, place: str) -> str:
     test = data.get("test") if isinstance(data, dict) else None
     if test not in names():
         remedy = f"write 'test:' with one of {', '.join(names())}"
-        raise InputError(Finding(f"{place}, {path.name}", "is not a known test", repr(test), remedy))
+        raise InputError(Finding(f"{place}, {path.name}", "'test' is not a known step", repr(test), remedy))
     return str(test)
 
 
@@ -182,30 +182,28 @@ def _givers(step: Step, steps: Mapping[str, Step], order: Sequence[str]) -> tupl
 
 
 def in_order(steps: Mapping[str, Step]) -> tuple[str, ...]:
-    """Names of steps, each after those whose results it reads; ties in the given order.
+    """Names of steps, each after those whose results it reads, otherwise in the given order.
 
     Raises
     ------
-    InputError : steps depend on each other in a circle.
+    InputError : circular dependency of steps.
     """
     done: list[str] = []
     while len(done) < len(steps):
         waiting = [n for n in steps if n not in done]
         ready = [n for n in waiting if not _givers(steps[n], steps, waiting)]
         if not ready:
-            raise InputError(
-                Finding("pipeline", "steps need each other's results (circular dependency)", ", ".join(waiting))
-            )
+            raise InputError(Finding("pipeline", "circular dependency of steps", ", ".join(waiting)))
         done.append(ready[0])
     return tuple(done)
 
 
 def parameter_set(spec: PipelineSpec, source: YamlSource, outcomes: Sequence[StepOutcome]) -> ParameterSet:
-    """The full parameter set: what was given, what each step estimated, and what is missing and why.
+    """The full parameter set: given, estimated, and missing parameters with the reason.
 
     Parameters
     ----------
-    source : the pipeline's description, with the files that it includes.
+    spec, source : the pipeline's description, and its data with the included files. outcomes : of the steps.
     """
     known = given_parameters(spec.vehicle)
     for outcome in outcomes:
