@@ -76,6 +76,18 @@ def test_a_lost_signal_does_not_shorten_the_run_and_is_told_in_the_log_s_unit(tm
     assert "jumps to 99 km/h and back" in notes["coast_3.csv"][0]
 
 
+def test_a_part_that_the_step_leaves_out_is_a_note(tmp_path: Path) -> None:
+    """A driver who holds the speed for 8 s: the fit does without the part before."""
+
+    def held(run: int, time: Column, speed: Column) -> Column:
+        later = np.interp(time - 8.0, time, speed)
+        return np.where((run == 2) & (time > 40.0), np.where(time < 48.0, speed[time == 40.0], later), speed)
+
+    document = checked(campaign(tmp_path, lambda k, t, v: held(k, t, v) + 0.01 * np.sin(7.0 * t)), tmp_path, 0)
+    notes = {r["run"]: r["why"] for r in document["runs"]}
+    assert any("would be left out: is driven by" in why for why in notes["coast_2.csv"])
+
+
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:
     path = campaign(tmp_path, frozen(40.0, 44.0))
     text = path.read_text().replace("speed: {column", "wheel_speed: {column").replace("unit: km/h", "unit: rad/s")

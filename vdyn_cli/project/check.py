@@ -165,6 +165,7 @@ def _checked(
         evaluated = f"only {span[0]:.0f} to {span[1]:.0f} s of {one.log.duration:.0f} s"
         notes.append(f"{evaluated} would be evaluated: if the log is of another drive, leave it out")
     notes += [f"cut: {_flag_text(f)}" for f in cuts]
+    notes += track.left_out.get(index, ())
     notes += _contradictions(inputs, one.log.name, tied)
     notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
     notes += _uneven(one)

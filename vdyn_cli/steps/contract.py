@@ -244,11 +244,13 @@ class TrackCheck:
     rejected : index of a run: why the step does not use it.
     evaluated : index of a run: s, first and last time that the step evaluates; the whole log where there is none.
     coasts : balance, order and wind of a coast-down campaign.
+    left_out : index of a run: which parts of it the step does not use, and why.
     """
 
     rejected: Mapping[int, str] = field(default_factory=dict)
     evaluated: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     coasts: CoastBalance | None = None
+    left_out: Mapping[int, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -70,19 +70,22 @@ def track_check(
     kept = [replace(s, run=origin[s.run]) for s in problem.selection.segments]
     names = [one.name for one in data]
     rejected: dict[int, str] = {}
+    parts: dict[int, list[str]] = {}
     for one in problem.selection.rejected:
         k = next((origin[i] for i, name in enumerate(names) if one.run.startswith(name)), None)
         if k is not None and all(s.run != k for s in kept):
             rejected.setdefault(k, one.why)
+        elif k is not None:
+            parts.setdefault(k, []).append(f"{one.start:.0f} to {one.stop:.0f} s would be left out: {one.why}")
     if problem.campaign.drive != "coasting":
-        return TrackCheck(rejected, evaluated)
+        return TrackCheck(rejected, evaluated, left_out=parts)
     longest = {k: max((s for s in kept if s.run == k), key=_duration) for k in sorted({s.run for s in kept})}
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
     coasts = _Coasts(problem, tuple(longest.values()), tuple(r.direction for r in runs), _starts(runs))
     worst = coasts.outlier()
     if worst is not None:
         rejected[worst[0]] = worst[1]
-    return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]))
+    return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]), parts)
 
 
 def _duration(segment: CoastSegment) -> float:
