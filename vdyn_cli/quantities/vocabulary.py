@@ -16,7 +16,7 @@ Q = Quantity
 # The vehicle's parameter set (the paper's Table 2, as far as its text states it), in the order of the summary.
 TABLE = _named(
     [
-        Q("mass", "kg", "vehicle mass as tested", "M", 50, 60_000),
+        Q("mass", "kg", "vehicle mass as tested", "M", 50, 1_000_000),
         Q("wheelbase", "m", "distance between the axles", "L", 0.5, 12),
         Q("track_front", "m", "distance between the front wheels", "", 0.3, 4),
         Q("track_rear", "m", "distance between the rear wheels", "", 0.3, 4),
@@ -26,11 +26,11 @@ TABLE = _named(
         Q("pitch_inertia", "kg m^2", "moment of inertia about the pitch axis", "I", 5, 200_000),
         Q("frontal_area", "m^2", "frontal area, tires included, mirrors excluded", "A", 0.2, 15),
         Q("drag_coefficient", "", "air drag coefficient", "Cd", 0.05, 2.5),
-        Q("drag_area", "m^2", "drag coefficient times frontal area", "Cd A", 0.05, 15),
+        Q("drag_area", "m^2", "drag coefficient times frontal area", "Cd A", 0.05, 50),
         Q("rolling_resistance", "", "rolling resistance coefficient", "frr", 0.0005, 0.1),
-        Q("road_load_f0", "N", "road load at standstill", "F0", -500, 5_000),
-        Q("road_load_f1", "N s/m", "road load per speed", "F1", -200, 500),
-        Q("road_load_f2", "N s^2/m^2", "road load per speed squared", "F2", -1, 20),
+        Q("road_load_f0", "N", "road load at standstill", "F0", -500, 50_000),
+        Q("road_load_f1", "N s/m", "road load per speed", "F1", -200, 2_000),
+        Q("road_load_f2", "N s^2/m^2", "road load per speed squared", "F2", -1, 50),
         Q("suspension_stiffness_front", "N/m", "front axle spring rate at the wheels", "Kf", 1e3, 1e6),
         Q("suspension_stiffness_rear", "N/m", "rear axle spring rate at the wheels", "Kr", 1e3, 1e6),
         Q("suspension_damping_front", "N s/m", "front axle damper rate at the wheels", "Cf", 10, 1e5),
@@ -54,7 +54,7 @@ TABLE = _named(
 # Further quantities that a description of the vehicle or the test day may state.
 OTHERS = _named(
     [
-        Q("rotating_mass", "kg", "inertia of everything that turns, as mass at the tire contact", "mr", 0, 5_000),
+        Q("rotating_mass", "kg", "inertia of everything that turns, as mass at the tire contact", "mr", 0, 100_000),
         Q("sprung_mass", "kg", "mass carried by the springs", "Ms", 20, 60_000),
         Q("sprung_pitch_inertia", "kg m^2", "pitch inertia of the sprung body about its own center", "Is", 5, 200_000),
         Q("roll_inertia", "kg m^2", "moment of inertia about the roll axis, wheels on the ground", "Ir", 1, 100_000),
@@ -124,7 +124,7 @@ CHANNELS = _named(
         Q("drive_torque_left", "N m", "torque at the left half-shaft's input", "Tl", -20_000, 20_000),
         Q("drive_torque_right", "N m", "torque at the right half-shaft's input", "Tr", -20_000, 20_000),
         Q("motor_current", "A", "torque-producing current of a motor, positive when it drives", "I", -5_000, 5_000),
-        Q("drive_force", "N", "drive force at the wheels", "Fx", -60_000, 60_000),
+        Q("drive_force", "N", "drive force at the wheels", "Fx", -1_000_000, 1_000_000),
         Q("brake_torque", "N m", "brake torque summed over the wheels", "Tb", -60_000, 60_000),
         Q("acceleration", "m/s^2", "longitudinal specific force: acceleration plus g sin(grade)", "a", -60, 60),
         Q("vertical_acceleration", "m/s^2", "vertical acceleration, zero at rest", "az", -200, 200),

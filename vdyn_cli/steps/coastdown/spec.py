@@ -7,9 +7,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
-from vdyn_cli.description.quantity_field import Si, Strict
+from vdyn_cli.description.quantity_field import Si, Strict, si
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 WIND_LIMIT = 16 / 3.6  # m/s, mean wind of a run; SAE J1263
 LIKELY_KMH = 45.0  # m/s, 162 km/h: coast-downs begin below (J2263: 115 km/h; GTR 15: 140 km/h)
@@ -25,7 +26,7 @@ class FixedParameters(Strict):
     drag_coefficient: Annotated[Given, Si("", 0.05, 2.5)] | None = Field(
         None, description="drag coefficient, dimensionless; needs frontal_area"
     )
-    drag_area: Annotated[Given, Si("m^2", 0.05, 15)] | None = Field(None, description="drag area Cd A, m^2")
+    drag_area: Annotated[Given, si(PARAMETERS["drag_area"])] | None = Field(None, description="drag area Cd A, m^2")
     rolling_resistance: Annotated[Given, Si("", 0.0005, 0.1)] | None = Field(
         None, description="rolling resistance coefficient, dimensionless"
     )
@@ -42,7 +43,7 @@ class ReferenceConditions(Strict):
 
     temperature: Annotated[Given, Si("K", 203, 333)] = Field(Given(293.15), description="air temperature, K")
     pressure: Annotated[Given, Si("Pa", 40_000, 110_000)] = Field(Given(100_000.0), description="air pressure, Pa")
-    mass: Annotated[Given, Si("kg", 50, 60_000)] | None = Field(
+    mass: Annotated[Given, si(PARAMETERS["mass"])] | None = Field(
         None, description="certified mass where it differs from the mass as tested, kg"
     )
 
