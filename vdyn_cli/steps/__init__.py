@@ -1,8 +1,8 @@
-"""The registry of steps: one folder each, found by name; importing this imports no step.
+"""The registry of steps: each is a folder found by its name; importing the registry imports no step.
 
-A step's folder holds ``step.py``, which defines ``STEP = Step(...)``; the first docstring line of its ``__init__.py``
-is the command's help. Nothing else has to be touched to add one. An installed package adds a step by the entry point
-``vdyn.steps: NAME = package.module:STEP``; the docstring of that module is its explanation.
+A step's folder contains ``step.py``, which defines ``STEP = Step(...)``; the first docstring line of its
+``__init__.py`` is the command's help. Adding a step requires no other change. An installed package adds a step with the
+entry point ``vdyn.steps: NAME = package.module:STEP``; the docstring of that module is its explanation.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ GROUP = "vdyn.steps"
 
 
 def names() -> tuple[str, ...]:
-    """The names of all steps, those of installed packages included, without importing them."""
+    """The names of all steps, including those of installed packages, without importing them."""
     return tuple(sorted({*_built_in(), *plugins(GROUP)}))
 
 
 def summary(name: str) -> str:
-    """The first line of the step's docstring, read as text so that help stays instant."""
+    """The first line of the step's docstring, read as text so that help needs no import."""
     if name in _built_in():
         with (Path(__file__).parent / name / "__init__.py").open(encoding="utf-8") as file:
             return file.readline().strip().strip('"').rstrip(".")
@@ -49,7 +49,7 @@ def load_step(name: str) -> Step:
 
     Raises
     ------
-    InputError : the step of an installed package cannot be imported, or is none; the message names the package.
+    InputError : the step of an installed package cannot be imported, or is not a Step; the message names the package.
     """
     if name in _built_in():
         step = import_module(f"vdyn_cli.steps.{name}.step").STEP
@@ -58,7 +58,7 @@ def load_step(name: str) -> Step:
     plugin = plugins(GROUP)[name]
     step = plugin.load(Step)
     if step.name != name:
-        plugin.refuse(f"holds a step of another name, {step.name!r}", "give both the same name")
+        plugin.refuse(f"defines a step with a different name, {step.name!r}", "give both the same name")
     return step
 
 

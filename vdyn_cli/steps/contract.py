@@ -1,4 +1,4 @@
-"""What a step is, and what it prepares once and is then asked many times: the contracts of the room ``steps``."""
+"""The contracts of the room ``steps``: the step, and the problem that it prepares once for many requests."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ NO_VALUES: Mapping[str, float] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Failure:
-    """A fit or a result that cannot be published, as a value that can be handed on.
+    """A fit or a result that cannot be published, as a value instead of an exception.
 
-    ``findings`` say why; ``shown`` is the unpublished result, so that a page can show where its simulation fails; None
-    where no simulation exists.
+    ``findings`` state the reasons; ``shown`` is the unpublished result, with which a page can show where the simulation
+    fails; None where no simulation exists.
     """
 
     findings: tuple[Finding, ...]
@@ -43,13 +43,18 @@ class Failure:
 
     @classmethod
     def from_error(cls, error: ResultError | ArithmeticError) -> Failure:
-        """The failure that an exception reports."""
+        """The failure that corresponds to an exception."""
         if isinstance(error, UnpublishedError):
             return cls(error.findings, error.shown)
         return cls(error.findings if isinstance(error, ResultError) else (Finding("fit", str(error)),))
 
     def refused(self, step: str) -> Result:
-        """The result as a record of the refusal: what was simulated, why it is not published, and no parameters."""
+        """The refused result: the simulation and the reasons, without parameters.
+
+        Parameters
+        ----------
+        step : name of the step.
+        """
         shown = self.shown or Result(step, "", Parameters(), FitSummary((), nan, nan, "", ()), "")
         first = self.findings[0]
         place = "" if first.where in ("fit", step) else f"{first.where}: "
@@ -64,11 +69,11 @@ class Failure:
 
 
 class UnpublishedError(ResultError):
-    """A result that cannot be published, with what can be shown of it.
+    """A result that cannot be published, with its simulation.
 
     Parameters
     ----------
-    findings : why. shown : the result as far as it goes; its parameters are not used.
+    findings : the reasons. shown : the unpublished result; its parameters are not used.
     """
 
     def __init__(self, findings: Sequence[Finding], shown: Result) -> None:
@@ -79,7 +84,7 @@ class UnpublishedError(ResultError):
 class Problem(Protocol):
     """One test, prepared once from its description, its data and the known parameters. Frozen.
 
-    Assumes that no request changes it: what is expensive is computed at most once and belongs to the problem.
+    No request changes it; expensive parts are computed at most once and are stored in the problem.
     """
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
@@ -105,7 +110,7 @@ class SimulatedProblem(Problem, Protocol):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """The model's elements and sensors, each free over one coordinate; none, unless a step says otherwise."""
+        """The model's elements and sensors, each free over one coordinate; empty by default."""
         return ()
 
     @property
@@ -113,15 +118,15 @@ class SimulatedProblem(Problem, Protocol):
         """Length of the longest run, s."""
 
     def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
-        """The directions of the runs that are used, of those that the description states; all unless a step chooses."""
+        """The directions of the used runs, from those that the description states; all by default."""
         return stated
 
     @property
     def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
-        """(effects, unknowns) -> rms error of the main channel at the unknowns' starts, with nothing fitted.
+        """(effects, unknowns) -> rms error of the main channel at the unknowns' start values, with nothing fitted.
 
-        Where the baseline misses by so much that no linearization about it reaches the cause: an error is then
-        certain, and candidates are tried from coarse starts. None elsewhere, and unless a step says otherwise.
+        Given where the baseline's error is so large that a linearization about it does not lead to the cause. A model
+        error is then certain, and candidates are tried from a coarse grid of start values. None otherwise (default).
         """
         return None
 
@@ -135,8 +140,8 @@ class SimulatedProblem(Problem, Protocol):
 
         Parameters
         ----------
-        unknowns : of the effects, placed behind the step's own shared unknowns.
-        start : values of the step's own shared unknowns about which a linearized problem is linearized.
+        unknowns : of the effects, placed after the step's own shared unknowns.
+        start : values of the step's own shared unknowns about which the problem is linearized.
         """
 
     def regression_like(
@@ -146,68 +151,77 @@ class SimulatedProblem(Problem, Protocol):
 
         Parameters
         ----------
-        start : as in ``regression``. Steps whose noise costs nothing to estimate make the regression anew.
+        start : as in ``regression``. By default the noise is estimated again, if that is cheap.
         """
         return self.regression(effects, unknowns, start)
 
     def chord_regression(
         self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
     ) -> Regression:
-        """The regression with sensitivities to the step's own unknowns that may be those without the effects.
+        """The regression for the first iterations of a fit, and for predictions.
 
-        For the first iterations of a fit, and for predictions. Exact, unless a step says otherwise.
+        Its sensitivities to the step's own unknowns may be those without the effects; exact by default.
         """
         return self.regression(effects, unknowns, start)
 
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
-        """The most likely size of a nondifferentiable effect alone in the model, and the gain in log likelihood.
+        """The most likely amplitude of a nondifferentiable effect alone in the model, and the gain in log likelihood.
 
-        ``start(size)`` gives the effect's unknowns. None, unless a step says otherwise: it tests no such effects.
+        ``start(size)`` returns the effect's unknowns. None by default: the step does not test such effects.
         """
         return None
 
     def coordinate(self, part: Part, solution: Solution) -> Array | None:
-        """The values (n,) of a part's coordinate in the runs, at the baseline's solution; None: all of its span."""
+        """Values (n,) of a part's coordinate in the runs at the baseline's solution; None (default): the whole span."""
         return None
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
-        """The result whose intervals beside the parameters hold those of all answers; unchanged by default."""
+        """The result with intervals of its further numbers that span those of all answers; unchanged by default.
+
+        Further numbers are those in ``extra``, such as forces over speed, not the parameters.
+        """
         return result
 
     def averaged(self, result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
-        """The result whose intervals beside the parameters are of its mixture with other answers, each behind its
-        probability; unchanged by default."""
-        return result
-
-    def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Published parameters that follow from fitted ones; none, unless a step says otherwise.
+        """The result with intervals of its further numbers from its mixture with other answers; unchanged by default.
 
         Parameters
         ----------
-        values : of the fitted shared unknowns, SI; those that are not given have their known value.
+        answers : probability and result of each.
+        """
+        return result
+
+    def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
+        """Published parameters that follow from fitted ones, by name; empty by default.
+
+        Parameters
+        ----------
+        values : of the fitted shared unknowns, SI; omitted ones have their known value.
         """
         return {}
 
     def plans(self, regression: Regression, values: Mapping[str, float]) -> tuple[Manoeuvre, ...]:
-        """What could be driven next, the least effort first; nothing, unless a step says otherwise.
+        """Manoeuvres that could be driven next, the least effort first; empty by default.
 
         Parameters
         ----------
-        regression : with every candidate effect in it.
+        regression : with every candidate effect.
         values : of its shared unknowns at the baseline's fit.
         """
         return ()
 
 
 def simulated(step: Step, problem: Problem) -> SimulatedProblem | None:
-    """The problem as one that can be diagnosed; None for a step that simulates nothing."""
+    """The problem with the type that can be diagnosed; None for a step without a simulation."""
     return cast(SimulatedProblem, problem) if step.diagnosable is not None else None
 
 
 def unpublished(error: ResultError, shown: Callable[[Solution], Result]) -> ResultError:
-    """The error of a fit that cannot be published, with the result that ``shown`` makes of where the fit stands.
+    """The error of a refused fit as an UnpublishedError, if possible; else the error itself.
 
-    The error itself where the fit stands nowhere, or nothing can be simulated there.
+    Parameters
+    ----------
+    shown : solution -> result, called with the solution at which the fit ended, if there is one.
     """
     from vdyn_cli.inference import RefusedFitError
 
@@ -216,14 +230,14 @@ def unpublished(error: ResultError, shown: Callable[[Solution], Result]) -> Resu
     solution = error.solution()
     try:
         return error if solution is None else UnpublishedError(error.findings, shown(solution))
-    except UnpublishedError as further:  # the result is refused for another reason, too
+    except UnpublishedError as further:  # the result is also refused for another reason
         return UnpublishedError(error.findings, further.shown)
     except (ResultError, ArithmeticError, ValueError):
         return error
 
 
 def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result | Failure:
-    """The problem's result, or why it cannot be published, as a value.
+    """The problem's result, or the failure to publish it, as a value.
 
     Raises
     ------
@@ -237,12 +251,12 @@ def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequen
 
 @dataclass(frozen=True)
 class TrackCheck:
-    """What a step says about its runs at the track, before any estimate.
+    """A step's check of its runs at the track, before any estimate.
 
     Parameters
     ----------
-    rejected : index of a run: why the step does not use it.
-    evaluated : index of a run: s, first and last time that the step evaluates; the whole log where there is none.
+    rejected : index of a run -> reason why the step does not use it.
+    evaluated : index of a run -> first and last time that the step evaluates, s; the whole log where omitted.
     coasts : balance, order and wind of a coast-down campaign.
     left_out : index of a run: which parts of it the step does not use, and why.
     """
@@ -255,16 +269,16 @@ class TrackCheck:
 
 @dataclass(frozen=True)
 class Diagnosable:
-    """How a step's diagnosis differs from that of other steps.
+    """Properties of a step's diagnosis that differ between steps.
 
     Parameters
     ----------
-    metric : name and unit of the channel in which the gain is measured.
-    run : what a run is called.
-    fewest_runs : below which no cause can be told from chance.
-    shortest : s, of the longest run, below which causes look alike.
-    two_way : (spec) -> whether causes that turn with the direction of driving need runs both ways.
-    carries : whether the effects that earlier steps accepted are in its model, and not to be looked for again.
+    metric : name and unit of the channel in which the held-out gain is measured.
+    run : noun for a run.
+    fewest_runs : below which an effect cannot be separated from chance.
+    shortest : s, duration of the longest run below which effects are collinear.
+    two_way : (spec) -> whether effects that change sign with the direction of driving need runs in both directions.
+    carries : whether the effects that earlier steps accepted are in its model, and are not candidates again.
     linearized : (spec) -> whether the model is so expensive to simulate that its regression is linearized once.
     """
 
@@ -279,7 +293,7 @@ class Diagnosable:
 
 @dataclass(frozen=True)
 class Step:
-    """One estimation step: its description's shape, the channels it reads, and how its problem is prepared.
+    """One estimation step: the model of its description, the channels it reads, and how its problem is prepared.
 
     Parameters
     ----------
@@ -290,23 +304,24 @@ class Step:
     needs : parameters that the step may read from other steps or the vehicle; they order the pipeline.
     gives : parameters that the step estimates.
     prepare : pure: (spec, data, known) -> Problem, where ``data`` is what ``load`` read.
-    load : reads what is not a run's log (a picture, a pendulum recording): (spec, folder, logs) -> (data, paths read);
-        None for steps that need the runs' logs alone, whose data is the tuple of Logs.
-    diagnosable : how it is diagnosed; None where nothing is simulated.
-    complete : channels that must have a value in every row: short cuts are filled by straight lines, and the run is
-        split at long ones. All other cut samples reach the step as missing values (NaN), which it leaves out.
+    load : reads data other than the runs' logs (a picture, a pendulum recording): (spec, folder, logs) -> (data, paths
+        read); None for steps that need only the runs' logs, whose data is the tuple of Logs.
+    extra_channels : channels beyond those of the vocabulary.
+    diagnosable : properties of its diagnosis; None where nothing is simulated.
+    complete : channels that must have a value in every row: short cuts are interpolated linearly, and the run is split
+        at long ones. All other cut samples reach the step as missing values (NaN), which it leaves out.
     unbroken : further channels at whose long cuts the run is split.
-    situations : tags of the effects to look for (``effects.SITUATIONS``, or the step's own); none: every effect whose
+    situations : tags of the candidate effects (``effects.SITUATIONS``, or the step's own); empty: every effect whose
         laws its model calls.
-    reads : keys of the vehicle and the air that the step reads beside ``needs``; None: it may read any of them.
-    run_keys : which of a run's direction, start, temperature and wind it reads; None: it may read any of them.
-    scaled : channels that may be read from another one, times constants of the vehicle.
-    rate : (spec) -> Hz, to which logs that are sampled twice as fast or more are averaged, since the model has no
+    reads : keys of the vehicle and the air that the step reads in addition to ``needs``; None: any of them.
+    run_keys : which of a run's direction, start, temperature and wind it reads; None: any of them.
+    scaled : channels that may be computed from another one, times constants of the vehicle.
+    rate : (spec) -> Hz, to which logs that are sampled at least twice as fast are averaged, because the model has no
         faster dynamics; None: as sampled.
-    track_check : (spec, whole logs before cuts, data, known, run of each log in data) -> what it says of the runs at
-        the track; None where only the quality of the logs is checked.
-    manoeuvres : how the step evaluates other manoeuvres than its usual one, by the key ``manoeuvre`` of their
-        descriptions: each a step of the same name, spec and parameters.
+    track_check : (spec, whole logs before cuts, data, known, run of each log in data) -> check of the runs at the
+        track; None where only the quality of the logs is checked.
+    manoeuvres : steps of the same name, spec and parameters that evaluate other manoeuvres, by the key ``manoeuvre`` of
+        the description.
     planned : how a day is simulated before it is driven; None where that needs a log of the car.
     """
 
@@ -347,7 +362,7 @@ class Step:
         return self.prepare(spec, data, known).publish(effects, unknowns)
 
     def channels(self) -> Mapping[str, Quantity]:
-        """Every channel that a log of this step may map, by name."""
+        """Every channel that a log of this step may contain, by name."""
         from vdyn_cli.quantities.vocabulary import CHANNELS
 
         own = {q.name: q for q in self.extra_channels}

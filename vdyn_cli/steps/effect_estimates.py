@@ -1,4 +1,4 @@
-"""Amplitudes of the effects that a fit has in its model."""
+"""Amplitudes of the effects in the model of a fit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NO_STD: Mapping[str, float] = MappingProxyType({})
 
 
 def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
-    """The unknowns without their ranges: a fit with all effects in, meant for its residuals, may leave them."""
+    """The unknowns without their bounds, for a fit with all effects of which only the residuals are used."""
     return tuple(replace(u, lower=-np.inf, upper=np.inf) for u in extra)
 
 
@@ -25,13 +25,13 @@ def effect_amplitudes(
 ) -> dict[str, Estimate]:
     """The estimates of the unknowns of effects in the model, for ``Result.amplitudes``.
 
-    std = max(std by the scatter across blocks, std by the noise model, least_std). The scatter of two dozen blocks is
-    itself known to a sixth only: where it falls below the noise's own part, that is chance.
+    std = max(std by the scatter across blocks, std by the noise model, least_std). The scatter of two dozen blocks has
+    a relative error of a sixth, so that a value below that of the noise model is due to chance.
 
     Parameters
     ----------
     unknowns : of the effects.
-    least_std : by unknown, a standard deviation that the step knows to be larger.
+    least_std : by unknown, a lower bound from the step.
     """
     noise = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
     found = {}

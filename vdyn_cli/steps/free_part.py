@@ -1,7 +1,7 @@
-"""Parts of a model: one element's law over one of its coordinates, free to take any smooth shape.
+"""Parts of a model: the law of one element with a free smooth addition over one of its coordinates.
 
-The addition to the law is a sum of cosines along the coordinate, which is compressed around zero where a law may turn
-within a small part of its range (dry friction over the stroke rate).
+The addition is a sum of cosines along the coordinate. The coordinate is stretched near zero and compressed far from it
+where a law may change within a small part of its range (dry friction over the stroke rate).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.quantity import Quantity
 
-ORDER = 20  # cosines: a wave of a tenth of the span is the narrowest shape that they follow
+ORDER = 20  # highest order: the cosines resolve waves of a tenth of the span
 
 STEP = 1e-4  # of a parameter, over which a law's derivative is taken
 
@@ -32,23 +32,23 @@ class Part:
 
     Parameters
     ----------
-    element : the law's name in the model; ``place`` : the call of it ("front"), or every call where empty.
-    coordinate : the signal of the law that the addition depends on.
-    span : its range, in ``coordinate_unit``; beyond, the addition is constant.
-    scale : of the coordinate, above which it is compressed (asinh x / scale); 0: it is not compressed.
-    size : plausible size of the addition, in ``unit``.
-    anchored : the addition is zero at zero of the coordinate.
-    what, over : words: "the rear dampers' force", "stroke rate".
-    law, arguments : the element's law, and its signals from (coordinate, values of unknowns): the addition alone is
-        defined up to what they absorb. None for a sensor, whose addition is its error.
-    own : the unknowns that ``arguments`` reads; in which it is nearly linear.
-    called : name of the part where it stands for more than one law; the element's else.
-    kin : further laws whose effects are effects of this part.
-    reads : the coordinate from the law's signals, where it is none of them. factor : a signal that multiplies the
-        addition ("heading": it turns with the direction of driving).
-    sensor : the addition is the error of a reading.
-    alike : names of parts that these logs cannot tell from it, whatever their evidence.
-    order : highest of the cosines, less where the rows are too few to tell narrower shapes.
+    element : the law's name in the model. place : the call of the law ("front"); empty: every call.
+    coordinate : the signal of the law on which the addition depends.
+    span : its range, in ``coordinate_unit``; beyond it the addition is constant.
+    size : plausible amplitude of the addition, in ``unit``.
+    what, over : words for the law and the coordinate: "the rear dampers' force", "stroke rate".
+    scale : of the coordinate, above which it is compressed (asinh x / scale); 0: not compressed.
+    anchored : whether the addition is zero at zero of the coordinate.
+    law, arguments : the element's law, and (coordinate, values of unknowns) -> its signals. Changes of the unknowns
+        can absorb part of the addition, so only the sum of law and addition is determined. None for a sensor.
+    own : the unknowns that ``arguments`` reads; the law is nearly linear in them.
+    called : name of the part where it represents more than one law; empty: the element's name.
+    kin : further laws whose effects belong to this part.
+    reads : computes the coordinate from the law's signals, where it is not one of them.
+    factor : a signal that multiplies the addition ("heading": it changes sign with the direction of driving).
+    sensor : whether the addition is the error of a reading.
+    alike : names of parts that these logs cannot separate from this one.
+    order : highest order of the cosines; lower where the data have too few points for narrow shapes.
     """
 
     element: str
@@ -94,19 +94,19 @@ class Part:
         return tuple(f"free_{self.name}_{self.coordinate}_{int(i)}" for i in self.orders)
 
     def signals(self, x: float, values: Mapping[str, float]) -> Signals:
-        """What the law is called with at one value of the coordinate."""
+        """The law's signals at one value of the coordinate."""
         assert self.arguments is not None
         return Signals(**{"place": f"_{self.place}", "share": 1.0, **self.arguments(x, values), self.coordinate: x})
 
     def baseline(self, x: Array, values: Mapping[str, float]) -> Array:
-        """(points,) the law without addition; zero for a sensor."""
+        """The law without addition (points,); zero for a sensor."""
         law = self.law
         if law is None or self.arguments is None:
             return np.zeros(len(x))
         return np.array([float(law(self.signals(float(one), values))) for one in x])
 
     def slopes(self, x: Array, values: Mapping[str, float]) -> Array:
-        """(points, own) derivatives of the baseline's law to its own unknowns, by central differences."""
+        """Derivatives (points, own) of the law without addition by its own unknowns, by central differences."""
         columns = []
         for n in (name for name in self.own if name in values):
             step = STEP * max(abs(values[n]), 1e-3)
@@ -115,11 +115,11 @@ class Part:
         return np.array(columns).reshape(len(columns), len(x)).T
 
     def basis(self, x: Array) -> Array:
-        """(points, coefficients), the cosines at values (points,) of the coordinate."""
+        """The cosines (points, coefficients) at values (points,) of the coordinate."""
         return np.array([[float(v) for v in self.cosines(float(one))] for one in np.atleast_1d(x)])
 
     def points(self, count: int) -> Array:
-        """(count,) values of the coordinate, equally spaced where it is compressed."""
+        """Values of the coordinate (count,), equally spaced after the compression."""
         low, high = self._compressed(self.span[0]), self._compressed(self.span[1])
         u = np.linspace(float(low), float(high), count)
         x = self.scale * np.sinh(u) if self.scale else u
@@ -149,11 +149,11 @@ class Part:
         return effect(on=self.element, unknowns=many, reference="smooth, no physics assumed", label=self.what)(law)
 
     def concerns(self, one: Effect) -> bool:
-        """Whether an effect corrects the part's law, or one of those that it stands for."""
+        """Whether an effect corrects the part's law, or one of those that the part represents."""
         return bool({self.element, *self.kin} & set(one.on))
 
     def cosines(self, x: Any) -> list[Any]:
-        """The cosines at a value, or symbol, of the coordinate, in the order of ``orders``."""
+        """The cosines at a value or symbol of the coordinate, in the order of ``orders``."""
         first = self._wave(x)
         zero = float(self._wave(0.0)) if self.anchored else 0.0
         waves, at_zero = [1.0, first], [1.0, zero]
@@ -180,7 +180,7 @@ _CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "l
 
 
 def addition(s: Signals) -> Number:
-    """A law of which only the addition is known: zero."""
+    """A law that is zero without its addition."""
     return 0.0
 
 
@@ -190,6 +190,6 @@ def sensor_part(element: str, span: tuple[float, float], size: float, unit: str,
 
 
 def matches(place: str, at: str) -> bool:
-    """Whether a law called at ``at`` ("_fl") stands for the part's place ("front"); empty: for every place."""
+    """Whether a law's call at ``at`` ("_fl") belongs to the place ("front"); an empty place matches every call."""
     words = [w for token in at.split("_") for w in _CORNERS.get(token, (token,))]
     return not place or place in words

@@ -1,4 +1,4 @@
-"""Free profiles: a force or torque of any shape over one signal, for what no candidate effect explains."""
+"""Free profiles: a force or torque of any shape over one signal, for errors that no candidate effect explains."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from vdyn_cli.engine.maths import fabs, fmax, fmin
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
-KNOTS = 8  # shapes of a quarter of the span and longer are followed
+KNOTS = 8  # resolve shapes of a quarter of the span and longer
 
 
 def profile(name: str, on: str, signal: str, span: Sequence[float], size: float, unit: str) -> Effect:
-    """An addition to a law that is free over one of its signals: hats on equal knots, constant beyond the ends.
+    """An effect that adds a free function of one signal to a law: hat functions, constant beyond the outer knots.
 
     F = law + share sum_k c_k hat_k(signal)
 
     Parameters
     ----------
     name : of the effect; the unknowns are ``<name>_1`` and so on.
-    on, signal : the law, and the signal that it is called with.
-    span : of the signal, first and last of ``KNOTS`` knots; or all knots, equally spaced.
-    size : plausible size of the coefficients, in ``unit``.
+    on, signal : the law, and one of its signals.
+    span : first and last of ``KNOTS`` knots of the signal; or all knots, equally spaced.
+    size : plausible amplitude of the coefficients, in ``unit``.
 
     Returns
     -------
-    The effect. A law that acts on a part of the vehicle states ``share``, the part's share of the addition.
+    The effect. ``share`` is 1 unless the law is called for a part of the vehicle and states its share.
     """
     at = np.linspace(span[0], span[-1], KNOTS if len(span) == 2 else len(span))
     width = float(at[1] - at[0])
@@ -39,7 +39,7 @@ def profile(name: str, on: str, signal: str, span: Sequence[float], size: float,
     )
 
     def law(element: Law, s: Signals, q: Signals) -> Number:
-        """What is left over one signal, in no particular shape."""
+        """A free function of one signal, for a residual of unknown shape."""
         x = fmin(fmax(getattr(s, signal), float(at[0])), float(at[-1]))
         total: Number = 0.0
         for unknown, knot in zip(names, at.tolist(), strict=True):
@@ -51,7 +51,7 @@ def profile(name: str, on: str, signal: str, span: Sequence[float], size: float,
 
 
 def span_of(values: Sequence[np.ndarray], least: float = 0.0) -> tuple[float, float]:
-    """First and last knot for a signal: all but its outermost hundredths, ``least`` apart at the least."""
+    """First and last knot for a signal: its 1 % and 99 % quantiles, at least ``least`` apart."""
     every = np.concatenate([np.asarray(v)[np.isfinite(v)] for v in values])
     low, high = (float(v) for v in np.quantile(every, [0.01, 0.99]))
     return (low, high) if high - low > least else (low, low + max(least, 1e-6))

@@ -1,4 +1,4 @@
-"""An estimate with its interval, as text."""
+"""Estimates with their intervals as text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LISTED = 3  # intervals written out in the result's sentence
 
 
 def with_interval(estimate: Estimate | Budget, unit: str = "") -> str:
-    """``1.2504 kg m^2 (95 %: 1.2489 to 1.2519)``, with the digits that the standard deviation leaves."""
+    """``1.2504 kg m^2 (95 %: 1.2489 to 1.2519)``, with the digits that are significant by the standard deviation."""
     low, high = (number(end, estimate.std) for end in estimate.interval95)
     return " ".join(filter(None, (number(estimate.value, estimate.std), unit, f"(95 %: {low} to {high})")))
 
@@ -38,9 +38,9 @@ def with_wider_intervals(result: Result, parameters: Parameters, note: str = "")
 
 
 def within_physical_range(result: Result) -> Result:
-    """The result with intervals that a vehicle can have: cut where they leave the range of the vocabulary.
+    """The result with intervals limited to the physical range of each parameter in the vocabulary.
 
-    A value outside its range keeps its interval: it is for the step to refuse.
+    A value outside its range keeps its interval, because the step must refuse it.
     """
     cut = {}
     for name, one in result.parameters.items():

@@ -1,4 +1,4 @@
-"""Learned laws as effects: rebuilt from their definition wherever a model has the element."""
+"""Learned laws as effects, built from their definitions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.free_part import Part, matches
 
-SHARP = 1e-3  # of the span: width of a step, and within which a sign turns
+SHARP = 1e-3  # share of the span: width over which a step or a sign changes
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class LawForm:
 
     Parameters
     ----------
-    coefficients : the size first, in which it is linear, then the shapes.
+    coefficients : names; the first is the amplitude, in which the formula is linear, then the shape parameters.
     units : of each: "value", "value/x", "x" or "".
     text : the formula.
-    law : (x, shapes, definition) -> the addition for a size of one.
+    law : (x, shapes, definition) -> the addition for an amplitude of one.
     """
 
     coefficients: tuple[str, ...]
@@ -89,7 +89,7 @@ def learned_effect(name: str, law: LawDefinition, starts: Mapping[str, tuple[flo
 
     Parameters
     ----------
-    name : of the effect. starts : of each unknown, (value, lower, upper); shapes of formulas keep the value as nominal.
+    name : of the effect. starts : (value, lower, upper) of each unknown; values of shape parameters become nominal.
     """
     quantities, nominal = [], {}
     for curve in law.curves:
@@ -101,7 +101,7 @@ def learned_effect(name: str, law: LawDefinition, starts: Mapping[str, tuple[flo
     additions = [(curve, _addition(law.element, curve)) for curve in law.curves]
 
     def correction(element: Law, s: Signals, q: Signals) -> Number:
-        """An addition that was learned from data, over one signal of the law."""
+        """An addition to the law over one of its signals, learned from data."""
         total = element(s)
         for curve, addition in additions:
             if matches(curve.place, s.place):
@@ -123,7 +123,7 @@ def learned_effect(name: str, law: LawDefinition, starts: Mapping[str, tuple[flo
 
 
 def meaning_of(curve: CurveDefinition, k: int) -> str:
-    """What the k-th unknown of a curve is."""
+    """The meaning of the k-th unknown of a curve."""
     if curve.form == "table":
         return f"size of shape {k + 1} of a learned law over {curve.coordinate}"
     return f"{LAW_FORMS[curve.form].coefficients[k]} of a learned law over {curve.coordinate}"
@@ -149,7 +149,7 @@ def _addition(element: str, curve: CurveDefinition) -> Callable[[Any, Sequence[A
     basis = np.array(curve.basis)
 
     def table(x: Any, values: Sequence[Any]) -> Any:
-        # Weights of the cosines first: they do not change in time, and a simulation makes them once.
+        # The weights of the cosines do not change in time, so that a simulation computes them once.
         weights = [sum(float(b) * value for b, value in zip(row, values, strict=True)) for row in basis]
         return sum((weight * wave for weight, wave in zip(weights, part.cosines(x), strict=True)), 0.0)
 
@@ -157,11 +157,11 @@ def _addition(element: str, curve: CurveDefinition) -> Callable[[Any, Sequence[A
 
 
 def learned_effects(parameters: Parameters) -> tuple[Effect, ...]:
-    """The effects of the learned laws that belong to the vehicle, at the values that earlier steps found.
+    """The effects of the learned laws that belong to the vehicle, at the values estimated by earlier steps.
 
     Parameters
     ----------
-    parameters : with their extensions and the definitions of learned laws.
+    parameters : with extensions and definitions of learned laws.
     """
     made = []
     for name, law in parameters.laws.items():
@@ -174,6 +174,6 @@ def learned_effects(parameters: Parameters) -> tuple[Effect, ...]:
 
 
 def _wide(value: float, std: float) -> tuple[float, float]:
-    """A range that holds the value with room on both sides: ten of its own size or of its deviations."""
+    """A range about the value: ten times its magnitude or its standard deviation to either side."""
     room = 10.0 * max(abs(value), std, 1e-12)
     return value - room, value + room

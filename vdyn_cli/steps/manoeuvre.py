@@ -1,4 +1,4 @@
-"""A manoeuvre that could be driven next, as a regression of runs not yet driven."""
+"""A manoeuvre that could be driven next, as a regression over simulated runs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from vdyn_cli.inference import Regression
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """Some runs of one kind, which can be driven several times over.
+    """Runs of one kind, which can be repeated.
 
     Parameters
     ----------
-    words : the manoeuvre with that many runs in all, as a noun phrase: "4 coasts from 130 to 7 km/h, two each way".
-    regression : of ``each`` simulated runs: the step's own, with the same unknowns, effects and noise levels. It may
-        raise ArithmeticError or ResultError where the car cannot be driven so. Made only when requested.
-    each : runs that belong together and are repeated together.
-    most : how often they may be repeated.
-    anew : unknowns with another value when these runs are driven, such as the wind of another day.
+    words : number of runs -> noun phrase of the manoeuvre: "4 coasts from 130 to 7 km/h, two each way".
+    regression : computes the step's regression over ``each`` simulated runs, with the same unknowns, effects and noise
+        levels. It may raise ArithmeticError or ResultError where the car cannot drive the manoeuvre.
+    each : number of runs that are repeated together.
+    most : largest number of repetitions.
+    anew : unknowns with a different value in these runs, such as the wind of another day.
     """
 
     words: Callable[[int], str]

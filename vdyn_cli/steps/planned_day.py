@@ -1,4 +1,4 @@
-"""A test day that is not driven yet: its logs, simulated by a step from settings with stated defaults."""
+"""Simulated logs of a test day not driven yet, from settings with stated defaults."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlanSetting:
-    """A number that a planned day needs and no log tells yet: its quantity, and (spec, known) -> its default in SI."""
+    """A number that a planned day needs: its quantity, and (spec, known) -> its default in SI."""
 
     quantity: Quantity
     default: Callable[[Any, Parameters], float]
 
 
 def setting(name: str, default: float, unit: str, meaning: str, most: float, least: float = 0.0) -> PlanSetting:
-    """A setting from ``least`` to ``most``; these and ``default`` in ``unit``, which is SI."""
+    """A setting with a fixed default, and range from ``least`` to ``most``, all in ``unit`` (SI)."""
     return PlanSetting(Quantity(name, unit, meaning, "", least, most), lambda spec, known: default)
 
 
 def guess(name: str, default: float | Callable[[Any, Parameters], float]) -> PlanSetting:
-    """A parameter that the day shall determine, with the value to plan with where the vehicle states none, SI."""
+    """A parameter that the day is to determine, with its planned value (SI) where the vehicle states none."""
     quantity = PARAMETERS[name]
     usual = default if callable(default) else lambda spec, known: default
     return PlanSetting(quantity, lambda spec, known: known[name].value if name in known else usual(spec, known))
@@ -71,11 +71,11 @@ class DayRequest:
         return np.arange(count) / rate
 
     def read(self, true: Array, noise: str, zero: float = 0.0) -> Array:
-        """The readings of a true signal (n,): white noise of the setting ``noise``, and one zero for the run.
+        """The readings (n,) of a true signal (n,), with white noise and a random zero of the run.
 
         Parameters
         ----------
-        zero : standard deviation of the sensor's zero, SI.
+        noise : name of the setting with the noise's standard deviation. zero : standard deviation of the zero, SI.
         """
         return true + zero * self.rng.standard_normal() + self.at[noise] * self.rng.standard_normal(true.size)
 
@@ -86,7 +86,7 @@ class PlannedDay:
 
     Parameters
     ----------
-    runs : number of runs where neither the description nor the user says.
+    runs : default number of runs.
     settings : of the day, each a key of ``plan`` in the description.
     logs : (request) -> one log for each run, with every channel that the step can read.
     run : index -> keys of a run that the description does not list.

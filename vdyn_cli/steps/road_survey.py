@@ -1,4 +1,4 @@
-"""The survey of a road: points with elevation or grade, their error, and what a vehicle meets between them."""
+"""The survey of a road: points with elevation or grade, their error, and the grade between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 
-MODES = 5  # of the error along the road: a constant and four cosines; shorter ones pass within one bin of a coast
+MODES = 5  # of the error along the road: a constant and four cosines; shorter waves average out within a coast's bin
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +20,8 @@ class RoadSurvey:
     ----------
     name : of its file. position : (n,) m, ascending. values : (n,) elevation, m, or grade.
     std : (n,) standard deviation of the values, 0 where the survey states none.
-    elevation : whether the values are elevations, of independent errors; else grades, whose errors are
-        common to long parts of the road.
+    elevation : whether the values are elevations, with independent errors; else grades, whose errors are common to
+        long parts of the road.
     """
 
     name: str
@@ -45,18 +45,23 @@ class RoadSurvey:
         return np.asarray(np.diff(self.values) / np.diff(self.position))
 
     def grade(self, place: Array) -> Array:
-        """Grade, uphill where the position rises, at positions (m,)."""
+        """Grade (m,) at positions (m,) m, positive where the road climbs with increasing position."""
         if not self.elevation:
             return np.asarray(np.interp(place, self.position, self.values))
         k = np.clip(np.searchsorted(self.position, place, "right") - 1, 0, self._slopes.size - 1)
         return self._slopes[k]
 
     def error(self, place: Array, mode: int) -> Array:
-        """One standard deviation of a mode of the grade's error at positions (m,): cos(k pi s), s from 0 to 1.
+        """Standard deviation of mode k of the grade's error at positions (m,) m, with its shape cos(k pi s), s 0 to 1.
 
-        Elevations with independent errors of standard deviation sd at n points are off by a sum of sines whose
-        coefficients have the standard deviation sd sqrt(2 / n) each, so the grade by k pi / length times that; its mean
-        by the two ends, sd sqrt(2) / length. A grade's error is spread over all modes.
+        Independent errors of the elevations at n points, of standard deviation sd, are a sum of sines whose
+        coefficients each have the standard deviation sd sqrt(2 / n), so those of the grade have k pi / length times
+        that. The error of the mean grade comes from the two ends, sd sqrt(2) / length. A grade's error is distributed
+        over all modes.
+
+        Parameters
+        ----------
+        mode : k, below ``MODES``.
         """
         begin, end = self.span
         length, share = end - begin, np.clip((place - begin) / (end - begin), 0.0, 1.0)
@@ -70,7 +75,7 @@ class RoadSurvey:
         return np.asarray(size * np.cos(mode * np.pi * share))
 
     def summary(self) -> dict[str, str | float | int]:
-        """As the JSON of a result names it."""
+        """The survey in the JSON of a result."""
         sd, (begin, end) = float(np.sqrt(np.mean(self.std**2))), self.span
         kind = "elevation" if self.elevation else "grade"
         return {"profile": self.name, "from": begin, "to": end, "points": self.position.size, "kind": kind, "std": sd}

@@ -1,4 +1,4 @@
-"""Channels that a step may read from another one: the other channel times constants of the vehicle."""
+"""Channels that can be computed from another channel times constants of the vehicle."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ScaledChannel:
 
     @property
     def equation(self) -> str:
-        """How the channel follows from the other one: ``"speed = wheel_speed * wheel_radius"``."""
+        """The equation as text: ``"speed = wheel_speed * wheel_radius"``."""
         return f"{self.target} = {' * '.join((self.source, *self.constants, *self.optional))}"
 
 
@@ -35,7 +35,7 @@ SPEED_OF_WHEEL = ScaledChannel(
     "speed",
     "wheel_speed",
     ("wheel_radius",),
-    "The slip of a wheel that only rolls is neglected: it is below 0.1 %, and nearly constant.",
+    "The slip of a free-rolling wheel is neglected: it is below 0.1 %, and nearly constant.",
 )
 
 _MOTOR = "Friction and iron losses of the motor, and the inertia of its rotor, are part of the vehicle."
@@ -43,16 +43,16 @@ TORQUE_OF_MOTOR = ScaledChannel("drive_torque", "motor_current", ("torque_consta
 
 
 def torque_at_wheel(target: str) -> ScaledChannel:
-    """The torque behind a gear, from the current of the motor before it.
+    """A torque at the wheel from the motor's current, its torque constant and the gear ratio.
 
     Parameters
     ----------
-    target : the channel of the torque, N m.
+    target : name of the torque's channel, N m.
     """
     return ScaledChannel(
         target,
         "motor_current",
         ("torque_constant",),
-        "Losses of motor and gear, and the inertia of the rotor, are not taken off.",
+        "Losses of motor and gear, and the inertia of the rotor, are neglected.",
         ("gear_ratio",),
     )

@@ -1,4 +1,4 @@
-"""Channels whose sign contradicts physics: how alike two signals are, and what to tell the user."""
+"""Channels whose sign contradicts physics: similarity of two signals, and the finding for the user."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ REMEDY = "add 'sign: -1' to its channel"
 
 
 def cosine(a: Array, b: Array) -> float:
-    """a . b / (|a| |b|) of two signals (n,) where both are finite; 0 where either is zero throughout."""
+    """a . b / (|a| |b|) of two signals (n,), over samples where both are finite; 0 where either is zero throughout."""
     good = np.isfinite(a) & np.isfinite(b)
     size = float(np.linalg.norm(a[good]) * np.linalg.norm(b[good]))
     return float(a[good] @ b[good]) / size if size > 0 else 0.0

@@ -107,7 +107,7 @@ def test_a_drawing_that_the_log_contradicts_is_told_also_where_joints_explain_it
     (finding,) = (f for f in problem.publish((joints,), (unknown,)).findings if f.where == "left, log and drawing")
     assert finding.doubt
     assert "20 % softer than calculated from its drawing" in finding.what
-    assert "a drawing that is wrong by as much looks the same" in finding.what
+    assert "an error of the drawing of this size looks the same" in finding.what
 
 
 def test_a_log_stiffer_than_the_drawing_contradicts() -> None:

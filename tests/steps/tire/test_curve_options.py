@@ -54,7 +54,7 @@ def test_a_stated_shape_factor_is_a_prior_that_the_result_names() -> None:
     assert told.parameters["tire_C"].std < 0.0021 < plain.parameters["tire_C"].std
     assert told.parameters["tire_E"].std < plain.parameters["tire_E"].std
     (note,) = [f for f in told.findings if f.where == "tire_C"]
-    assert "is a prior of the fit" in note.what
+    assert "is a prior; the fitted value" in note.what
     assert not note.doubt
 
 
@@ -79,7 +79,7 @@ def test_stated_c_and_e_determine_a_curve_whose_peak_was_not_reached() -> None:
     error = result.parameters["tire_D"].value - CAR.tire_D
     assert abs(error) < 3 * result.parameters["tire_D"].std
     assert 0.005 < result.parameters["tire_D"].std < 0.2
-    assert any("rest on the stated C and E" in w for w in result.fit.warnings)
+    assert any("depend on the stated C and E" in w for w in result.fit.warnings)
     assert np.isfinite(result.fit.rms)
 
 

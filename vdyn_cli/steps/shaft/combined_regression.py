@@ -1,4 +1,4 @@
-"""One regression over the logs of both half-shafts: a bar on each side, the unknowns of effects in common."""
+"""One regression over the logs of both half-shafts, which share the unknowns of effects."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.effect_estimates import unbounded
 from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, next_place
 
-CLEARLY = 10.0  # of the cost, by which a probe must fit better than no effect
-PROBED = 2  # every second probe
-ROUNDS, SETTLED = 5, 0.3  # of adjusting the readings anew, until no unknown moves by more standard deviations
+CLEARLY = 10.0  # reduction of the cost by which a probe must fit better than no effect
+PROBED = 2  # every second probe is tried
+ROUNDS, SETTLED = 5, 0.3  # of readjusting the readings, until no unknown changes by more standard deviations
 BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
 
 
 def combined_regression(sides: Mapping[str, Regression]) -> Regression:
-    """The rows of every side's runs over [bar of each side | what the sides share | the run's own].
+    """The rows of all runs over the unknowns [bar of each side | shared by the sides | the run's own].
 
     Parameters
     ----------
-    sides : the regression of each, all with the same effects.
+    sides : the regression of each side, all with the same effects.
     """
     common = next(iter(sides.values()))
     bars = [replace(u, name=f"{u.name}_{side}") for side, regression in sides.items() for u in regression.shared[:BAR]]
@@ -47,9 +47,9 @@ def combined_regression(sides: Mapping[str, Regression]) -> Regression:
 
 
 def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
-    """One side with effects, its readings adjusted as for the fit with all of them, if the runs determine that.
+    """The regression of one side with effects, its readings adjusted at the fit with all of them.
 
-    With priors on the effects' unknowns they mostly do; else the readings stay as for the last fit that they determine.
+    Where the runs do not determine that fit, the readings are adjusted at the last fit that they determine.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
 
 
 def _probed(fit: ShaftFit, linear: Solution) -> tuple[Unknown, ...]:
-    """The unknowns with the probe that fits best as start, where one fits clearly better than no effect."""
+    """The unknowns, started at the best-fitting probe of their effect where it fits clearly better than no effect."""
     found = list(fit.extra)
     names = [u.name for u in found]
     for effect in fit.effects:

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes beside the channels of a shaft test: keys that no log tells."""
+"""What ``vdyn init`` writes for a shaft test beside the channels: keys that no log contains."""
 
 DRAFT = """\
 shear_modulus: "?"          # of the material, such as 79.3 +- 0.3 GPa
@@ -9,6 +9,6 @@ sections:                   # from the inside out, from the drawing
 """
 SETTINGS = """\
 settings:
-  gear_ratio: "?"           # motor turns per turn of the shaft; if both speeds are of the shaft's ends: such as 1
+  gear_ratio: "?"           # motor turns per turn of the shaft (if both speeds are those of its ends: 1), such as 1
 """
 RUN = 'side: "?"'

@@ -1,4 +1,4 @@
-"""The twist of a half-shaft from the angles of its two ends, as encoders count them."""
+"""The twist of a half-shaft from encoder angles of its two ends."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
 ANGLES = ("motor_angle", "wheel_angle")
-ONE_TURN = 2.1 * np.pi  # rad, that an encoder of one turn may read at most; a counter of turns reads more
-WRONG_RATIO = 0.1  # of the twist's range, by which a wrong gear ratio may make it drift
+ONE_TURN = 2.1 * np.pi  # rad, largest range of a single-turn encoder; a multi-turn one reads more
+WRONG_RATIO = 0.1  # share of the twist's range by which it may drift
 
 
 def with_twist_of_angles(log: Log, gear_ratio: float) -> Log:
@@ -18,13 +18,13 @@ def with_twist_of_angles(log: Log, gear_ratio: float) -> Log:
 
     phi = motor_angle / gear_ratio - wheel_angle - zero
 
-    The encoders count from anywhere: the zero is the constant of phi over the torque, so that no torque is no twist.
-    The rate of the twist is left to the fit, whose chain of twists contains it; nothing is differentiated.
+    The encoders have arbitrary zeros; the zero is the constant of a line of phi over the torque, so that the twist is
+    zero without torque. The fit estimates the rate of the twist; nothing is differentiated.
 
     Parameters
     ----------
-    log : with shaft_torque (N m), NaN where nothing is written.
-    gear_ratio : turns of motor_angle per turn of the wheel; exact, as a ratio of numbers of teeth is.
+    log : with shaft_torque (N m), NaN where there is no reading.
+    gear_ratio : turns of motor_angle per turn of the wheel; assumed exact, as a ratio of numbers of teeth.
     """
     twist = _raw_twist(log, gear_ratio)
     good = np.isfinite(twist) & np.isfinite(log["shaft_torque"])
@@ -34,9 +34,9 @@ def with_twist_of_angles(log: Log, gear_ratio: float) -> Log:
 
 
 def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
-    """A gear ratio with which the twist follows the turning of the wheel instead of the torque.
+    """A finding where the twist drifts with the wheel angle because the gear ratio is wrong.
 
-    phi = a + T / k + b wheel_angle: b is the relative error of the ratio, and 0 where it is right.
+    phi = a + T / k + b wheel_angle, where b is the relative error of the ratio.
     """
     twist, turned = _raw_twist(log, gear_ratio), unwrapped(log["wheel_angle"])
     good = np.isfinite(twist) & np.isfinite(log["shaft_torque"])
@@ -51,13 +51,13 @@ def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
     if drift <= WRONG_RATIO * abs(slope[1]) * float(np.ptp(log["shaft_torque"][good])):
         return []
     seen = gear_ratio * (1.0 + slope[2])
-    what = "motor_angle over wheel_angle is not the gear ratio, so that the twist drifts with the turning"
+    what = "motor_angle over wheel_angle is not the gear ratio, so that the twist drifts with the wheel angle"
     remedy = f"write 'gear_ratio: {seen:.6g}' under settings, or the ratio of the numbers of teeth"
     return [Finding(log.name, what, f"{seen:.6g} against {gear_ratio:g}", remedy)]
 
 
 def unwrapped(angle: Array) -> Array:
-    """An angle (n,), rad, without the jumps of an encoder that counts within one turn; NaN stays."""
+    """An angle (n,), rad, without the jumps of a single-turn encoder; NaN is kept."""
     good = np.isfinite(angle)
     if not good.any() or np.ptp(angle[good]) > ONE_TURN:
         return angle

@@ -1,4 +1,4 @@
-"""Figures of a half-shaft test: torque over twist, its residual, the drawing's sections, the methods compared."""
+"""Figures of a half-shaft test: torque over twist, its residual, sections of the drawing, comparison of methods."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
 
 
 def comparisons(sides: Sequence[ComparedStiffness]) -> tuple[Comparison, ...]:
-    """Torque of each logged run against that of the law at its adjusted twist."""
+    """Measured torque of each logged run, and the law's torque at its adjusted twist."""
     return tuple(
         Comparison(run.name, "shaft_torque", "N m", run.time, "time in s", run.torque, torque)
         for logged in (compared.logged for compared in sides)
@@ -23,7 +23,7 @@ def comparisons(sides: Sequence[ComparedStiffness]) -> tuple[Comparison, ...]:
 
 
 def figures(sides: Sequence[ComparedStiffness]) -> tuple[Figure, ...]:
-    """Two of each logged side, one of each drawing of several sections, one of the methods where there are several."""
+    """Loop and residual of each logged side, sections of each drawing, and methods where there are several."""
     found = [draw(c.side.name, c.logged) for c in sides if c.logged is not None for draw in (_loop, _residual)]
     found += [_compliance(c.side) for c in sides if len(c.side.sections) > 1]
     if any(len(compared.methods) > 1 for compared in sides):
@@ -74,7 +74,7 @@ def _compliance(side: ShaftSide) -> Figure:
 
 
 def _methods(sides: Sequence[ComparedStiffness]) -> Figure:
-    """Each method relative to what is published of its side."""
+    """Stiffness by each method relative to the published one of its side."""
     series, at = [], 0
     for compared in sides:
         budgets, published = compared.methods.values(), compared.published.value

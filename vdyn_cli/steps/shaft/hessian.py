@@ -1,4 +1,4 @@
-"""The second derivative of a regression's cost, where J'J counts noise of adjusted readings as information."""
+"""The second derivative of a regression's cost, for regressions whose J'J contains the noise of adjusted readings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ STEP = 0.3  # standard deviations, of the central differences
 
 
 def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array]:
-    """J'J and the cost's second derivative at a solution, the runs' own unknowns eliminated, (s, s) each."""
+    """J'J and the cost's second derivative at a solution, with the runs' own unknowns eliminated, (s, s) each."""
     s, m, runs = len(regression.shared), len(regression.own), len(regression.runs)
     x = np.concatenate([list(solution.values.values()), *(zip(*solution.per_run.values(), strict=True))])
     prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])
@@ -29,7 +29,7 @@ def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array
 
 
 def _hessian(regression: Regression, run: int, local: Array, steps: Array) -> Array:
-    """The derivative of J'r by central differences."""
+    """The derivative of J'r by central differences, symmetrized."""
     columns = []
     for shift in np.diag(steps):
         above, below = regression.rows(run, local + shift), regression.rows(run, local - shift)

@@ -1,7 +1,7 @@
-"""Noise in every channel of a half-shaft's log: the conditions on the readings, and readings adjusted to fulfil them.
+"""Noise in every channel of a half-shaft's log: conditions on the readings, and readings adjusted to fulfill them.
 
-With A the derivative of the conditions g to the readings x and S the readings' covariance, x - S A' (A S A')^-1 g are
-the nearest readings, by their noise, that fulfil the linearized conditions (Gauss-Helmert model).
+With A the derivative of the conditions g by the readings x and S the readings' covariance, x - S A' (A S A')^-1 g are
+the most probable readings that fulfill the linearized conditions (Gauss-Helmert model).
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 
 Indices = NDArray[np.intp]
 
-GAP = 3.0  # of the median time step; longer ones break the chain
-UNCHAINED = 1.0  # rad^2, variance of the twist's change over a gap: nothing is known of it
+GAP = 3.0  # median time steps; over longer ones the twist is not integrated
+UNCHAINED = 1.0  # rad^2, variance of the twist's change over a gap, which is unknown
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class ReadingConditions:
 
     Parameters
     ----------
-    values : (2 n - 1,), torque less the law's (N m) and twist less the integral of its rate (rad) in turn.
-    to_twist, to_rate : (n,), slopes of the law's torque, N m/rad and N m s/rad.
+    values : (2 n - 1,), alternately the residual of the torque (N m) and of the twist's integration (rad).
+    to_twist, to_rate : (n,), derivatives of the law's torque by twist and rate, N m/rad and N m s/rad.
     """
 
     run: ShaftReadings
@@ -45,7 +45,7 @@ class ReadingConditions:
         band = np.zeros((5, self.values.size))
         band[0, ::2] = torque + self.to_twist**2 * twist + self.to_rate**2 * rate
         band[0, 1::2] = twist * np.sum(to_twist**2, axis=1) + rate * np.sum(to_rate**2, axis=1) + self._unchained
-        ahead, here, behind = (  # of a link and the torque of the sample before, at, after its own
+        ahead, here, behind = (  # covariance of an integration condition with the torque before, at and after it
             twist * to_twist[:, k] * self.to_twist[nodes] + rate * to_rate[:, k] * self.to_rate[nodes]
             for k, nodes in enumerate(_nodes(len(to_twist)))
         )
@@ -62,7 +62,7 @@ class ReadingConditions:
 
     @property
     def _unchained(self) -> Array:
-        """Variance added to each link of the chain, rad^2: nothing is known of what happens in a gap."""
+        """Variance added to each integration condition, rad^2: that of a gap has no weight."""
         step = np.diff(self.run.time)
         broken = step > GAP * np.median(step)
         if self.run.rate_unread:
@@ -70,7 +70,7 @@ class ReadingConditions:
         return np.where(broken, UNCHAINED, 0.0)
 
     def adjusted(self) -> tuple[Array, Array]:
-        """Twist (rad) and rate (rad/s), (n,) each, nearest to the readings that fulfil the conditions."""
+        """The most probable twist (rad) and rate (rad/s), (n,) each, that fulfill the conditions."""
         weights = weighed(self.factor, whitened(self.factor, self.values))
         pulls = []
         for slope, link in zip((self.to_twist, self.to_rate), self.run.chain, strict=True):
@@ -83,6 +83,6 @@ class ReadingConditions:
 
 
 def _nodes(links: int) -> tuple[Indices, Indices, Indices]:
-    """The samples before, at, and after the first one of each link; the first link has none before it, of no weight."""
+    """Indices of the samples i - 1, i, i + 1 of each integration condition; the first one's i - 1 has no weight."""
     at = np.arange(links)
     return np.maximum(at - 1, 0), at, at + 1

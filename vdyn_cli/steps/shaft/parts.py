@@ -1,4 +1,4 @@
-"""The parts of a half-shaft whose laws can be freed."""
+"""The parts of a half-shaft whose laws can be replaced by free curves."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ TORQUE = 50.0  # N m, plausible size: a tenth of a tip-in's torque
 
 
 def shaft_parts(sides: Sequence[str], twist: tuple[float, float], rate: tuple[float, float]) -> tuple[Part, ...]:
-    """The shafts' torque over twist and over its rate.
+    """The parts: the shafts' torque over twist and over its rate.
 
     Parameters
     ----------
-    sides : that were logged: the law of one has its own stiffness and damping. twist, rate : spans, rad and rad/s.
+    sides : the logged ones; the first provides stiffness and damping. twist, rate : spans, rad and rad/s.
     """
     stiffness, damping = (f"shaft_{name}_{sides[0]}" for name in ("stiffness", "damping"))
 
@@ -35,6 +35,6 @@ def shaft_parts(sides: Sequence[str], twist: tuple[float, float], rate: tuple[fl
 
 
 def largest(logs: Sequence[np.ndarray]) -> tuple[float, float]:
-    """A span about zero that holds all finite values."""
+    """The smallest span symmetric about zero that contains all finite values."""
     most = max((float(np.nanmax(np.abs(x))) for x in logs if x.size), default=1.0)
     return -most, most

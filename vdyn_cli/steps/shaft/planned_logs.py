@@ -1,4 +1,4 @@
-"""Tip-ins that are not driven yet: steps of torque on one half-shaft, and how far they twist it."""
+"""Simulated logs of tip-ins not driven yet: steps of torque on one half-shaft, and its twist."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _run(index: int) -> Mapping[str, Any]:
 
 
 def _simulated(day: DayRequest) -> tuple[Log, ...]:
-    """The torque swings about each step; T = k phi + c phi'."""
+    """T = k phi + c phi', with a twist that follows steps of torque as a damped oscillator."""
     return tuple(_log(day, k) for k in range(len(day.spec.runs)))
 
 

@@ -1,4 +1,4 @@
-"""A half-shaft test, prepared once: both sides' readings, drawings and hung bars."""
+"""The problem of a half-shaft test: readings, drawings and pendulum bars of both sides."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from vdyn_cli.steps.shaft.shaft_side import ShaftSide
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 from vdyn_cli.steps.shaft.stiffness_comparison import compared_stiffness
 
-FREE_TORQUE = 50.0  # N m, plausible size of a free profile
-TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: what a tip-in twists a half-shaft by
-RESOLVED = 3.0  # standard deviations of a reading within one knot: 1.5 to either side, beyond which are 13 % of them
+FREE_TORQUE = 50.0  # N m, plausible amplitude of a free profile
+TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: twist of a half-shaft in a tip-in, and its rate
+RESOLVED = 3.0  # standard deviations of a reading per knot interval: 13 % of the readings are in a wrong one
 STEEL = Given(79.3e9, 0.8e9)  # Pa, shear modulus of the steels of half-shafts
 
 
 @dataclass(frozen=True)
 class ShaftProblem(SimulatedProblem):
-    """Half-shafts of a car: drawn, swung with a bar, logged, or several of them.
+    """Half-shafts of a car with a drawing, a pendulum test, logs, or several of them.
 
     Parameters
     ----------
-    sides : those of which anything was given.
-    findings : of the shear modulus. log_findings : of the logs.
+    sides : those with any data.
+    findings : about the shear modulus. log_findings : about the logs.
     durations : of the logs, s.
     """
 
@@ -58,12 +58,12 @@ class ShaftProblem(SimulatedProblem):
 
     @property
     def model(self) -> Model:
-        """The half-shaft between its two ends."""
+        """The half-shaft as a torsional spring and damper."""
         return HALF_SHAFT
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Torques that are free over the twist, and over its rate where the logs resolve that."""
+        """Free profiles of torque over the twist, and over its rate where the logs resolve that."""
         over_twist = profile("torque_over_twist", "shaft", "twist", (-TWIST, TWIST), FREE_TORQUE, "N m")
         if not self._resolves_rate:
             return (over_twist,)
@@ -72,7 +72,7 @@ class ShaftProblem(SimulatedProblem):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Torque over twist and over its rate."""
+        """Torque over twist, and over its rate where the logs resolve that."""
         logged = [side for side in self.sides if side.runs]
         if not logged:
             return ()
@@ -83,9 +83,9 @@ class ShaftProblem(SimulatedProblem):
 
     @cached_property
     def _resolves_rate(self) -> bool:
-        """Whether the noise of the rate is well within one knot of a free law over it.
+        """Whether the noise of the rate is well below the knot distance of a free law over it.
 
-        Readings that are noisier choose their knot by their noise: a free law then follows it, and seems to be there.
+        With more noise, the noise decides to which knot a reading belongs, and a free law fits the noise.
         """
         knot = 2 * TWIST_RATE / (KNOTS - 1)
         return all(RESOLVED * noise < knot for side in self.sides if side.runs for noise in side.rate_noise)
@@ -93,7 +93,7 @@ class ShaftProblem(SimulatedProblem):
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
-        """The logs of both sides with effects in the shafts' law; a drawing is a prior of the bar's stiffness.
+        """The regression over the logs of both sides, with effects in the shafts' law; drawings are priors of the bars.
 
         Raises
         ------
@@ -105,9 +105,9 @@ class ShaftProblem(SimulatedProblem):
         return combined_regression({side.name: side.regression(effects, unknowns) for side in logged})
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        """Stiffness of each side that was drawn or tested, damping where it was logged.
+        """Stiffness of each side with a drawing or a test, and damping where it was logged.
 
-        With effects in the law each side is fitted for itself. Where one in series with the bar is among them, the
+        Each side is fitted separately, also with effects in the law. If an effect is in series with the bar, the
         bar's stiffness is published, with the drawing as its prior.
 
         Raises
@@ -131,7 +131,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
 
     Raises
     ------
-    InputError : neither drawing, bar nor log; or as :func:`readings_of`.
+    InputError : neither drawing, bar nor log is given; or as :func:`readings_of`.
     """
     readings = readings_of(spec, logs)
     modulus, findings = _shear_modulus(spec, known)
@@ -151,7 +151,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
 
 
 def _shear_modulus(spec: ShaftSpec, known: Parameters) -> tuple[Given, tuple[Finding, ...]]:
-    """Pa, from the description, the vehicle, or steel's."""
+    """Shear modulus, Pa, from the description, the vehicle, or that of steel; with a finding where it is assumed."""
     if spec.shear_modulus is not None:
         return spec.shear_modulus, ()
     if "shear_modulus" in known:

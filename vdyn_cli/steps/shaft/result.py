@@ -19,11 +19,11 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]) -> Result:
-    """What is published of all sides.
+    """The published result of both sides.
 
     Parameters
     ----------
-    findings : of the description and the logs.
+    findings : about the description and the logs.
     """
     estimates, notes = _estimates(sides)
     by_method = {s.side.name: {name: {"value": b.value, "std": b.std} for name, b in s.methods.items()} for s in sides}
@@ -49,7 +49,7 @@ def _logged(sides: Sequence[ComparedStiffness]) -> list[LoggedShaft]:
 
 
 def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Estimate]:
-    """Estimates of the effects' unknowns, both sides' weighted by inverse variance."""
+    """Estimates of the effects' unknowns, the mean of both sides weighted by inverse variance."""
     logged = [shaft.amplitudes for shaft in _logged(sides)]
     found = {}
     for name in logged[0] if logged else ():
@@ -62,7 +62,7 @@ def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Estimate]:
 
 
 def _estimates(sides: Sequence[ComparedStiffness]) -> tuple[dict[str, Estimate], list[Finding]]:
-    """Stiffnesses, the dampings that the logs determine, and what a reader must know of these."""
+    """Stiffnesses, the dampings that the logs determine, and findings about these."""
     estimates, notes = {}, []
     for side in sides:
         budgets = {f"shaft_stiffness_{side.side.name}": side.published}
@@ -80,7 +80,7 @@ def _estimates(sides: Sequence[ComparedStiffness]) -> tuple[dict[str, Estimate],
 
 
 def _correlation(sides: Sequence[ComparedStiffness]) -> dict[str, dict[str, float]]:
-    """Between drawings through the shear modulus; between stiffness and damping of one log."""
+    """Correlation of drawings through the shear modulus, and of stiffness and damping of one log."""
     drawn = {f"shaft_stiffness_{s.side.name}": s.published for s in sides if list(s.methods) == ["drawing"]}
     found: dict[str, dict[str, float]] = dict(shared_modulus_correlation(drawn)) if len(drawn) > 1 else {}
     for side in sides:
@@ -101,7 +101,7 @@ def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
     warnings = [w for s in logged for w in s.solution.warnings]
     if excess > STEP_POLICY.shaft_excess:
         what = f"the residuals are {excess:.1f} times the sensors' noise"
-        warnings.append(f"{what}: backlash, a joint that stiffens, or a clock offset")
+        warnings.append(f"{what}: backlash, a progressive joint, or a clock offset")
     rms, solution = float(np.sqrt(np.mean(off**2))), logged[0].solution
     names = tuple(run.name for s in logged for run in s.runs)
     unknowns = (*solution.names, *solution.per_run)

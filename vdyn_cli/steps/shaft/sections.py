@@ -1,4 +1,4 @@
-"""A half-shaft's stiffness from its drawing: sections in series, solid, hollow or tapered."""
+"""The stiffness of a half-shaft from its drawing: sections in series, solid, hollow or tapered."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vdyn_cli.inference.uncertainty_budget import Budget, propagate
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.shaft.spec import SOLID, SectionSpec
 
-GAUSS_POINTS = 5  # good to 1e-5 for a taper of 1 to 2
+GAUSS_POINTS = 5  # accurate to 1e-5 for a taper of 1 to 2
 
 
 def compliance(outer: float, inner: float, length: float, shear_modulus: float, end: float | None = None) -> float:
@@ -40,7 +40,7 @@ def polar_moment(outer: float, inner: float = 0.0) -> float:
 
 
 def drawing_budget(sections: Sequence[SectionSpec], shear_modulus: Given) -> Budget:
-    """Stiffness of the whole, N m/rad, 1/k = sum of the sections' compliances, with its uncertainty.
+    """Stiffness of the whole shaft, N m/rad, 1/k = sum of the sections' compliances, with its uncertainty.
 
     Assumes that the errors of all diameters and lengths are independent. ``shear_modulus`` in Pa.
     """
@@ -68,7 +68,7 @@ def drawing_budget(sections: Sequence[SectionSpec], shear_modulus: Given) -> Bud
 
 
 def shares(sections: Sequence[SectionSpec]) -> list[float]:
-    """Each section's share of the whole compliance."""
+    """Each section's share of the total compliance."""
     parts = []
     for s in sections:
         end = None if s.end_diameter is None else s.end_diameter.value
@@ -77,7 +77,7 @@ def shares(sections: Sequence[SectionSpec]) -> list[float]:
 
 
 def shared_modulus_correlation(budgets: Mapping[str, Budget]) -> dict[str, dict[str, float]]:
-    """Correlation of the stiffnesses of drawings, by name, that were computed with one shear modulus."""
+    """Correlation of stiffnesses from drawings, by name, due to their common shear modulus."""
     modulus = {
         name: next((c.slope * c.std for c in b.contributions if c.name == "shear_modulus"), 0.0)
         for name, b in budgets.items()

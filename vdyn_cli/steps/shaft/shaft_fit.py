@@ -1,15 +1,15 @@
-"""A half-shaft's stiffness and damping from a log of its torque and twist, with noise in every channel.
+"""Stiffness and damping of a half-shaft from a log of its torque and twist, with noise in every channel.
 
-The true twist phi and its rate are unknown; torque, twist and rate are read with noise, and obey
+The true twist phi and its rate are unknown; torque, twist and rate are measured with noise, and obey
 
     T = k phi + c phi' + zero,      phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2    (``ShaftReadings.chain``)
 
-Least squares of the torque alone would take the noise of the rate for rate and lose a sixth of c. Here the readings are
-adjusted, each by its own noise, until both hold (functional maximum likelihood; Gauss-Helmert model): with A the
-derivative of the conditions g to the readings and S the readings' covariance, g'(A S A')^-1 g is minimized. Its
-gradient is exact with dg/d(k, c) taken at the adjusted readings. J'J counts their noise as information, so the
-intervals use the cost's own second derivative. A channel that is not logged takes part with a variance so large that it
-has no weight.
+Least squares of the torque alone would mistake the noise of the rate for rate and underestimate c by a sixth. Here the
+readings are adjusted, each within its noise, until both hold (functional maximum likelihood; Gauss-Helmert model): with
+A the derivative of the conditions g by the readings and S the readings' covariance, g'(A S A')^-1 g is minimized. Its
+gradient is exact if dg/d(k, c) is evaluated at the adjusted readings. J'J counts their noise as information, so the
+intervals use the second derivative of the cost. A channel that is not logged has a variance so large that it has no
+weight.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
 RATE_ZERO = 0.05  # rad/s, standard deviation of the difference of the two speeds' zeros
 TORQUE_ZERO = 10.0  # N m, standard deviation of the torque's zero where it can be separated from the twist's
 TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
-ARRIVED = 1e-3  # of one residual's variance that a further step may still gain, where the law is nonlinear
-FIRST_ROUNDS = 2  # of adjusting the readings with the effects held: they only give a start
-ROUNDS, SETTLED = 12, 0.02  # of adjusting the readings anew, until no unknown moves by more standard deviations
-CORNERED = 0.5  # standard deviations by which one may still move then: at a corner two solutions can alternate
+ARRIVED = 1e-3  # of one residual's variance that a further step may gain, where the law is nonlinear
+FIRST_ROUNDS = 2  # of adjusting the readings with the effects held: they only give start values
+ROUNDS, SETTLED = 12, 0.02  # of readjusting the readings, until no unknown changes by more standard deviations
+CORNERED = 0.5  # standard deviations of change accepted after that: at a corner two solutions can alternate
 ADJUSTMENTS = 4  # of the readings about the last adjusted ones, where the law is nonlinear
 
 
 @dataclass(frozen=True)
 class _FrozenRun:
-    """One run with its readings adjusted, and weighted, as at some values of the unknowns.
+    """One run with readings adjusted, and weights computed, at fixed values of the unknowns.
 
-    ``drive`` are the adjusted readings, ``torque`` (n,) what the law makes of them, ``rate_zero`` that of those values.
+    ``drive``: the adjusted readings. ``torque`` (n,): the law's torque for them, N m. ``rate_zero``: at these values.
     """
 
     drive: Drive
@@ -95,20 +95,20 @@ class ShaftFit:
 
     @cached_property
     def regression(self) -> Regression:
-        """The regression over all runs; each evaluation adjusts the readings anew, as suits a linear law."""
+        """The regression over all runs; each evaluation readjusts the readings, which suits a linear law."""
         return Regression(self.unknowns, tuple(run.name for run in self.runs), self._rows)
 
     def frozen_regression(self, at: Array, start: Array | None = None) -> Regression:
-        """The regression with readings adjusted, and weighted, as at some values of the unknowns.
+        """The regression with readings adjusted, and weights computed, at fixed values of the unknowns.
 
-        A nonlinear law (backlash) has its readings adjusted once and is compared at those, as often as its fit needs to
-        settle::
+        For a nonlinear law (backlash) the readings are adjusted once, the law is fitted at these, and both are repeated
+        until the fit converges::
 
             r(theta) = L^-1 (g(at; read) + g(theta; adjusted) - g(at; adjusted))
 
         Parameters
         ----------
-        at : (s + runs m,), all unknowns. start : where the fit begins, else at ``at``.
+        at : (s + runs m,), all unknowns. start : start values of the fit, else ``at``.
         """
         frozen = [self._frozen(index, self.regression.local(at, index)) for index in range(len(self.runs))]
 
@@ -130,9 +130,9 @@ class ShaftFit:
         return replace(self.regression, unknowns=started, rows=rows, run_starts=own)
 
     def place(self, solution: Solution) -> Array:
-        """All unknowns, (s + runs m,), at a solution of this fit, or of the linear one: effects are at their starts.
+        """All unknowns, (s + runs m,), at a solution of this fit, or of the linear one with effects at their starts.
 
-        A linear law shows one zero only. In a nonlinear one it is the twist's, since torques are zeroed well.
+        A linear law determines only one zero. For a nonlinear one it becomes the twist's, as torques are zeroed well.
         """
         shared = [solution.values.get(u.name, u.start) for u in self.regression.shared]
         zeros = dict(solution.per_run)
@@ -143,16 +143,16 @@ class ShaftFit:
         return np.concatenate([shared, own.T.ravel()])
 
     def adjusted(self, index: int, theta: Array) -> tuple[Array, Array, Array]:
-        """Adjusted twist (rad), rate (rad/s) and their torque (N m), (n,) each, of a run at its local unknowns."""
+        """Adjusted twist (rad) and rate (rad/s) of a run and the law's torque (N m) for them, (n,) each."""
         twist, rate = self._conditions(index, theta).adjusted()
         torque = self._simulated(self.runs[index].drive(twist, rate), theta).outputs["shaft_torque"]
         return twist, rate, np.asarray(torque)
 
     def solve(self, linear: Solution) -> tuple[Solution, Array]:
-        """The solution, and the covariance of the shared unknowns.
+        """The solution, and the covariance (s, s) of the shared unknowns.
 
-        The score contributions of blocks give (J'J)^-1 g_b; with the noise of the adjusted readings in J they are too
-        small, and multiplied by H^-1 (J'J), H the cost's second derivative, they are right.
+        The blocks' contributions to the estimate, (J'J)^-1 g_b, are too small because J contains the noise of the
+        adjusted readings. The factor H^-1 (J'J), H the cost's second derivative, corrects them.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class ShaftFit:
 
         Raises
         ------
-        ResultError : the fit's own, or the adjusted readings do not converge.
+        ResultError : the fit fails, or the adjusted readings do not converge.
         """
         solution = self._settled(linear) if self.effects else linear
         gauss, hessian = curvatures(self.regression, solution)
@@ -168,9 +168,9 @@ class ShaftFit:
         return solution, scale @ solution.covariance @ scale.T
 
     def fit_holding_effects(self, linear: Solution) -> tuple[Array, float]:
-        """All unknowns, and the cost, with the effects held at their starts and all else fitted.
+        """All unknowns, and the cost, of the fit with the effects held at their start values.
 
-        A search begins there: from elsewhere a corner in the wrong place draws the fit away from it.
+        A search starts there; otherwise a corner of the law at a wrong place would lead the fit astray.
         """
         at = self.place(linear)
         held, cost = {u.name: u.start for u in self.extra}, np.inf
@@ -180,7 +180,7 @@ class ShaftFit:
         return at, cost
 
     def _settled(self, linear: Solution) -> Solution:
-        """The solution at which readings adjusted for it lead to it again, or nearly."""
+        """The solution that is reproduced, within CORNERED, by readings adjusted at it."""
 
         def step(last: tuple[Array, Solution | None, float]) -> tuple[tuple[Array, Solution | None, float], float]:
             at, best, least = last
@@ -215,16 +215,16 @@ class ShaftFit:
         return _white_rows(conditions, conditions.values, slopes)
 
     def _conditions(self, index: int, theta: Array, about: tuple[Array, Array] | None = None) -> ReadingConditions:
-        """The conditions at a run's local unknowns, the law linearized about twist and rate, else about the readings.
+        """The conditions at a run's local unknowns, with the law linearized about twist and rate, else the readings.
 
-        A law that is nonlinear within the readings' noise is linear about the true twist and rate, not about their
-        readings: at a corner those would be off by k times the noise.
+        A law that is nonlinear within the readings' noise must be linearized about estimates of the true twist and
+        rate: at a corner, a linearization about the readings would be wrong by k times the noise.
         """
         run = self.runs[index]
         twist, rate = (run.twist, run.rate) if about is None else about
         simulated = self._simulated(run.drive(twist, rate), theta)
         tangents = simulated.sensitivities["shaft_torque"]
-        # The slope of the torque to the twist itself is minus that to its zero.
+        # The derivative of the torque by the twist is minus that by its zero.
         to_twist, to_rate = -tangents[:, self._names.index("twist_zero")], -tangents[:, self._at("rate_zero")]
         true_rate = run.rate - theta[self._at("rate_zero")]
         values = np.empty(2 * run.time.size - 1)
@@ -248,7 +248,7 @@ class ShaftFit:
         return Simulator(HALF_SHAFT, values, self._names, self.effects)
 
     def _simulated(self, drive: Drive, theta: Array) -> Simulated:
-        """With the twist's zero at 0 where it is not among the unknowns."""
+        """The law's torque at the unknowns ``theta``, with a twist zero of 0 where that is not an unknown."""
         return self._simulator(drive, np.append(theta, np.zeros(len(self._names) - theta.size)))
 
 
@@ -257,20 +257,20 @@ def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:
 
     Raises
     ------
-    ResultError : the fit's own.
+    ResultError : the fit fails.
     """
     return solve(ShaftFit(tuple(runs)).regression)
 
 
 def next_place(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
-    """All unknowns at a solution, and by how many standard deviations a shared one moved from ``at`` at most."""
+    """All unknowns at a solution, and the largest change of a shared one from ``at``, in standard deviations."""
     later = fit.place(solution)
     std = np.array([solution.std[n] for n in solution.names])
     return later, float(np.max(np.abs(later - at)[: std.size] / std))
 
 
 def _white_rows(conditions: ReadingConditions, values: Array, slopes: Array) -> Rows:
-    """Torque and chain, in turn, were read at the same times."""
+    """Whitened rows of the conditions, in which torque and integration conditions alternate."""
     white = whitened(conditions.factor, np.column_stack([slopes, values]))
     return Rows(white[:, -1], white[:, :-1], time=np.repeat(conditions.run.time, 2)[:-1])
 

@@ -19,15 +19,15 @@ from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged: ten times that of a hard tip-in
-UNREAD_RATE = 30.0  # rad/s, of its rate
+UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged: ten times the twist of a hard tip-in
+UNREAD_RATE = 30.0  # rad/s, likewise of its rate
 # Hz, to which a twist without logged speeds is averaged: the noise of its rate falls with the time step to the power
-# 1.5, and at 1 kHz encoders leave as much of it as a tip-in has rate: the damping then hangs on how well it is known.
+# 1.5. At 1 kHz that noise is as large as the rate in a tip-in, and the damping would depend on its estimate.
 TWIST_RATE = 500.0
-FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three swings of a driveline
+FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three oscillations of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
-DEAD = 0.02  # of the other speed, below which one did not measure
-TURNING = 1.0  # rad/s of the wheel, above which the ratio of the speeds means something
+DEAD = 0.02  # share of the other speed below which a speed sensor counts as failed
+TURNING = 1.0  # rad/s of the wheel, above which the ratio of the speeds is accurate enough
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class ShaftReadings:
 
     Parameters
     ----------
-    name : of the log. time, torque, twist, rate : (n,), SI; twist or rate from the other where not logged.
+    name : of the log. time, torque, twist, rate : (n,), SI; of twist and rate, one that is not logged is computed from
+        the other.
     noise : standard deviations of torque (N m), twist (rad), rate (rad/s).
     """
 
@@ -49,9 +50,9 @@ class ShaftReadings:
 
     @classmethod
     def of(cls, log: Log, gear_ratio: float) -> ShaftReadings:
-        """From a log of shaft_torque and of twist, or motor_speed and wheel_speed, or all of them.
+        """The readings of a log with shaft_torque and with twist, or motor_speed and wheel_speed, or all of them.
 
-        ``gear_ratio`` is turns of the motor_speed channel per turn of the wheel.
+        ``gear_ratio`` : turns of the motor_speed channel per turn of the wheel.
         """
         used = _used(log)
         good = np.all([np.isfinite(log[name]) for name in used], axis=0)
@@ -73,21 +74,22 @@ class ShaftReadings:
 
     @property
     def conditions_per_sample(self) -> int:
-        """How many of the two conditions on each sample can be violated: not that of a channel that was not read."""
+        """Number of conditions on each sample that logged channels can violate, 0 to 2."""
         return 2 - (self.noise[1] == UNREAD_TWIST) - self.rate_unread
 
     @property
     def rate_unread(self) -> bool:
-        """Whether the rate is the twist's own."""
+        """Whether the rate was not logged, but computed from the twist."""
         return self.noise[2] == UNREAD_RATE
 
     @cached_property
     def chain(self) -> tuple[Array, Array]:
-        """What ties the twist to its rate: weights of the twists (n - 1, 3) and rates of the samples i - 1, i, i + 1.
+        """Weights of the twists and of the rates at samples i - 1, i, i + 1 in each integration condition, (n - 1, 3).
 
-        phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2 where a rate was read. Unread rates of alternating sign would
-        fulfil that, and take in the torque's noise over the damping; so each is tied to the twists at both sides by
-        Simpson's rule, phi(i+1) - phi(i-1) = h (phi'(i-1) + 4 phi'(i) + phi'(i+1)) / 3, here for unequal steps.
+        phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2 where a rate was logged. Rates that were not logged could
+        alternate in sign under this condition and absorb the torque's noise through the damping. So they are tied to
+        the twists on both sides by Simpson's rule, phi(i+1) - phi(i-1) = h (phi'(i-1) + 4 phi'(i) + phi'(i+1)) / 3,
+        here for unequal steps.
         """
         step = np.diff(self.time)
         twist, rate = np.zeros((step.size, 3)), np.zeros((step.size, 3))
@@ -100,9 +102,9 @@ class ShaftReadings:
         return twist, rate
 
     def linked(self, twist: Array, rate: Array) -> Array:
-        """By how much twists (rad) and rates (rad/s), (n,) each, miss each link of the chain, (n - 1,), rad."""
+        """Residuals (n - 1,) rad of the integration conditions (``chain``) for twists (n,) rad, rates (n,) rad/s."""
         to_twist, to_rate = self.chain
-        at = np.arange(self.time.size - 1)[:, None] + np.array([-1, 0, 1])  # the first link's -1 has no weight
+        at = np.arange(self.time.size - 1)[:, None] + np.array([-1, 0, 1])  # the first -1 has no weight
         return np.asarray(np.sum(to_twist * twist[at] + to_rate * rate[at], axis=1))
 
     def drive(self, twist: Array, rate: Array) -> Drive:
@@ -111,7 +113,7 @@ class ShaftReadings:
 
 
 def _with_torque_on_time(log: Log, delay: float) -> Log:
-    """The log with its torque read ``delay`` s later, which is when what happened now was logged."""
+    """The log with its torque shifted ``delay`` s earlier, to compensate for its delay."""
     torque = log["shaft_torque"]
     there = np.isfinite(torque)
     if not delay or not there.any():
@@ -122,17 +124,17 @@ def _with_torque_on_time(log: Log, delay: float) -> Log:
 
 
 def _used(log: Log) -> list[str]:
-    """The channels of the log that are read: one speed alone gives no twist."""
+    """The channels of the log that are used; a single speed is not."""
     speeds = [n for n in ("motor_speed", "wheel_speed") if n in log]
     return ["shaft_torque", *(["twist"] if "twist" in log else []), *(speeds if len(speeds) == 2 else [])]
 
 
 def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[ShaftReadings, ...]]:
-    """The runs of each side.
+    """The readings of the runs of each side.
 
     Raises
     ------
-    InputError : no twist and no speeds, a wrong sign or gear ratio, too short, or noise alone.
+    InputError : no twist and no speeds, a wrong sign or gear ratio, a log that is too short or contains only noise.
     """
     ratio = spec.settings.gear_ratio.value
     found: dict[SideName, list[ShaftReadings]] = {name: [] for name in SIDES}
@@ -153,7 +155,7 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
             break
         samples = np.count_nonzero(np.all([np.isfinite(log[name]) for name in used], axis=0))
         if samples < FEWEST_SAMPLES:
-            got = f"{samples} samples with every channel written"
+            got = f"{samples} samples with readings in every channel"
             findings.append(Finding(log.name, "the log is too short", got, f"at least {FEWEST_SAMPLES}"))
             continue
         readings = ShaftReadings.of(log, ratio)
@@ -166,7 +168,7 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
 
 
 def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
-    """A speed that did not measure, or speeds whose ratio is not the gear ratio."""
+    """Findings on a speed sensor that failed, or on speeds whose ratio is not the gear ratio."""
     if not ("motor_speed" in log and "wheel_speed" in log):
         return []
     motor, wheel = log["motor_speed"], log["wheel_speed"]
@@ -189,7 +191,7 @@ def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
 
 
 def _turned(time: Array, speed: Array) -> float:
-    """rad, how far it turned to either side."""
+    """Range of the angle turned, rad."""
     there = np.isfinite(speed)
     return float(np.ptp(np.cumsum(np.diff(time[there]) * speed[there][1:])))
 
@@ -200,7 +202,7 @@ def _too_gentle(run: ShaftReadings) -> list[Finding]:
         return []
     got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"
     return [
-        Finding(run.name, "the shaft torque is constant within its noise", got, "tip in and out hard in a low gear")
+        Finding(run.name, "the shaft torque is constant within its noise", got, "tip in and out harder, in a low gear")
     ]
 
 

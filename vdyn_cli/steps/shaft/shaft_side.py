@@ -1,4 +1,4 @@
-"""One side's half-shaft, prepared once: its logs, its drawing, a bar hung on it; and the fit to its logs."""
+"""The half-shaft of one side: its logs, its drawing, its pendulum bar, and the fit to its logs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
 
 UNIT = "N m/rad"
-EXACT = 1e-3  # relative: a drawing's stiffness is not known better
+EXACT = 1e-3  # least relative standard deviation of a drawing's stiffness
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class LoggedShaft:
     Parameters
     ----------
     runs : the readings.
-    twist, rate, torque : of each run, adjusted: (n,), rad, rad/s, and N m that the law makes of them.
-    solution : the fit.
+    twist, rate, torque : for each run, adjusted twist (n,) rad and rate (n,) rad/s, and the law's torque (n,) N m.
+    solution : of the fit.
     stiffness, damping, correlation : N m/rad, N m s/rad, and the correlation of their errors.
     amplitudes : of the effects in the law, by unknown.
     """
@@ -49,14 +49,14 @@ class LoggedShaft:
 
 @dataclass(frozen=True)
 class ShaftSide:
-    """What was given of one side's half-shaft.
+    """The data of one side's half-shaft.
 
     Parameters
     ----------
     runs : readings of its logs.
-    sections : of its drawing. drawing, bar : stiffness, N m/rad, by drawing and by a bar that swung on it, or None.
+    sections : of its drawing. drawing, bar : stiffness, N m/rad, by drawing and by pendulum bar, or None.
     torque_gain : standard deviation of the gain of the torque sensor.
-    torque_delay : s, by which the torque was logged late; the readings are corrected for its value.
+    torque_delay : s, delay of the logged torque; the readings are corrected for its value.
     """
 
     name: SideName
@@ -78,7 +78,7 @@ class ShaftSide:
 
         Raises
         ------
-        ResultError : the fit without effects stands nowhere.
+        ResultError : the fit without effects fails.
         """
         fit = self._fit((), ())
         place = fit.place(standing(lambda: self.linear))
@@ -86,18 +86,18 @@ class ShaftSide:
         return tuple(white_level(rate, run.time) for run, rate in zip(self.runs, rates, strict=True))
 
     def drawn_bar(self, effects: Sequence[Effect]) -> tuple[float, float] | None:
-        """Prior of the bar's stiffness, N m/rad, from the drawing, where an effect in series with it is in the law."""
+        """Prior (mean, std) of the bar's stiffness from the drawing, N m/rad, if an effect in series is in the law."""
         if self.drawing is None or not any("beside_drawing" in effect.tags for effect in effects):
             return None
         return self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
 
     def regression(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
-        """The logs of this side, with effects in the law."""
+        """The regression over the logs of this side, with effects in the law."""
         fit = self._fit(effects, unknowns)
         return regression_with_effects(fit, standing(lambda: self.linear)) if effects else fit.regression
 
     def logged(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoggedShaft:
-        """Fit the logs of this side; an error of the torque's gain moves stiffness and damping alike.
+        """Fit the logs of this side; an error of the torque's gain changes stiffness and damping by the same factor.
 
         A torque that is logged late by d reads k phi(t - d), to first order k phi - k d phi': the damping is too small
         by k d.
@@ -122,7 +122,7 @@ class ShaftSide:
         place = fit.place(solution)
         adjusted = [fit.adjusted(k, fit.regression.local(place, k)) for k in range(len(self.runs))]
         twist, rate, torque = zip(*adjusted, strict=True)
-        # The standard deviation is at least that of the noise, whatever the scatter of the blocks.
+        # The standard deviation is at least that by the noise, even if the blocks scatter less.
         least = np.sqrt(np.diag(solution.classical_covariance)).tolist()
         amplitudes = {
             u.name: Given(solution.values[u.name], max(a, b))

@@ -1,4 +1,4 @@
-"""The description of a half-shaft test."""
+"""The YAML model of a half-shaft test."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vdyn_cli.steps.pendulum.pendulum_rig import Bar
 SideName = Literal["left", "right"]
 SIDES: tuple[SideName, ...] = ("left", "right")
 SOLID = Given(0.0)
-LONGEST_DELAY = 1.0  # s: telemetry takes a few hundredths; what is longer is another unit
+LONGEST_DELAY = 1.0  # s: telemetry takes a few hundredths; a longer delay is a wrong unit
 
 
 class SectionSpec(Strict):
@@ -44,7 +44,7 @@ class ShaftRun(Run):
 
 
 class ShaftSettings(Strict):
-    """What turns the channels into twist and torque of the shaft."""
+    """Conversion of the channels to twist and torque of the shaft."""
 
     gear_ratio: Annotated[Given, Si("", 0.05, 100)] = Field(
         Given(1.0), description="turns of the channels motor_speed and motor_angle per turn of the wheel"
@@ -53,7 +53,7 @@ class ShaftSettings(Strict):
         Given(0.0), description="standard deviation of the torque sensor's gain, 0.001 for 0.1 %"
     )
     torque_delay: Annotated[Given, Si("s", -LONGEST_DELAY, LONGEST_DELAY)] = Field(
-        Given(0.0), description="time by which the torque is logged later than twist and speeds, 0 +- 0.05 ms"
+        Given(0.0), description="time by which the torque is logged later than twist and speeds, such as 0 +- 0.05 ms"
     )
 
 
@@ -68,6 +68,6 @@ class ShaftSpec(TestSpec):
         None, description="of the shafts' steel, Pa; else the vehicle's, else 79.3 +- 0.8 GPa"
     )
     pendulum: dict[SideName, Bar] = Field(
-        default_factory=dict, description="for each side, a bar of known inertia that swung on the shaft"
+        default_factory=dict, description="for each side, a bar of known inertia that oscillated on the shaft"
     )
     settings: ShaftSettings = Field(ShaftSettings(), description="gear ratio and gain of the torque")

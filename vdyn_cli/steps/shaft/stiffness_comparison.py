@@ -1,4 +1,4 @@
-"""One side's stiffness by log, hung bar and drawing: what is published, and where they disagree."""
+"""Comparison of one side's stiffness by log, pendulum bar and drawing, and the published value."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PLAIN = (2_900.0, 8_000.0)  # N m/rad: plain steel half-shafts of 24 to 28 mm, 6
 
 @dataclass(frozen=True)
 class ComparedStiffness:
-    """A side's stiffness, N m/rad, by method ("log", "bar", "drawing"), best first, and what is published of them."""
+    """A side's stiffness, N m/rad, by method ("log", "bar", "drawing"), best first, and the published one."""
 
     side: ShaftSide
     methods: Mapping[str, Budget]
@@ -28,14 +28,14 @@ class ComparedStiffness:
 
 
 def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used: bool) -> ComparedStiffness:
-    """Publish the log's stiffness (what the car feels), else the bar's, else the drawing's.
+    """Publish the log's stiffness (that of the car), else the bar's, else the drawing's.
 
-    Methods that agree with it and state their uncertainty are averaged with it, weighted by inverse variance. A log
-    that is softer than its drawing has further compliance in series.
+    Methods that agree with it and have an uncertainty are averaged with it, weighted by inverse variance. A log that is
+    softer than its drawing shows further compliance in series.
 
     Parameters
     ----------
-    drawing_used : the log's fit has the drawing as a prior: the drawing is not compared again.
+    drawing_used : the log's fit has the drawing as a prior, so that the drawing is not compared again.
     """
     given = {
         "log": logged.stiffness if logged else None,
@@ -54,38 +54,35 @@ def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used
         elif budget.std > 0 and best.std > 0:
             joined[other] = budget
     if drawing_used and side.drawing is not None:
-        findings.append(_put_down_to_joints(side, side.drawing))
+        findings.append(_attributed_to_joints(side, side.drawing))
     findings += _implausible(side.name, best)
     published = best if len(joined) == 1 else weighted_mean(joined, UNIT)
     return ComparedStiffness(side, methods, logged, published, tuple(findings))
 
 
 def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
-    """What the difference means, and what to do."""
+    """Fact and remedy of a disagreement between two methods."""
     if best.value < budget.value and other == "drawing":
         series = 1 / best.value - 1 / budget.value
         return (
-            f"the shaft is {100 * (1 - best.value / budget.value):.0f} % softer than calculated "
-            "from its drawing: joints and "
-            "splines with "
-            f"{series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
+            f"the shaft is {100 * (1 - best.value / budget.value):.0f} % softer than calculated from its drawing: "
+            f"joints and splines with {series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
         ), "none, if the joints belong to the shaft of the model"
     what = "they disagree" + ("; joints cannot make a shaft stiffer than its bar" if other == "drawing" else "")
     return what, "check units and gains of torque and twist, diameters, shear modulus"
 
 
-def _put_down_to_joints(side: ShaftSide, drawing: Budget) -> Finding:
-    """The doubt that the joints in the model are an error of the drawing: both make the same difference."""
+def _attributed_to_joints(side: ShaftSide, drawing: Budget) -> Finding:
+    """The finding that an error of the drawing cannot be separated from the joints in the model."""
     log = side.linear.values["shaft_stiffness"]
     softer = 1 - log / drawing.value
     return Finding(
         f"{side.name}, log and drawing",
-        f"the shaft is {100 * abs(softer):.0f} % {'softer' if softer > 0 else 'stiffer'} than "
-        "calculated from its drawing, and "
-        "the model puts that down to joints in series; a drawing that is wrong by as much looks the same, and the "
-        "published stiffness is that of the drawing",
+        f"the shaft is {100 * abs(softer):.0f} % {'softer' if softer > 0 else 'stiffer'} than calculated from its "
+        "drawing, and the model attributes this to joints in series; an error of the drawing of this size looks the "
+        "same, and the published stiffness is that of the drawing",
         f"{log:.5g} against {drawing.value:.5g} {UNIT}",
-        "check diameters (fourth power) and shear modulus; 'extend: never' publishes what the log gives",
+        "check diameters (fourth power) and shear modulus; 'extend: never' publishes the log's stiffness",
         doubt=True,
     )
 
@@ -96,8 +93,8 @@ def _implausible(name: str, best: Budget) -> list[Finding]:
     if best.value > PLAIN[1]:
         what = f"{best.value / PLAIN[1]:.1f} times the stiffest plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"
         remedy = (
-            "check diameters (fourth power) and lengths; the paper's values, 16 576 and 29 292, exceed it two to "
-            "four times"
+            "check diameters (fourth power) and lengths; the paper's values, 16 576 and 29 292, are two to four times "
+            "that"
         )
     else:
         what = f"softer than a plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"

@@ -16,17 +16,18 @@ from vdyn_cli.steps.shaft.shaft_side import UNIT
 from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
 
 METHODS = (
-    "Drawing: compliances of the sections in series, with the uncertainty of shear modulus, diameters and lengths "
-    "propagated. Bar: torsional pendulum. Log: torque, twist and its rate adjusted within their noise until torque = "
-    "k twist + c rate + zero and the twist is the integral of its rate (functional maximum likelihood); noise of each "
-    "channel from its third differences; zeros of torque and rate free in each run; intervals from the scatter of "
-    "blocks of equal information (Bell and McCaffrey 2002), with the cost's own second derivative. Methods that agree "
-    "within two standard deviations are weighted by inverse variance; otherwise the log is published."
+    "Drawing: compliances of the sections in series; uncertainties of shear modulus, diameters and lengths were "
+    "propagated. Bar: torsional pendulum. Log: torque, twist and its rate were adjusted within their noise until "
+    "torque = k twist + c rate + zero and the twist is the integral of its rate (functional maximum likelihood). The "
+    "noise of each channel is from its third differences; zeros of torque and rate are free in each run. Intervals "
+    "were computed from the scatter of blocks of equal information (Bell and McCaffrey 2002) with the second "
+    "derivative of the cost. Methods that agree within two standard deviations are weighted by inverse variance; "
+    "otherwise the log's value is published."
 )
 
 
 def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], sides: Sequence[ComparedStiffness]) -> str:
-    """Stiffness and damping of each side, and what the methods gave."""
+    """The headline: stiffness and damping of each side, by which methods."""
     parts = []
     for compared in sides:
         name, first, *others = compared.side.name, *compared.methods
@@ -43,7 +44,7 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], sides
 
 
 def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
-    """Why a damping is not published: its interval holds zero, or lies below it."""
+    """The finding that a damping is not published, because its interval contains zero or is negative."""
     got = f"{damping.value:.3g} +- {damping.std:.2g} N m s/rad"
     if damping.interval95[1] >= 0:
         what, remedy = (
@@ -53,18 +54,18 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
         return Finding(name, what, got, remedy)
     late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
     remedy = f"the torque seems to be logged {late:.1f} ms or more after the twist: state 'torque_delay' under settings"
-    return Finding(name, "is significantly negative, which is not physical, and not published", got, remedy)
+    return Finding(name, "is not published, because it is significantly negative, which is not physical", got, remedy)
 
 
 def one_clock(name: str, stiffness: Budget) -> Finding:
-    """What a damping assumes of the clocks where the description states no uncertainty of the torque's delay."""
+    """The finding that a damping assumes equal clocks, where no uncertainty of the torque's delay is stated."""
     got = f"a torque logged 1 ms late lowers it by {1e-3 * stiffness.value:.2g} N m s/rad"
-    remedy = "if their clocks can differ, state by how much under settings: 'torque_delay: 0 +- 0.05 ms'"
+    remedy = "if their clocks can differ, state the uncertainty under settings: 'torque_delay: 0 +- 0.05 ms'"
     return Finding(name, "assumes that torque and twist are logged at the same instant", got, remedy)
 
 
 def tables(sides: Sequence[ComparedStiffness]) -> tuple[Table, ...]:
-    """Sections of the drawings, stiffness by each method, and the uncertainty of each."""
+    """Tables of the drawings' sections, of the stiffness by each method, and of the uncertainty of each."""
     found = [table for table in (_sections(sides), _methods(sides)) if table.rows]
     for compared in sides:
         for method, budget in compared.methods.items():

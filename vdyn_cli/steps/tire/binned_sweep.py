@@ -1,4 +1,4 @@
-"""A slip sweep averaged into bins, so that the noise in slip falls."""
+"""A slip sweep averaged into bins, to reduce the noise in slip."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
-GAP = 5.0  # median time steps, beyond which samples are of different bins
-LONGEST = 40  # samples averaged into one bin: noise in slip falls by six, and a sweep of seconds keeps dozens of bins
-WIDEST = 0.015  # slip over which a bin may extend: a fifth of the width of the knee of a stiff tire
+GAP = 5.0  # median time steps, beyond which samples belong to different bins
+LONGEST = 40  # samples in one bin: noise in slip falls by six, and a sweep of some seconds keeps dozens of bins
+WIDEST = 0.015  # largest range of slip in a bin: a fifth of the width of the knee of a stiff tire
 
 
 @dataclass(frozen=True)
 class BinnedSweep:
-    """A slip sweep averaged into bins of time, in which slip moves little.
+    """A slip sweep averaged into bins of time in which slip changes little.
 
     Parameters
     ----------
     run : the log's name; time, slip, load, force : (n,) means of each bin.
     speed : (n,) m/s, or None where it was not logged. slip_gradient : (n,) 1/m, change of slip per distance.
     spread : (n,), variance of the true slip inside the bin, from its drift.
-    slip_variance, force_variance, load_variance : (n,), of the bin's means, from the white noise of the channels.
+    slip_variance, force_variance, load_variance : (n,), of the bins' means, from the white noise of the channels.
     """
 
     run: str
@@ -42,19 +42,19 @@ class BinnedSweep:
 
     @property
     def returning(self) -> Array:
-        """The slip (n,) where its size falls, zero where it grows."""
+        """The slip (n,) where its magnitude decreases, zero where it increases."""
         return np.where(self.slip * np.gradient(self.slip, self.time) < 0, self.slip, 0.0)
 
 
 def binned_sweep(log: Log) -> BinnedSweep:
     """Average a sweep into bins.
 
-    Noise in the slip flattens a least-squares fit of the curve; averaging m samples leaves 1/m of that, and the fit's
-    errors-in-variables residual removes the rest.
+    Noise in the slip flattens a least-squares fit of the curve. Averaging m samples reduces this bias to 1/m, and the
+    errors-in-variables residual of the fit removes the rest.
 
     Parameters
     ----------
-    log : slip, force_x and force_z (N), and vehicle_speed (m/s) where there is one; NaN where a sample does not count.
+    log : slip, force_x and force_z (N), and vehicle_speed (m/s) where logged; NaN for excluded samples.
     """
     good = np.isfinite(log["slip"]) & np.isfinite(log["force_x"]) & np.isfinite(log["force_z"])
     time, slip, force, load = (log[n][good] for n in ("time", "slip", "force_x", "force_z"))
@@ -86,7 +86,7 @@ def binned_sweep(log: Log) -> BinnedSweep:
 
 
 def _edges(slip: Array, resumed: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Where bins begin and end: as long as allowed, shorter where the smoothed slip moves fast, and at gaps.
+    """Edges of the bins (n + 1,): as long as allowed, shorter where the smoothed slip changes fast, split at gaps.
 
     Parameters
     ----------

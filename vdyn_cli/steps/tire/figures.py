@@ -1,4 +1,4 @@
-"""Figures of a tire test: friction over slip, and what the curve leaves."""
+"""Figures of a tire test: friction over slip, and the residual of the curve."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vdyn_cli.steps.tire.tire_regression import FittedCurve
 
 
 def comparisons(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> tuple[Comparison, ...]:
-    """The force of each sweep's bins against that of the curve; ``residuals`` are curve less measured, N."""
+    """Measured and fitted force of each sweep's bins; ``residuals`` are fitted minus measured, N."""
     return tuple(
         Comparison(sweep.run, "force_x", "N", sweep.time, "time in s", sweep.force, sweep.force + residual)
         for sweep, residual in zip(sweeps, residuals, strict=True)
@@ -21,7 +21,7 @@ def comparisons(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> tu
 
 
 def friction_over_slip(curve: FittedCurve) -> Figure:
-    """The bins of all sweeps and the curve at their mean load."""
+    """Figure of the bins of all sweeps and the curve at their mean load."""
     fit, values = curve.fit, curve.solution.values
     slip = np.concatenate([sweep.slip for sweep in fit.sweeps])
     friction = np.concatenate([sweep.force / sweep.load for sweep in fit.sweeps])
@@ -43,13 +43,13 @@ def friction_over_slip(curve: FittedCurve) -> Figure:
 
 
 def residual_over_slip(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> Figure:
-    """Measured minus curve over the slip; ``residuals`` are curve less measured, N."""
+    """Figure of measured minus fitted friction over the slip; ``residuals`` are fitted minus measured, N."""
     series = tuple(
         Series(sweep.run, sweep.slip, -residual / sweep.load, "points", role="residual")
         for sweep, residual in zip(sweeps, residuals, strict=True)
     )
     caption = (
-        "Residual of the curve, in units of friction. Good: no shape. Bad: a wave near the knee (another curve), a "
-        "slope through zero (slip zero), or sweeps one above the other (load sensitivity)."
+        "Residual of the curve, in units of friction. Good: no shape. Bad: a wave near the knee (wrong form of the "
+        "curve), a slope through zero (slip zero), or sweeps one above the other (load sensitivity)."
     )
     return Figure("residual", "Measured minus curve, over slip", caption, "slip", "friction", series)

@@ -1,4 +1,4 @@
-"""Whether the slope of the fitted curve at zero slip is that of the measured friction there."""
+"""Comparison of the fitted curve's slope at zero slip with that of the measured friction."""
 
 from __future__ import annotations
 
@@ -11,24 +11,23 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints
 
-STEEP = 0.6  # of the largest friction, below which three terms describe how friction rises with slip
+STEEP = 0.6  # share of the largest friction below which three terms describe its rise with slip
 FEWEST = 12  # bins there: three for each of the four coefficients
-CLEARLY = 3.0  # standard deviations of the local slope: a correct curve is beyond them in 3 of 1000 tests
+CLEARLY = 3.0  # standard deviations of the local slope: a correct curve exceeds them in 3 of 1000 tests
 NORMAL95 = 1.96  # standard deviations, half a 95 % interval of many bins
 
 
 def agreeing_with_data(
     slope: Estimate, sweeps: Sequence[BinnedSweep], points: Sequence[CurvePoints]
 ) -> tuple[Estimate, tuple[str, ...]]:
-    """The slope at zero slip, with an interval that also holds the slope of the measured friction, where they differ.
+    """The slope at zero slip, with an interval that includes the slope of the measured friction where they differ.
 
-    What the curve leaves of the friction at small slips x is fitted by d0 + d1 x + d2 x |x| + d3 x^3; the measured
-    slope is d1 beyond the curve's. A curve of another shape than the tire's can fit a sweep to the peak closely and
-    have another slope at its beginning.
+    The residual friction at small slips x is fitted by d0 + d1 x + d2 x |x| + d3 x^3; the measured slope exceeds the
+    curve's by d1. A curve of the wrong form can fit a sweep closely up to the peak and have a wrong initial slope.
 
     Parameters
     ----------
-    points : where the bins of each sweep stand on the fitted curve.
+    points : points of the fitted curve nearest to the bins of each sweep.
 
     Returns
     -------
@@ -57,6 +56,6 @@ def agreeing_with_data(
     held = (min(low, local - NORMAL95 * std), max(high, local + NORMAL95 * std))
     warning = (
         f"the measured friction rises by {local:.4g} +- {NORMAL95 * std:.2g} per unit of slip at zero slip, the fitted "
-        f"curve by {slope.value:.4g}: the tire's curve has another shape; the interval holds both"
+        f"curve by {slope.value:.4g}: the magic formula does not fit this tire; the interval includes both"
     )
     return replace(slope, interval95=held, std=max(slope.std, (held[1] - held[0]) / (2 * NORMAL95))), (warning,)

@@ -1,4 +1,4 @@
-"""Noise in slip and force together: each bin is compared with the nearest point of the curve (effective variance)."""
+"""Noise in both slip and force: each bin is compared with the nearest point of the curve (effective variance)."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 
 SHIFT = 1e-4  # slip, for the curvature of the curve by central differences
-PROJECTIONS = 5  # Newton steps onto the curve; each squares the error that is left
+PROJECTIONS = 5  # Newton steps onto the curve; each squares the remaining error
 
 
 @dataclass(frozen=True)
 class CurvePoints:
-    """Where the bins of one sweep stand on the curve: the slips that fit best between measured slip and force.
+    """The points of the curve nearest to the bins of one sweep, relative to the noise of slip and force.
 
     Parameters
     ----------
-    slip, force, slope : (n,) of the curve there; force in N, slope in N per unit of slip.
-    mean : (n,) N, what noise of the slip and its drift inside the bin do to the mean of the residual.
+    slip, force, slope : (n,) of the curve at these points; force in N, slope in N per unit of slip.
+    mean : (n,) N, bias of the residual by the noise of the slip and its drift inside the bin.
     deviation : (n,) N, standard deviation of the residual.
     """
 
@@ -32,16 +32,17 @@ class CurvePoints:
     deviation: Array
 
     def residual(self, sweep: BinnedSweep) -> Array:
-        """Curve less measured force, N, at the measured slips, to first order about the points."""
+        """Fitted minus measured force (n,), N, at the measured slips, to first order about the points."""
         return np.asarray(self.force + self.slope * (sweep.slip - self.slip) - sweep.force)
 
 
 def nearest_points(sweep: BinnedSweep, curve: Callable[[Array], tuple[Array, Array]]) -> CurvePoints:
     """Project the slips of one sweep onto the curve.
 
-    A bin's true slip is unknown. Projected onto the curve (orthogonal distance, to first order in the slip's error) it
-    leaves R = F - f(x) - f'(x) (s - x) at the point x, of variance vF + f'^2 vs, uncorrelated with x. To second order R
-    has the mean f''/2 (S - V): S the spread of the true slip in the bin, V = vs vF / (vF + f'^2 vs) the variance of x.
+    A bin's true slip is unknown. The projection x onto the curve (orthogonal distance, to first order in the slip's
+    error) gives the residual R = F - f(x) - f'(x) (s - x) with variance vF + f'^2 vs, uncorrelated with x. To second
+    order R has the mean f''/2 (S - V): S is the variance of the true slip in the bin, V = vs vF / (vF + f'^2 vs) that
+    of x.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The parts of the tire's curve whose laws can be freed."""
+"""The parts of the tire's curve whose laws can be replaced by free curves."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from vdyn_cli.steps.free_part import Part, addition
 from vdyn_cli.steps.free_profiles import span_of
 
 FORCE = 100.0  # N, plausible size: some 3 % of a wheel's load
-GRIP = 0.05  # plausible change of the friction
+GRIP = 0.05  # plausible change of the peak friction
 
 
 def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The force over slip, load and slip on its way back, and the friction over the sliding speed where it is known.
+    """The parts: force over slip, load and returning slip, and peak friction over the sliding speed where it is known.
 
     Parameters
     ----------
-    logs : with slip and load.
+    logs : with slip and force_z (N).
     """
     slip = span_of([log["slip"] for log in logs], 0.01)
     load = span_of([log["force_z"] for log in logs], 10.0)
@@ -43,7 +43,7 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
             arguments=lambda x, values: {}, kin=("friction",),
         ),
         Part(
-            "tire", "", "returning", slip, FORCE, "N", "", "the tire's force", "slip on its way back to zero",
+            "tire", "", "returning", slip, FORCE, "N", "", "the tire's force", "slip while it returns to zero",
             law=addition, arguments=lambda x, values: {}, kin=("slip",),
         ),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Slip sweeps that are not driven yet: one wheel driven and braked through its slip, each sweep at another load."""
+"""Simulated logs of slip sweeps not driven yet: one wheel driven and braked, each sweep at a different load."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vdyn_cli.physics.models.tire_curve import SHAPE, SLIP_CURVE
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
-LOADS = (0.7, 1.35)  # of the wheel's load, from the first sweep to the last
+LOADS = (0.7, 1.35)  # share of the wheel's load, from the first sweep to the last
 SETTINGS = (
     setting("speed", 15.0, "m/s", "speed of the vehicle", 80.0, 0.5),
     setting("largest_slip", 0.3, "", "largest slip of a sweep, driven and braked", 1.0, 0.001),
@@ -25,7 +25,7 @@ SETTINGS = (
 
 
 def _simulated(day: DayRequest) -> tuple[Log, ...]:
-    """Fx = Fz times the magic formula at slip(t) = s sin^3, the load swelling by 2 %."""
+    """Fx = Fz times the magic formula at slip(t) = s sin^3, with a load that oscillates by 2 %."""
     return tuple(_log(day, k) for k in range(len(day.spec.runs)))
 
 

@@ -1,4 +1,4 @@
-"""A tire test, prepared once: sweeps with slip, averaged into bins, and the curve without effects."""
+"""The problem of a tire test: sweeps with slip, averaged into bins, and the curve without effects."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, FittedCurve, TireFit, fitted_curve
 
-FREE_FORCE = 300.0  # N, plausible size of a free profile: a tenth of the friction of a car's wheel
+FREE_FORCE = 300.0  # N, plausible amplitude of a free profile: a tenth of the friction of a car's wheel
 HELD = 1e-4  # relative standard deviation of a shape factor that is stated without one
-FEWEST_TO_COMPARE = 3  # sweeps, of which one may be unlike the others
+FEWEST_TO_COMPARE = 3  # sweeps, to find one that contradicts the others
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class TireProblem(SimulatedProblem):
 
     Parameters
     ----------
-    logs : with slip, NaN where a sample does not count.
+    logs : with slip, NaN for excluded samples.
     sweeps : the logs averaged into bins.
-    radius_std : relative standard deviation of the radius that the slip was computed with; 0 where it was logged.
+    radius_std : relative standard deviation of the radius from which slip was computed; 0 where slip was logged.
     priors : stated means and standard deviations of shape factors.
-    free : those of the curve's shifts, and of its excess in braking, that are unknown.
+    free : those of the curve's shifts and its excess in braking that are unknown.
     force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep.
     """
 
@@ -60,7 +60,7 @@ class TireProblem(SimulatedProblem):
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Forces that are free over slip, load, time since a sweep began, and over slip on its way back to zero."""
+        """Free profiles of force over slip, load, time since a sweep began, and returning slip."""
         slip = span_of([log["slip"] for log in self.logs], 0.01)
         load = span_of([log["force_z"] for log in self.logs], 10.0)
         return (
@@ -72,7 +72,7 @@ class TireProblem(SimulatedProblem):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """Force over slip and load, friction over the sliding speed."""
+        """Force over slip and load, peak friction over the sliding speed."""
         return tire_parts(self.logs)
 
     @property
@@ -93,14 +93,14 @@ class TireProblem(SimulatedProblem):
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
-        """All bins of all sweeps, with effects on the curve.
+        """The regression over all bins of all sweeps, with effects on the curve.
 
-        Slips are projected onto the curve that the fit with all effects finds, where the sweeps determine it (with
-        priors on ``unknowns`` they always do), else onto the one without effects.
+        Slips are projected onto the curve of the fit with all effects, where the sweeps determine it (with priors on
+        ``unknowns`` they always do), else onto the curve without effects.
         """
         try:
             prior, values = self.baseline.fit.prior, self.baseline.solution.values
-        except ResultError:  # what is wrong is to be found from an ordinary tire
+        except ResultError:  # the diagnosis starts from a typical tire
             prior, values = {**CAR_TIRES, **self.priors}, NO_VALUES
         fit = replace(self.fit, prior=prior, effects=effects, unknowns=tuple(unknowns))
         begin = {**fit.first_values, **values, **start}
@@ -120,7 +120,7 @@ class TireProblem(SimulatedProblem):
 
         Raises
         ------
-        ResultError : the sweeps make no curve; where all but one do, that one is named.
+        ResultError : the sweeps do not determine a curve; if all but one do, that sweep is named.
         """
         if effects:
             fit = replace(self.fit, effects=effects, unknowns=tuple(unknowns))
@@ -146,7 +146,7 @@ class TireProblem(SimulatedProblem):
             raise ResultError(*why) from None
 
     def _odd_sweep(self) -> tuple[Finding, ...]:
-        """The one sweep without which the others make a curve, where there is just one."""
+        """A finding on the sweep without which the others determine a curve, if there is exactly one."""
         found = []
         for odd in self.sweeps if len(self.sweeps) >= FEWEST_TO_COMPARE else ():
             try:
@@ -182,9 +182,9 @@ def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProbl
 
 
 def _priors(spec: TireSpec, known: Parameters) -> dict[str, tuple[float, float]]:
-    """Mean and standard deviation of each shape factor that the description states; an exact one is held.
+    """Mean and standard deviation of each shape factor that the description states; an exact one is nearly fixed.
 
-    Values of parameter files are no priors: they may come from the same sweeps.
+    Values of parameter files are not used as priors, because they may come from the same sweeps.
     """
     stated: dict[str, Given] = {
         n: Given(e.value, e.std) for n, e in known.items() if n in SHAPE and e.source == "given"

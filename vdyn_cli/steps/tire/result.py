@@ -22,17 +22,17 @@ STIFFNESS = "tire_longitudinal_stiffness"
 
 
 def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], logs: Sequence[Log]) -> Result:
-    """All shape factors where the sweeps determine them, else the slope at zero slip alone; the others are withheld.
+    """The published result: all shape factors where the sweeps determine them, else only the slope at zero slip.
 
     Parameters
     ----------
     priors : mean and standard deviation of the stated shape factors.
-    logs : of the sweeps, whose findings are passed on.
+    logs : of the sweeps; their findings are included.
     """
     fit, solution = curve.fit, curve.solution
     points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
     slope, doubts = _slope(solution), tuple[str, ...]()
-    if not fit.effects:  # what an effect such as a relaxation length leaves at small slips is not the curve's slope
+    if not fit.effects:  # effects such as a relaxation length also act at small slips
         slope, doubts = agreeing_with_data(slope, fit.sweeps, points)
     withheld = dict[str, str]()
     estimates, correlation, warnings = {STIFFNESS: slope}, {}, [*solution.warnings, *doubts]
@@ -82,12 +82,12 @@ def _peaks(curve: FittedCurve) -> list[Finding]:
 
 
 def _apart(other: Solution, best: Solution) -> bool:
-    """Whether another minimum's C is not that of the best one, within a standard deviation."""
+    """Whether C in another minimum differs from the best one by more than a standard deviation."""
     return abs(other.values["tire_C"] - best.values["tire_C"]) > best.std["tire_C"]
 
 
 def _shape_factor(name: str, curve: FittedCurve) -> Estimate:
-    """One unknown of the curve; its interval holds those of other minima that the sweeps do not reject."""
+    """One unknown of the curve; its interval includes those of other minima that the sweeps do not reject."""
     best = curve.solution
     ends = [s.interval95[name] for s in (best, *curve.others)]
     low, high = min(low for low, _ in ends), max(high for _, high in ends)
@@ -96,7 +96,7 @@ def _shape_factor(name: str, curve: FittedCurve) -> Estimate:
 
 
 def _braking(curve: FittedCurve) -> dict[str, Estimate]:
-    """B and D in braking, where they are fitted: (1 + excess) times those in driving."""
+    """B and D in braking, where they are fitted: (1 + excess) times those in driving; else empty."""
     solution, found = curve.solution, {}
     for driving, excess in (("tire_B", "braking_B"), ("tire_D", "braking_D")):
         if excess in curve.fit.free:

@@ -1,4 +1,4 @@
-"""Slip sweeps as logs: the slip of every sample, and checks of the channels."""
+"""Logs of slip sweeps: the slip of every sample, and checks of the channels."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.spec import TireSettings
 
 FEWEST_SAMPLES = 40  # of a sweep: one bin of binned_sweep
-SMALL_SLIP = 0.3  # up to which force and slip have one sign whatever the wheel does next
+SMALL_SLIP = 0.3  # up to which force and slip have the same sign
 
 
 def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) -> tuple[Log, ...]:
-    """The logs with the channel ``slip``, NaN where a sample does not count.
+    """The logs with the channel ``slip``, NaN for excluded samples.
 
-    s = om r / V - 1 (SAE J670), where the log has no slip of its own.
+    s = om r / V - 1 (SAE J670), where slip is not logged.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) 
 
     Raises
     ------
-    InputError : no log, no slip and no speeds, a sign that contradicts physics, or too few samples that count.
+    InputError : no log, no slip and no speeds, a sign that contradicts physics, or too few usable samples.
     """
     if not logs:
         raise InputError(Finding("runs", "no slip sweep is given", remedy="list at least one log under runs"))
@@ -56,13 +56,13 @@ def _with_slip(log: Log, settings: TireSettings, known: Parameters) -> Log:
 
 
 def _doubts(log: Log, used: int) -> list[Finding]:
-    """The first reason why a sweep of which ``used`` samples count cannot serve."""
+    """The first reason why a sweep with ``used`` usable samples cannot be evaluated; empty where there is none."""
     load, force, slip = log["force_z"], log["force_x"], log["slip"]
     if np.nanmedian(load) < 0:
         what = "Fz is negative; it must be positive on a loaded tire"
         return [wrong_sign(log.name, "force_z", what, f"median {np.nanmedian(load):.0f} N")]
     good = np.isfinite(force) & np.isfinite(slip) & (np.abs(slip) < SMALL_SLIP)
-    about = (x[good] - np.mean(x[good]) if good.any() else x for x in (force, slip))  # zeros of both channels left out
+    about = (x[good] - np.mean(x[good]) if good.any() else x for x in (force, slip))  # without zeros
     if np.count_nonzero(good) > FEWEST_SAMPLES and cosine(*about) < -STEP_POLICY.sign_correlation:
         what = "Fx is positive at negative slip; it must be positive when the wheel drives the car"
         return [wrong_sign(log.name, "force_x", what)]

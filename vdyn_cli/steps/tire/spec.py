@@ -1,4 +1,4 @@
-"""The description of a tire test."""
+"""The YAML model of a tire test."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ShapeFactor = Literal["tire_B", "tire_C", "tire_D", "tire_E"]
 
 
 class TireSettings(Strict):
-    """Which samples count (slip means nothing at crawling speed, friction nothing without load), and the curve."""
+    """Limits of the used samples (slip is undefined at standstill, friction without load), and the curve."""
 
     minimum_speed: Annotated[Given, Si("m/s", 0.1, 50)] = Field(
         Given(1.0), description="vehicle speed below which no slip is computed, m/s"
@@ -22,13 +22,13 @@ class TireSettings(Strict):
     minimum_load: Annotated[Given, Si("N", 1, 50_000)] = Field(
         Given(300.0), description="vertical load below which samples are left out, N"
     )
-    # A wheel force sensor that is zeroed before each sweep drifts by 0.01 % of its 24 kN; a zero that all sweeps share
-    # beyond that is a finding.
+    # A wheel force sensor that is zeroed before each sweep drifts by 0.01 % of its 24 kN; a larger common zero of all
+    # sweeps is a candidate effect.
     force_zero: Annotated[Given, Si("N", 0, 1000)] = Field(
         Given(3.0), description="standard deviation of the zero of the longitudinal force from sweep to sweep, N"
     )
     priors: dict[ShapeFactor, Annotated[Given, Si("", -20, 100)]] = Field(
-        {}, description="what is known of B, C, D and E, such as {tire_C: 1.32 +- 0.1}; else under vehicle"
+        {}, description="priors of B, C, D and E, such as {tire_C: 1.32 +- 0.1}; may also stand under vehicle"
     )
     shifts: bool = Field(
         False, description="true: the shifts Sh (of the slip) and Sv (of the friction) are unknowns of the curve"
@@ -41,4 +41,4 @@ class TireSettings(Strict):
 class TireSpec(TestSpec):
     """The description of a tire test: slip sweeps, one log each."""
 
-    settings: TireSettings = Field(TireSettings(), description="which samples of the sweeps count")
+    settings: TireSettings = Field(TireSettings(), description="used samples of the sweeps, and options of the curve")

@@ -16,10 +16,11 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 
 METHODS = (
-    "Slip from wheel speed, radius and vehicle speed; samples averaged into bins in which slip moves by at most 1.5 %; "
-    "magic formula fitted by the distance in slip and force together, the noise of each channel taken from its third "
-    "differences and the second-order effect of slip noise removed; wheel radius a nuisance parameter with its "
-    "standard deviation as prior; intervals from the scatter of blocks of equal information (Bell and McCaffrey 2002)."
+    "Slip was computed from wheel speed, radius and vehicle speed, and samples were averaged into bins in which slip "
+    "changes by at most 1.5 %. The magic formula was fitted by the distance in slip and force together, with the noise "
+    "of each channel from its third differences and without the second-order effect of slip noise. The wheel radius is "
+    "a nuisance parameter with its standard deviation as prior. Intervals were computed from the scatter of blocks of "
+    "equal information (Bell and McCaffrey 2002)."
 )
 
 
@@ -27,7 +28,7 @@ WITHHELD = "the sweeps determine only the product B C D, the slope at zero slip"
 
 
 def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak: float | None) -> str:
-    """The answer: peak friction and slope at zero slip, or the slope alone; ``peak`` is the slip of the peak."""
+    """The headline: peak friction and slope at zero slip, or the slope alone; ``peak`` is the slip of the peak."""
     slope = estimates["tire_longitudinal_stiffness"]
     at_zero = with_interval(slope, "per unit of slip")
     if peak is None:
@@ -39,27 +40,21 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], peak:
 
 
 def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
-    """The warning that the sweeps determine only the slope at zero slip.
-
-    Parameters
-    ----------
-    sweeps : the warning states their largest slip and friction.
-    """
+    """The warning that the sweeps determine only the slope at zero slip, with their largest slip and friction."""
     slip = max(float(np.abs(sweep.slip).max()) for sweep in sweeps)
     friction = max(float(np.max(np.abs(sweep.force / sweep.load))) for sweep in sweeps)
     return (
         f"the sweeps do not determine the peak (largest slip {100 * slip:.1f} %, largest friction "
-        f"{friction:.2f}): only the "
-        "product B C D is determined, not B, C, D and E; sweep to two or three times the slip of the peak"
+        f"{friction:.2f}): only the product B C D is determined, not B, C, D and E; sweep to two or three times the "
+        "slip of the peak"
     )
 
 
 def peak_by_priors(reach: float, peak: float) -> str:
     """The warning that the peak was not reached; ``reach`` is the largest slip measured, ``peak`` that of the peak."""
     return (
-        f"the peak at {100 * peak:.1f} % of slip lies beyond the sweeps (largest slip "
-        f"{100 * reach:.1f} %): B and D rest on the stated "
-        "C and E"
+        f"the peak at {100 * peak:.1f} % of slip lies beyond the sweeps (largest slip {100 * reach:.1f} %): B and D "
+        "depend on the stated C and E"
     )
 
 
@@ -67,13 +62,13 @@ def other_curves(shapes: Sequence[float]) -> str:
     """The warning that the sweeps do not reject curves in other minima; ``shapes`` are their C."""
     values = " and ".join(f"{c:.2f}" for c in shapes)
     return (
-        f"curves with C of {values} fit the sweeps about as well: the intervals of B, C, D and E hold them all; sweep "
-        "further beyond the peak"
+        f"curves with C of {values} fit the sweeps about equally well: the intervals of B, C, D and E include all of "
+        "them; sweep further beyond the peak"
     )
 
 
 def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> list[Finding]:
-    """A note where one curve is fitted to driving and braking and their largest frictions differ; else none."""
+    """A finding where one curve is fitted to driving and braking although their largest frictions differ."""
     slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))
     if slip.min() > -STEP_POLICY.peak_slip or slip.max() < STEP_POLICY.peak_slip:
         return []
@@ -86,11 +81,11 @@ def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> list[Finding]:
 
 
 def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -> list[Finding]:
-    """That a stated shape factor is a prior of the fit, and how far from it the fit lies."""
+    """A finding for each stated shape factor: that it is a prior, and how much the fit deviates from it."""
     found = []
     for name, (mean, std) in priors.items():
         away = (solution.values[name] - mean) / std
-        what = f"{mean:g} +- {std:.2g} is a prior of the fit, whose value is {away:+.1f} of its standard deviations off"
+        what = f"{mean:g} +- {std:.2g} is a prior; the fitted value deviates by {away:+.1f} of its standard deviations"
         doubtful = abs(away) > STEP_POLICY.prior_contradicted
         remedy = "state another value, or a wider standard deviation" if doubtful else ""
         found.append(Finding(name, what, "", remedy, minor=not doubtful, doubt=doubtful))
@@ -98,7 +93,7 @@ def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -
 
 
 def sweeps_table(sweeps: Sequence[BinnedSweep]) -> Table:
-    """Range, load, bins and noise of each sweep."""
+    """Table of range, load, bins and noise of each sweep."""
     rows = tuple(
         (s.run, f"{100 * s.slip.min():.1f} %", f"{100 * s.slip.max():.1f} %", f"{np.mean(s.load):.0f} N",
          str(s.slip.size),

@@ -20,23 +20,23 @@ from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints, nearest_points
 
-# Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would push the wrong way.
+# Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would have the wrong sign.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4.0), "braking_D": (-0.8, 2.0)}
 # Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
 CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
-SHAPES = ("tire_C", "tire_E")  # what decides how a curve goes on beyond its steep part
-EXACT = 1e-3  # of a prior's standard deviation: held, with the slopes that the projection needs
+SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
+EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
-NEAR_ZERO = 0.4  # of the largest friction, below which the curve is nearly straight
-STARTS = (1.3, 1.6, 1.9)  # of C: a wrong one can end in a local minimum
+NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
+STARTS = (1.3, 1.6, 1.9)  # start values of C: a wrong one can lead to a local minimum
 NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.84, chi-square's 95 % quantile
-ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown moves by more standard deviations
+ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown changes by more standard deviations
 
 
 @dataclass(frozen=True)
 class _SlipProjection:
-    """The curve onto which slips are projected, and the fit that gave it."""
+    """The curve onto which slips are projected, and the fit that it results from."""
 
     at: Mapping[str, float]
     solution: Solution | None = None
@@ -49,12 +49,12 @@ class TireFit:
     Parameters
     ----------
     prior : (mean, standard deviation) of shape factors: stated, or a car tire's for sweeps that end before the peak.
-    radius_std : relative standard deviation of the wheel radius that the slip was computed with; 0 leaves it out.
+    radius_std : relative standard deviation of the wheel radius from which the slip was computed; 0: exact.
     effects, unknowns : corrections of the curve, and their unknowns.
-    scale : of the residual over the sensors' noise, where the curve does not follow the sweeps: beside a residual that
-        is taken for noise, priors would have no weight.
+    scale : ratio of residual to sensor noise where the curve does not follow the sweeps, so that priors keep their
+        weight.
     free : those of SHIFTS and BRAKING that are unknown.
-    force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep; 0 leaves it out.
+    force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep; 0: exact.
     """
 
     sweeps: tuple[BinnedSweep, ...]
@@ -67,18 +67,20 @@ class TireFit:
     force_zero: float = 0.0
 
     def solve(self) -> Solution:
-        """The best of :meth:`minima`; raises ResultError as that."""
+        """The best of :meth:`minima`; raises ResultError likewise."""
         return self.minima()[0]
 
     def minima(self) -> tuple[Solution, ...]:
-        """Fit from several shapes, projecting the slips anew until the curve no longer moves.
+        """Fits from several start values of C, with slips projected repeatedly until the curve converges.
 
-        The best fit, and behind it those that the sweeps do not reject: they may end in another minimum whose C, B and
-        E are far off, and whose curve is nearly the same.
+        Returns
+        -------
+        The best fit, followed by fits in other minima that the sweeps do not reject. Their C, B and E may differ much
+        while their curves are nearly the same.
 
         Raises
         ------
-        ResultError : the fit's own, or the projection does not settle.
+        ResultError : every fit fails, or no projection converges.
         """
         found, failed = [], []
         stated = self.prior.get("tire_C")
@@ -111,11 +113,11 @@ class TireFit:
         return settled.state.solution
 
     def regression(self, at: Mapping[str, float], start: Mapping[str, float] = NO_VALUES) -> Regression:
-        """The regression over all sweeps, slips projected onto the curve ``at``; it begins at ``start``, or there.
+        """The regression over all sweeps with slips projected onto the curve ``at``, started at ``start``, else ``at``.
 
         Parameters
         ----------
-        at, start : values of unknowns by name; those left out are at the start values of this fit.
+        at, start : values of unknowns by name; omitted ones have the start values of this fit.
         """
         begin = {**self.first_values, **(start or at)}
         shape = [Unknown(n, begin[n], *RANGES[n], prior=self.prior.get(n)) for n in (*SHAPE, *self.free)]
@@ -139,7 +141,7 @@ class TireFit:
         return Regression((*unknowns, *self._zero), tuple(sweep.run for sweep in self.sweeps), rows)
 
     def points(self, sweep: BinnedSweep, values: Mapping[str, float]) -> CurvePoints:
-        """Where the bins of a sweep stand on the curve with these values of the unknowns."""
+        """The points of the curve nearest to the bins of a sweep, at these values of the unknowns."""
         theta = self._theta(values)
         return nearest_points(sweep, lambda slip: self._curve(sweep, slip, theta)[::2])
 
@@ -160,7 +162,7 @@ class TireFit:
 
     @property
     def reach(self) -> float:
-        """The largest slip of the sweeps, to either side."""
+        """The largest absolute slip of the sweeps."""
         return max(float(np.abs(sweep.slip).max()) for sweep in self.sweeps)
 
     @property
@@ -173,7 +175,7 @@ class TireFit:
 
     @cached_property
     def first_values(self) -> dict[str, float]:
-        """Where the search begins: the largest friction measured, and the slope near zero slip."""
+        """Start values of all unknowns, from the largest friction and the slope near zero slip."""
         slip = np.concatenate([sweep.slip for sweep in self.sweeps])
         friction = np.concatenate([sweep.force / sweep.load for sweep in self.sweeps])
         extra = self._first_extra(slip, friction)
@@ -188,9 +190,9 @@ class TireFit:
         return {**shape, "radius_error": 0.0, **{u.name: u.start for u in self.unknowns}}
 
     def _first_extra(self, slip: Array, friction: Array) -> dict[str, float]:
-        """Where the search for shifts, and for the excess in braking, begins; 0 for what is not unknown.
+        """Start values of the shifts and of the excess in braking; 0 for those that are not unknown.
 
-        Sv from the middle between the largest frictions of both signs, Sh from where the friction crosses it.
+        Sv is the middle between the largest frictions of both signs, -Sh the slip at which the friction crosses it.
         """
         found = dict.fromkeys((*SHIFTS, *BRAKING), 0.0)
         high, low = (float(np.quantile(friction, q)) for q in (0.98, 0.02))
@@ -217,7 +219,7 @@ class TireFit:
         return np.array([values.get(n, self.first_values[n]) for n in self._names])
 
     def _curve(self, sweep: BinnedSweep, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
-        """Force (n,), its derivatives to the unknowns (n, k), and its slope to the slip (n,)."""
+        """Force (n,), its derivatives by the unknowns (n, k), and its derivative by the slip (n,)."""
         inputs = {
             "slip": slip,
             "load": sweep.load,
@@ -228,13 +230,13 @@ class TireFit:
             inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
         simulated = self._simulator(Drive(sweep.time, inputs), theta)
         jacobian = simulated.sensitivities["force_x"]
-        # Slip moves by 1 + s per relative radius error; a locked wheel stands still whatever its radius.
+        # Slip changes by 1 + s per relative radius error; that of a locked wheel does not depend on the radius.
         rolling = np.maximum(1 + slip, 0.02)
         return simulated.outputs["force_x"], jacobian, jacobian[:, self._names.index("radius_error")] / rolling
 
 
 def _slope(slip: Array, friction: Array) -> float:
-    """Slope of small frictions (n,) over slip, beside a zero of either where the sweeps have both signs."""
+    """Slope of small frictions (n,) over slip, with a free offset where the sweeps have both signs."""
     if friction.min() < 0.0 < friction.max():
         slip, friction = slip - slip.mean(), friction - friction.mean()
     return float(np.sum(friction * slip) / max(np.sum(slip**2), 1e-12))
@@ -242,7 +244,7 @@ def _slope(slip: Array, friction: Array) -> float:
 
 @dataclass(frozen=True)
 class FittedCurve:
-    """The curve as far as the sweeps determine it; ``peak`` is the slip of its peak, None where no sweep reached it.
+    """The fitted curve; ``peak`` is the slip of its peak, None where the sweeps do not determine it.
 
     ``others`` are fits in other minima that the sweeps do not reject.
     """
@@ -254,10 +256,10 @@ class FittedCurve:
 
 
 def fitted_curve(fit: TireFit) -> FittedCurve:
-    """The whole curve where the sweeps go beyond its peak, else one whose shape is that of passenger car tires.
+    """The whole curve where the sweeps extend beyond its peak, else one with the shape of passenger car tires.
 
-    The shape is also that of passenger car tires where the sweeps do not determine it; what they determine is the
-    slope at zero slip. A stated C and E decide the shape themselves, so that a peak beyond the sweeps is published.
+    In the latter case, and where the sweeps do not determine the shape, only the slope at zero slip is determined. With
+    stated C and E the shape is known, so that a peak beyond the sweeps is published.
 
     Parameters
     ----------
@@ -283,11 +285,11 @@ def fitted_curve(fit: TireFit) -> FittedCurve:
 
 
 def _misfit(fit: TireFit) -> float:
-    """Residual over noise, at least 1, of the curve whose shape is exactly the mean of its priors.
+    """Ratio of residual to noise, at least 1, of the curve with shape factors fixed at the means of their priors.
 
     Raises
     ------
-    ResultError : the sweeps do not even determine slope and height of that curve.
+    ResultError : the sweeps do not determine slope and height of that curve either.
     """
     exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
     residuals = np.concatenate(replace(fit, prior=exact).solve().residuals)
