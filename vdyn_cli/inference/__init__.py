@@ -11,15 +11,14 @@ from vdyn_cli.inference.intervals import equal_information_blocks
 from vdyn_cli.inference.minimize import Minimum, minimize
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.inference.refusals import refusals
-from vdyn_cli.inference.regression import Loss, Objective, Regression, Rows, Unknown
-from vdyn_cli.inference.solution import Downweighted, Solution, Unit
+from vdyn_cli.inference.regression import Objective, Regression, Rows, Unknown
+from vdyn_cli.inference.solution import Solution, Unit
 from vdyn_cli.inference.unit_scatter import infer
-from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN, exceeds_noise, white_level, whiten
+from vdyn_cli.inference.white_noise import exceeds_noise, white_level, whiten
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 
 __all__ = [
-    "Downweighted",
     "RefusedFitError",
     "Regression",
     "Rows",
@@ -80,7 +79,6 @@ def standing(fit: Callable[[], Solution]) -> Solution:
 def solve(
     regression: Regression,
     *,
-    robust: Loss = "none",
     units: Literal["auto", "run", "block"] = "auto",
     most_iterations: int = 200,
     tolerance: float = 0.0,
@@ -88,12 +86,10 @@ def solve(
 ) -> Solution:
     """Fit shared and per-run unknowns to all runs at once, with their uncertainty.
 
-    Minimizes sum over runs and rows of rho(r), plus half the squares of the priors, within the physical ranges;
-    rho(r) = r^2 / 2 unless robust.
+    Minimizes half the sum of squares over the rows of all runs and the priors, within the physical ranges.
 
     Parameters
     ----------
-    robust : "huber" or "soft_l1" down-weight outliers, which ``downweighted`` lists.
     units : the independent unit; "auto" takes runs where there are enough, else blocks within runs.
     most_iterations : largest number of iterations.
     tolerance : convergence: largest predicted reduction of the sum of squares by a further step, in variances of one
@@ -107,8 +103,7 @@ def solve(
         The fit does not converge; the unknowns are not identifiable (the message names the combination that is); or a
         value lies at its bound.
     """
-    minimum, scale = _minimize(regression, robust, most_iterations, tolerance)
-    solved = Solved(regression, minimum, robust, scale)
+    solved = Solved(regression, _minimize(regression, most_iterations, tolerance))
     if findings := refusals(solved, unconverged):
         raise RefusedFitError(findings, regression, lambda: infer(solved, units))
     return infer(solved, units)
@@ -127,7 +122,7 @@ def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, fl
     ------
     ResultError : the model has no finite value at the start.
     """
-    minimum, _ = _minimize(regression, "none", most_iterations, 1.0)
+    minimum = _minimize(regression, most_iterations, 1.0)
     s, m = len(regression.shared), len(regression.own)
     x = minimum.point.x
     each = x[s:].reshape(len(regression.runs), m)
@@ -135,34 +130,14 @@ def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, fl
     return shared, {u.name: each[:, i] for i, u in enumerate(regression.own)}
 
 
-def _minimize(regression: Regression, loss: Loss, most_iterations: int, tolerance: float) -> tuple[Minimum, float]:
-    """The minimum and, for a robust loss, the scale of the residuals from their median."""
+def _minimize(regression: Regression, most_iterations: int, tolerance: float) -> Minimum:
     lower, upper = regression.bounds()
-
-    def run(start: Array, loss: Loss, scale: float) -> Minimum:
-        try:
-            return minimize(Objective(regression, loss, scale), start, lower, upper, most_iterations, tolerance)
-        except ArithmeticError as error:
-            raise ResultError(
-                Finding(
-                    "fit", str(error), _start_text(regression, start), "check the start values and the logs for gaps"
-                )
-            ) from error
-
-    minimum, scale = run(regression.start(), "none", 1.0), 1.0
-    if loss == "none":
-        return minimum, scale
-    for _ in range(20):
-        x = minimum.point.x
-        residual = np.concatenate(
-            [regression.rows(i, regression.local(x, i)).residual for i in range(len(regression.runs))]
-        )
-        before, scale = scale, NORMAL_FROM_MEDIAN * float(np.median(np.abs(residual)))
-        scale = scale or float(np.sqrt(np.mean(residual**2))) or 1.0
-        minimum = run(x, loss, scale)
-        if abs(scale - before) < 1e-3 * before:
-            break
-    return minimum, scale
+    try:
+        return minimize(Objective(regression), regression.start(), lower, upper, most_iterations, tolerance)
+    except ArithmeticError as error:
+        start = _start_text(regression, regression.start())
+        remedy = "check the start values and the logs for gaps"
+        raise ResultError(Finding("fit", str(error), start, remedy)) from error
 
 
 def _start_text(regression: Regression, x: Array) -> str:

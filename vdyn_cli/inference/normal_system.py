@@ -8,15 +8,15 @@ import numpy as np
 
 from vdyn_cli.inference.minimize import Minimum
 from vdyn_cli.inference.qr_factors import Reduced, reduce
-from vdyn_cli.inference.regression import Loss, Regression
+from vdyn_cli.inference.regression import Regression
 from vdyn_cli.quantities.arrays import Array
 
 
 class Solved:
     """The reduced normal system at a minimum, its covariances computed on demand."""
 
-    def __init__(self, regression: Regression, minimum: Minimum, loss: Loss, scale: float) -> None:
-        self.regression, self.minimum, self.loss, self.scale = regression, minimum, loss, scale
+    def __init__(self, regression: Regression, minimum: Minimum) -> None:
+        self.regression, self.minimum = regression, minimum
         self.point = minimum.point
         self.s, self.m = len(regression.shared), len(regression.own)
         weak = self.point.system.column_norms() * 1e-9
@@ -44,7 +44,7 @@ class Solved:
     @property
     def variance(self) -> float:
         """Variance of one whitened row: 1 where the noise model holds."""
-        return self.point.squares / self.degrees / self.point.curvature
+        return self.point.squares / self.degrees
 
     @property
     def degrees(self) -> float:

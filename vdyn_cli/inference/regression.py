@@ -5,18 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.qr_factors import BorderedSystem, qr_factor
 from vdyn_cli.quantities.arrays import Array
-
-Loss = Literal["none", "huber", "soft_l1"]
-
-HUBER = 1.345  # standard deviations: 95 % efficient for normal residuals (Huber, Robust Statistics, 1981)
-LEAST_CURVATURE = 0.01  # of a row's weight, so that no row's curvature vanishes
 
 
 @dataclass(frozen=True)
@@ -151,10 +146,9 @@ class Point:
     Parameters
     ----------
     x : (s + g m), shared first, then run by run.
-    cost : half the sum of squares, or the sum of losses, priors included.
+    cost : half the sum of squares, priors included.
     system : the linearization.
-    squares : sum of rho'(r)^2, priors included; of r^2 where the loss is not robust.
-    curvature : mean of rho''(r); 1 where the loss is not robust.
+    squares : sum of squares, priors included.
     n_rows : number of rows of all runs before their reduction, plus one for each prior.
     """
 
@@ -162,7 +156,6 @@ class Point:
     cost: float
     system: BorderedSystem
     squares: float
-    curvature: float
     n_rows: int
 
 
@@ -194,64 +187,47 @@ def prior_rows(unknowns: tuple[Unknown, ...], values: Array) -> Array:
     return rows
 
 
-def evaluate(regression: Regression, x: Array, loss: Loss = "none", scale: float = 1.0) -> Point | None:
-    """Cost and QR factors at x, or None where the model cannot be computed.
-
-    Parameters
-    ----------
-    x : (s + g m), shared first, then run by run. scale : residual of an inlier, in units of the noise.
-    """
+def evaluate(regression: Regression, x: Array) -> Point | None:
+    """Cost and QR factors at x (s + g m), shared first, then run by run; None where the model cannot be computed."""
     with np.errstate(over="ignore", invalid="ignore"):
-        return _evaluate(regression, x, loss, scale)
+        return _evaluate(regression, x)
 
 
-def _evaluate(regression: Regression, x: Array, loss: Loss, scale: float) -> Point | None:
+def _evaluate(regression: Regression, x: Array) -> Point | None:
     s, m = len(regression.shared), len(regression.own)
     common = prior_rows(regression.shared, x[:s])
     squares = float(np.sum(common[:, -1] ** 2))
-    cost, runs, curvatures, folded = 0.5 * squares, [], [np.ones(len(common))], 0
+    cost, runs, n_rows = 0.5 * squares, [], len(common)
     for run in range(len(regression.runs)):
         local = regression.local(x, run)
         try:
             rows = regression.rows(run, local)
         except ArithmeticError:
             return None
-        matrix = matrix_of(rows, s, loss, scale)
+        matrix = matrix_of(rows, s)
         if not np.isfinite(np.sum(matrix**2)):  # the norms of diverging sensitivities overflow
             return None
         own = prior_rows(regression.own, local[s:])
-        slope, curvature = slopes(rows.residual, loss, scale)
         priors = float(np.sum(own[:, -1] ** 2))
-        cost += float(np.sum(losses(rows.residual, loss, scale))) + 0.5 * priors
-        squares += float(np.sum(slope**2)) + priors
-        curvatures += [curvature, np.ones(len(own))]
-        folded += 0 if rows.folded is None else int(rows.folded.sum()) - len(rows.residual)
+        cost += float(np.sum(0.5 * rows.residual**2)) + 0.5 * priors
+        squares += float(np.sum(rows.residual**2)) + priors
+        n_rows += len(own) + (len(rows.residual) if rows.folded is None else int(rows.folded.sum()))
         known = np.column_stack([own[:, :m], np.zeros((len(own), s)), own[:, -1]])
         runs.append(qr_factor(np.vstack([matrix, known])))
     if not np.isfinite(cost):
         return None
-    every = np.concatenate(curvatures)
-    return Point(
-        x, cost, BorderedSystem(np.array(runs), common, m), squares, float(np.mean(every)), len(every) + folded
-    )
+    return Point(x, cost, BorderedSystem(np.array(runs), common, m), squares, n_rows)
 
 
 @dataclass(frozen=True)
 class Objective:
-    """The cost of a regression, and its linearization, as functions of all unknowns.
-
-    Parameters
-    ----------
-    scale : residual of an inlier, in the units of the noise.
-    """
+    """The cost of a regression, and its linearization, as functions of all unknowns."""
 
     regression: Regression
-    loss: Loss = "none"
-    scale: float = 1.0
 
     def __call__(self, x: Array) -> Point | None:
         """See ``evaluate``."""
-        return evaluate(self.regression, x, self.loss, self.scale)
+        return evaluate(self.regression, x)
 
     def cost(self, x: Array) -> float:
         """The cost at x, infinite where the model cannot be computed; from residuals alone where that is cheaper."""
@@ -269,7 +245,7 @@ class Objective:
                 except ArithmeticError:
                     return np.inf
                 own = prior_rows(self.regression.own, local[s:])[:, -1]
-                total += float(np.sum(losses(residual, self.loss, self.scale))) + 0.5 * float(np.sum(own**2))
+                total += float(np.sum(0.5 * residual**2)) + 0.5 * float(np.sum(own**2))
         return total if np.isfinite(total) else np.inf
 
     @property
@@ -278,74 +254,6 @@ class Objective:
         return isinstance(self.regression.rows, Residuals)
 
 
-def matrix_of(rows: Rows, n_shared: int, loss: Loss = "none", scale: float = 1.0) -> Array:
-    """Rows M of [own | shared | residual], weighted so that M'M holds the Hessian and the gradient of the loss.
-
-    Parameters
-    ----------
-    n_shared : number of shared unknowns. scale : residual of an inlier, in the units of the noise.
-
-    Returns
-    -------
-    (n, k + 1).
-    """
-    slope, curvature = slopes(rows.residual, loss, scale)
-    root = np.sqrt(curvature)
-    jacobian = rows.jacobian * root[:, None] if loss != "none" else rows.jacobian
-    return np.column_stack([jacobian[:, n_shared:], jacobian[:, :n_shared], slope / root])
-
-
-def losses(residual: Array, loss: Loss, scale: float) -> Array:
-    """rho(r): r^2/2; Huber's, linear beyond 1.345 scale; or scale^2 (sqrt(1 + (r/scale)^2) - 1).
-
-    Parameters
-    ----------
-    residual : (n,) in the units of the noise. scale : residual of an inlier.
-
-    Returns
-    -------
-    (n,). Source of the factor 1.345 (95 % efficiency): Huber, Robust Statistics, Wiley 1981.
-    """
-    if loss == "huber":
-        size, knee = np.abs(residual), HUBER * scale
-        return np.where(size <= knee, 0.5 * size**2, knee * size - 0.5 * knee**2)
-    if loss == "soft_l1":
-        return np.asarray(scale**2 * (np.sqrt(1 + (residual / scale) ** 2) - 1))
-    return np.asarray(0.5 * residual**2)
-
-
-def slopes(residual: Array, loss: Loss, scale: float) -> tuple[Array, Array]:
-    """rho'(r) and rho''(r), the second kept positive.
-
-    Parameters
-    ----------
-    residual : (n,) in the units of the noise. scale : residual of an inlier.
-
-    Returns
-    -------
-    Two arrays (n,).
-    """
-    if loss == "huber":
-        slope = np.clip(residual, -HUBER * scale, HUBER * scale)
-        inside = slope == residual
-        return slope, np.where(inside, 1.0, LEAST_CURVATURE * slope / np.where(inside, 1.0, residual))
-    if loss == "soft_l1":
-        stretch = np.sqrt(1 + (residual / scale) ** 2)
-        return residual / stretch, np.maximum(stretch**-3, LEAST_CURVATURE / stretch)
-    return residual, np.ones_like(residual)
-
-
-def weights(residual: Array, loss: Loss, scale: float) -> Array:
-    """Weights rho'(r)/r, 1 for an inlier.
-
-    Parameters
-    ----------
-    residual : (n,) in the units of the noise. scale : residual of an inlier.
-
-    Returns
-    -------
-    (n,), 0 to 1.
-    """
-    slope, _ = slopes(residual, loss, scale)
-    zero = residual == 0
-    return np.where(zero, 1.0, slope / np.where(zero, 1.0, residual))
+def matrix_of(rows: Rows, n_shared: int) -> Array:
+    """The rows as [own | shared | residual], (n, k + 1); ``n_shared`` : number of shared unknowns."""
+    return np.column_stack([rows.jacobian[:, n_shared:], rows.jacobian[:, :n_shared], rows.residual])

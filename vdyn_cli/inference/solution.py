@@ -13,19 +13,6 @@ from vdyn_cli.quantities.arrays import Array
 
 
 @dataclass(frozen=True)
-class Downweighted:
-    """Neighboring rows of one run that a robust loss down-weights as outliers."""
-
-    run: str
-    first: int
-    last: int
-    weight: float
-
-    def __str__(self) -> str:
-        return f"{self.run}, rows {self.first} to {self.last}: weight {self.weight:.2g}"
-
-
-@dataclass(frozen=True)
 class Unit:
     """One independent unit at the solution.
 
@@ -53,7 +40,7 @@ class Solution:
     per_run, per_run_std : (runs,) of each per-run unknown; these standard deviations come from the noise model.
     covariance : (s, s), of the values.
     classical_covariance : (s, s), for independent rows: sum of squares / (rows - unknowns) x inverse information.
-    cost : half the sum of squares (or of losses), priors included.
+    cost : half the sum of squares, priors included.
     residuals : per run, at the solution.
     unit, n_units, effective_units : the independent unit, the number of units, and the smallest effective number of
         units over the unknowns.
@@ -75,7 +62,6 @@ class Solution:
     effective_units: float
     degrees: Mapping[str, float]
     units: tuple[Unit, ...]
-    downweighted: tuple[Downweighted, ...]
     warnings: tuple[str, ...]
     iterations: int
 

@@ -11,8 +11,8 @@ from vdyn_cli.inference import intervals
 from vdyn_cli.inference.intervals import UnitFactor, equal_information_blocks
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.inference.qr_factors import qr_factor
-from vdyn_cli.inference.regression import Rows, matrix_of, prior_rows, weights
-from vdyn_cli.inference.solution import Downweighted, Solution, Unit
+from vdyn_cli.inference.regression import Rows, matrix_of, prior_rows
+from vdyn_cli.inference.solution import Solution, Unit
 from vdyn_cli.quantities.arrays import Array
 
 Kind = Literal["run", "block"]
@@ -22,10 +22,8 @@ BLOCKS = 12  # blocks within runs otherwise: if there were more, the residual au
 PER_UNKNOWN = 3  # smallest number of blocks per shared unknown without a prior: with fewer the fit absorbs the scatter
 FEWEST_BLOCKS = 8
 FEWEST_EFFECTIVE = 4.0  # effective number of units below which their scatter is not used: 3 degrees of freedom
-OUTLIER = 0.3  # weight below which a row is listed: a residual above 4.5 standard deviations with Huber's loss
 MOSTLY_PRIOR = 1e4  # variance over that of the data from which the prior alone sets the interval (1 % of the std)
 LARGEST_PULL = 4.5  # standard deviations from a prior, reported beyond: 7e-6 by chance
-NEIGHBORS = 3  # rows: outliers no farther apart are listed together
 
 
 def _contradicted_priors(solved: Solved) -> list[str]:
@@ -52,11 +50,11 @@ def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
     wanted : independent unit of the intervals; ``auto`` takes runs where they suffice, else blocks.
     """
     kind: Kind = ("run" if _enough_runs(solved) else "block") if wanted == "auto" else wanted
-    units, residuals, downweighted = _units(solved, kind)
+    units, residuals = _units(solved, kind)
     found = intervals.spread([_unit_factor(solved, u, kind) for u in units], solved.covariance)
     effective = _smallest_effective(solved, found.effective, len(units))
     many = len(units) >= FEWEST_BLOCKS and effective >= FEWEST_EFFECTIVE
-    warnings = [f"down-weighted {d}" for d in downweighted] + _contradicted_priors(solved)
+    warnings = _contradicted_priors(solved)
     classical = solved.variance * solved.covariance
     if len(units) >= 2 and (kind == "run" or many or wanted == "block"):
         covariance, degrees = _with_priors(solved, kind, found)
@@ -89,7 +87,6 @@ def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
         effective_units=effective,
         degrees=dict(zip(names, degrees.tolist(), strict=True)),
         units=tuple(Unit(u.run, u.block, u.factor, c) for u, c in zip(units, found.deletions, strict=True)),
-        downweighted=tuple(downweighted),
         warnings=tuple(warnings),
         iterations=solved.minimum.iterations,
     )
@@ -147,15 +144,15 @@ def _unit_factor(solved: Solved, unit: Unit, kind: Kind) -> UnitFactor:
     return UnitFactor(unit.run, unit.factor, solved.own[unit.run], solved.follow[unit.run])
 
 
-def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], list[Downweighted]]:
-    """Second pass over the runs, at the solution: QR factor of each unit, residuals, outliers."""
+def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...]]:
+    """Second pass over the runs, at the solution: QR factor of each unit, and residuals."""
     regression, s = solved.regression, solved.s
     units: list[Unit] = []
-    residuals, downweighted = [], []
+    residuals = []
     counts = _blocks_of_runs(solved)
-    for run, name in enumerate(regression.runs):
+    for run in range(len(regression.runs)):
         rows = regression.rows(run, regression.local(solved.point.x, run))
-        matrix = matrix_of(rows, s, solved.loss, solved.scale)
+        matrix = matrix_of(rows, s)
         if kind == "run":
             labels = np.zeros(len(matrix), dtype=np.int64)
         elif rows.block is not None:
@@ -165,8 +162,7 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...], l
         for label in range(int(labels.max(initial=-1)) + 1):
             units.append(Unit(run, label, qr_factor(matrix[labels == label]), np.zeros(s)))
         residuals.append(rows.residual)
-        downweighted += _outliers(solved, name, rows.residual)
-    return units, tuple(residuals), downweighted
+    return units, tuple(residuals)
 
 
 def _blocks_of_runs(solved: Solved) -> NDArray[np.int64]:
@@ -191,12 +187,3 @@ def _cut(solved: Solved, run: int, rows: Rows, matrix: Array, blocks: int) -> ND
     labels = np.empty(len(information), dtype=np.int64)
     labels[order] = equal_information_blocks(information[order], int(blocks))
     return labels
-
-
-def _outliers(solved: Solved, run: str, residual: Array) -> list[Downweighted]:
-    if solved.loss == "none":
-        return []
-    weight = weights(residual, solved.loss, solved.scale)
-    at = np.flatnonzero(weight < OUTLIER)
-    groups = np.split(at, np.flatnonzero(np.diff(at) > NEIGHBORS) + 1) if at.size else []
-    return [Downweighted(run, int(g[0]), int(g[-1]), float(np.mean(weight[g]))) for g in groups]
