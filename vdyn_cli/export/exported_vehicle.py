@@ -94,7 +94,7 @@ def exported_vehicle(
 
 
 def accepted_effects(
-    model: Model, effects: Iterable[AcceptedEffect], every: Sequence[Effect] = ()
+    model: Model, effects: Iterable[AcceptedEffect], every: Sequence[Effect]
 ) -> tuple[tuple[AcceptedEffect, ...], tuple[str, ...]]:
     """The effects that belong to the vehicle and apply to the model, in the catalog's order; a note for each effect.
 
@@ -103,9 +103,8 @@ def accepted_effects(
 
     Parameters
     ----------
-    every : the catalog followed by learned laws; empty: the catalog.
+    every : the catalog followed by learned laws.
     """
-    every = tuple(every) or catalogue()
     known = {effect.name: effect for effect in every}
     offers = {effect.name for effect in applicable(model, every)}
     included: list[AcceptedEffect] = []

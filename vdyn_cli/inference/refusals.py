@@ -14,7 +14,7 @@ NARROW_PRIOR = 0.1  # standard deviation of a prior, of the physical range, belo
 INVOLVED = 1e-3  # share of the largest possible response from which a run's own unknown is involved in a null direction
 
 
-def refusals(solved: Solved, unconverged: bool = False) -> list[Finding]:
+def refusals(solved: Solved, unconverged: bool) -> list[Finding]:
     """The reasons to refuse the minimum as a result; only the first kind found, because it explains the others.
 
     In this order: runs without information, parameters that are not identifiable, no convergence, estimates at bounds.

@@ -175,7 +175,7 @@ def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[li
     return places, [tick_text(v, step, grouped) for v in places]
 
 
-def tick_text(value: float, step: float, grouped: bool = False) -> str:
+def tick_text(value: float, step: float, grouped: bool) -> str:
     """The text of a tick, with the decimals that the spacing ``step`` needs; ``grouped`` separates thousands."""
     largest = max(abs(value), step)
     if step < 1e-5 or largest >= 1e7:

@@ -21,7 +21,7 @@ class Chip:
     link: str = ""
 
 
-def chips(fit: FitSummary, findings: int, slug: str, gained: bool = False, doubted: bool = False) -> tuple[Chip, ...]:
+def chips(fit: FitSummary, findings: int, slug: str, gained: bool, doubted: bool) -> tuple[Chip, ...]:
     """Residual and noise floor, held-out error, runs, independent units of the intervals, warnings.
 
     Parameters

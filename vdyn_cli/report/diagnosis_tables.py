@@ -156,7 +156,7 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
     return _table("Effects not testable with these data", caption, columns, rows, (False,) * len(columns))
 
 
-def next_tests(entries: Sequence[NextTest], answered: bool = False) -> TextTable | None:
+def next_tests(entries: Sequence[NextTest], answered: bool) -> TextTable | None:
     """The recommended next tests.
 
     Parameters

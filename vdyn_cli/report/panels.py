@@ -115,7 +115,7 @@ def _shown_unit(channel: str, unit: str) -> tuple[str, float]:
     return everyday if everyday and (unit != "m/s" or "speed" in channel) else (unit, 1.0)
 
 
-def run_trace(one: Comparison, factor: float = 1.0) -> RunTrace:
+def run_trace(one: Comparison, factor: float) -> RunTrace:
     """A comparison as arrays of equal length; its values, but not x, are multiplied by ``factor``."""
     arrays = [decimation.finite(v) for v in (one.x, one.measured, one.simulated)]
     baseline = None if one.baseline is None else decimation.finite(one.baseline)

@@ -65,7 +65,7 @@ def fixed(value: float, decimals: int) -> str:
     return text.lstrip("-") if float(text) == 0 else text.replace("-", MINUS)
 
 
-def significant(value: float, digits: int = 3) -> str:
+def significant(value: float, digits: int) -> str:
     """A number with ``digits`` significant digits; with a power of ten below 1e-4 and from 1e7."""
     if not math.isfinite(value):
         return DASH
