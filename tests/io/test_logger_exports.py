@@ -117,6 +117,8 @@ def test_units_stand_with_the_names_in_the_cells_of_a_header(tmp_path: Path) -> 
     assert {f.column: (f.info.unit, f.state) for f in survey(path)} == {
         "Interval": ("ms", "clock"), "Speed": ("km/h", "varies"), "GPSSats": ("", "constant")
     }  # fmt: skip
+    (clock,) = [f for f in survey(path) if f.state == "clock"]
+    assert (clock.lowest, clock.info.span[0]) == pytest.approx((4000.0, 4.0))
     log = read_log(path, {"time": Column("Interval", "ms", "s"), "speed": Column("Speed", "km/h", "m/s")})
     assert log.time == pytest.approx(4.0 + TIME)
     assert log["speed"] == pytest.approx(SPEED / 3.6)
@@ -128,6 +130,17 @@ def test_an_index_without_a_name_is_a_clock(tmp_path: Path) -> None:
     assert [f.column for f in survey(path) if f.state == "clock"] == ["Unnamed: 0"]
     log = read_log(path, {"time": Column("Unnamed: 0", "s", "s"), "speed": Column("speed_kmh", "km/h", "m/s")})
     assert log.time == pytest.approx(TIME)
+
+
+def test_a_stamp_of_seconds_and_nanoseconds_is_one_clock(tmp_path: Path) -> None:
+    path = tmp_path / "odometry.csv"
+    cells = [divmod(int(round(1e9 * t)) + 713_000_000, 10**9) for t in TIME]
+    lines = [f"{1_778_580_000 + s},{ns},odom,{v / 3.6:.6f}" for (s, ns), v in zip(cells, SPEED, strict=True)]
+    path.write_text("\n".join(["header.stamp.sec,header.stamp.nanosec,frame,twist.twist.linear.x", *lines]) + "\n")
+    (clock,) = [f for f in survey(path) if f.state == "clock"]
+    assert (clock.column, clock.info.unit) == ("header.stamp.sec", "s")
+    columns = {"time": Column("header.stamp.sec", "s", "s"), "speed": Column("twist.twist.linear.x", "m/s", "m/s")}
+    assert read_log(path, columns).time == pytest.approx(1_778_580_000.713 + TIME, abs=1e-6)
 
 
 def test_a_clock_counts_nanoseconds_since_1970(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -15,6 +16,7 @@ from vdyn_cli.io.log_formats import readers
 from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import UnitError, from_si
 
 State = Literal["clock", "varies", "constant", "empty", "text"]
 
@@ -154,6 +156,8 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     state: State = "constant" if lowest == highest else "varies"
     if time is values:
         state = "clock"
+        with suppress(UnitError):  # its times are in s, its limits in the unit of the file
+            lowest, highest = (from_si(x, info.unit or "s", "s") for x in (lowest, highest))
     rest = _rest(time[written], some) if state == "varies" and time is not None else None
     fall = _longest_fall(time[written], some) if state == "varies" and time is not None else 0.0
     angle = complex(np.mean(np.exp(1j * np.radians(some[:: -(-some.size // _ANGLES)]))))

@@ -60,7 +60,10 @@ _NOT_DRIVEN = frozenset(
 
 # For each channel: words of which one set must all be in the name, the most telling set first; words that rule it out.
 _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
-    "speed": (("speed",), "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub"),
+    "speed": (
+        ("speed", "twist linear x"),
+        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub",
+    ),
     "vehicle_speed": (
         ("speed",),
         "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub",
@@ -102,7 +105,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "shaft_torque": (("shaft torque",), "left right"),
     "shaft_torque_left": (("shaft torque left",), ""),
     "shaft_torque_right": (("shaft torque right",), ""),
-    "twist": (("twist",), ""),
+    "twist": (("twist",), "linear angular"),
     "motor_speed": (("motor speed",), ""),
     "angle": (("angle",), "steering slip"),
     "angular_rate": (("angular rate", "angular speed", "gyro"), ""),

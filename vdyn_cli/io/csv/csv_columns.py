@@ -91,6 +91,6 @@ def unit_in_header(layout: Layout, at: int) -> str:
 
     Times of day are s.
     """
-    if at in layout.instants:
+    if at in layout.instants or at in layout.nanoseconds:
         return "s"
     return stated_unit(layout.header[at], layout.units[at] if layout.units else "")

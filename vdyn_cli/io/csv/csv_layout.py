@@ -31,6 +31,7 @@ _BARRED = re.compile(
     r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}'
 )  # name, unit, range and rate in one cell of the header
 _UNNAMED = "Unnamed: 0"  # as pandas names the column of an index that has no name
+_STAMP = re.compile(r"(.*?)(?:sec|secs|seconds)\n\1(?:nanosec|nsec|nsecs|nanoseconds)")  # names of two columns
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
 
 
@@ -39,7 +40,7 @@ class Layout:
     """What `find_layout` found; ``decimal`` is empty where the head of the file holds whole numbers only.
 
     ``instants``: positions of the columns that hold times of day, with or without their date; ``milliseconds``: of the
-    columns beside them that hold the milliseconds of these times.
+    columns beside them that hold the milliseconds of these times. ``nanoseconds``: the same of columns of seconds.
     """
 
     delimiter: str
@@ -51,6 +52,7 @@ class Layout:
     offset: int  # byte at which the numbers begin
     instants: frozenset[int] = frozenset()
     milliseconds: Mapping[int, int] = field(default_factory=dict)
+    nanoseconds: Mapping[int, int] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 
 
@@ -164,7 +166,7 @@ def _table(
     if at is None:
         return None
     header = cells[at]
-    if header[:1] == ["#"] and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
+    if header[0] in ("#", "%") and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
         header = header[1:]  # a header written as a comment
     # A table of split times may begin with levels that no vehicle passed.
     clock = header.index(wanted[0]) if wanted and wanted[0] in header and options.split_times is None else None
@@ -201,7 +203,7 @@ def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[
     if not names[0] and any(names):
         names[0] = _UNNAMED
     if names[0] not in wanted and len(names[0]) > 1:
-        names[0] = names[0].removeprefix("#").strip()
+        names[0] = names[0].lstrip("#%").strip()
     return names
 
 
@@ -296,6 +298,7 @@ def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: s
         sum(lengths[: first - 1]),
         instants,
         {i: i + 1 for i in instants if _MILLISECONDS.fullmatch("".join(table.header[i + 1 : i + 2]))},
+        {i: i + 1 for i, two in enumerate(pairwise(table.header)) if _STAMP.fullmatch("\n".join(two))},
         findings,
     )
 

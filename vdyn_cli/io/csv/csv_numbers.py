@@ -108,7 +108,8 @@ def read_numbers(
     ------
     InputError : a quote that is never closed.
     """
-    positions = sorted(set(positions))
+    beside = {p: at for p, at in layout.nanoseconds.items() if p in positions}
+    positions = sorted({*positions, *beside.values()})
     growing = {p: _Growing() for p in positions}
     rows, lines = [0], [layout.first_line]
     bad: list[BadCell] = []
@@ -137,6 +138,7 @@ def read_numbers(
     written = {p: g.values[np.isfinite(g.values)] for p, g in growing.items() if p in layout.instants}
     begins = {p: float(values[0]) for p, values in written.items() if values.size}
     columns = {p: since_first(g.values) if p in layout.instants else g.values for p, g in growing.items()}
+    columns |= {p: columns[p] + 1e-9 * columns[at] for p, at in beside.items()}
     where = Lines(tuple(rows), tuple(lines))
     unfinished = _unfinished(last, layout)
     return Numbers(columns, tuple(bad), where, grouped, infinite, multiline, unfinished, len(bad) <= MOST_BAD, begins)
