@@ -134,7 +134,7 @@ def test_an_index_without_a_name_is_a_clock(tmp_path: Path) -> None:
 
 def test_a_stamp_of_seconds_and_nanoseconds_is_one_clock(tmp_path: Path) -> None:
     path = tmp_path / "odometry.csv"
-    cells = [divmod(int(round(1e9 * t)) + 713_000_000, 10**9) for t in TIME]
+    cells = [divmod(round(1e9 * float(t)) + 713_000_000, 10**9) for t in TIME]
     lines = [f"{1_778_580_000 + s},{ns},odom,{v / 3.6:.6f}" for (s, ns), v in zip(cells, SPEED, strict=True)]
     path.write_text("\n".join(["header.stamp.sec,header.stamp.nanosec,frame,twist.twist.linear.x", *lines]) + "\n")
     (clock,) = [f for f in survey(path) if f.state == "clock"]

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.reader import rises
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -81,6 +82,8 @@ def check_rising(
         )
     elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
         remedy = "the time has too few digits: export it with more digits"
+    elif share > _MOST_DROPPED and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):
+        remedy = f"'{clocks[0]}' rises like a clock: if the two columns are exchanged, correct the header"
     elif share > _MOST_DROPPED:
         remedy = "sort the rows by their time, or export the log again"
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +16,7 @@ from vdyn_cli.effects import refused
 from vdyn_cli.io.block_means import condensed, condensing_note
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.io.unchanged import read_unchanged
-from vdyn_cli.project.channel_sources import Scaling, known_channels, scalings, unused_sources
+from vdyn_cli.project.channel_sources import Scaling, known_channels, logged, scalings, unused_sources
 from vdyn_cli.project.description_checks import (
     missing_logs,
     refuse_other_test,
@@ -25,6 +25,7 @@ from vdyn_cli.project.description_checks import (
     wrong_effects,
     wrong_segments,
 )
+from vdyn_cli.project.exchanged_columns import exchanged_columns
 from vdyn_cli.project.given_values import given_air, given_parameters, overruled, read_known
 from vdyn_cli.project.one_round import attempt
 from vdyn_cli.project.paired_logs import with_pair_doubts
@@ -126,7 +127,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
     wrong = tuple(contradicted_units(logs, [run.units for run in spec.runs])) if len(logs) == len(spec.runs) else ()
     if not unreadable:
-        problems += [*(wrong or other_units(logs)), *road_findings(road, spec, logs)]
+        wrong = wrong or _exchanged(step, spec, logs) or tuple(other_units(logs))
+        problems += [*wrong, *road_findings(road, spec, logs)]
     unsplit = cut
     there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
     if len(logs) == len(spec.runs):
@@ -150,6 +152,15 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     findings += (*unread_keys(step, spec, source), *survey_note(road))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
+
+
+def _exchanged(step: Step, spec: TestSpec, logs: Sequence[Log]) -> tuple[Finding, ...]:
+    """The runs with exchanged columns, where each run has one log."""
+    if len(logs) != len(spec.runs) or spec.loggers or not spec.channels:
+        return ()
+    mapped, known = logged(spec.channels), step.channels()
+    columns = {n: (c.column, c.unit, known[n].unit) for n, c in mapped.items() if n in known}
+    return tuple(exchanged_columns(logs, columns, [run.columns for run in spec.runs]))
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:
