@@ -42,8 +42,8 @@ CANDIDATES = {
     """,
     "validate": """
         accelerometer_offset accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag
-        driveline_dry_loss driveline_loss driveline_viscous extra_drag_area felt_slope grade_profile headwind mass_error
-        motor_inertia road_grade
+        driveline_dry_loss driveline_loss driveline_viscous elevation_slope extra_drag_area felt_slope grade_profile
+        headwind mass_error motor_inertia road_grade
         rotating_mass shaft_damping shaft_stiffness speed_delay speed_dependent_rolling speed_scale
         temperature_rolling tire_relaxation tire_warmup torque_delay torque_gain torque_lag torque_offset
         wheel_inertia wheel_radius
@@ -51,7 +51,7 @@ CANDIDATES = {
 }
 NAMES = {effect.name for effect in catalogue()}
 # Names that parameters, channels, and constants or inputs of models have, too: a literal of these names those.
-MODELS = {"felt_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
+MODELS = {"elevation_slope", "felt_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
 COLUMNS = {"headwind"}  # words that headers of logs have for a channel (project/channel_guess.py)
 ALSO = set(PARAMETERS) | set(CHANNELS) | MODELS | COLUMNS
 

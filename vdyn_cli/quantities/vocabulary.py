@@ -130,6 +130,7 @@ CHANNELS = _named(
         Q("vertical_acceleration", "m/s^2", "vertical acceleration, zero at rest", "az", -200, 200),
         Q("jerk", "m/s^3", "time derivative of the acceleration", "j", -5_000, 5_000),
         Q("grade", "", "slope of the road, uphill positive", "i", -0.4, 0.4),
+        Q("elevation", "m", "height of the road above the sea", "z", -500, 9_000),
         Q("wind_speed", "m/s", "headwind, positive when it opposes motion", "w", -60, 60),
         Q("pitch", "rad", "pitch angle, nose-up positive", "th", -1, 1),
         Q("pitch_rate", "rad/s", "pitch rate, nose-up positive", "th'", -20, 20),

@@ -6,7 +6,8 @@ import numpy as np
 
 from tests.open_road import G, Made, Truth, drive
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL, felt_road, with_slope
+from vdyn_cli.steps.validate.drive_roads import shown_roads
+from vdyn_cli.steps.validate.road_slope import felt_road
 
 
 def log_of(made: Made, **more: np.ndarray) -> Log:
@@ -47,7 +48,19 @@ def test_gaps_and_stops_do_no_harm() -> None:
     assert np.ptp(found.slope[1120:]) < 1e-3, "a car that stands tells nothing of its road"
 
 
-def test_a_log_takes_the_slope_of_its_road_as_a_channel() -> None:
-    log = log_of(drive(Truth(), 7, seconds=60.0))
-    road = felt_road(log)
-    assert np.array_equal(with_slope(log, road)[SLOPE_CHANNEL], road.slope)
+def test_the_heights_at_both_ends_give_the_zero_on_a_road_that_climbs() -> None:
+    """1 % over 3 km: taken for level, the accelerometer's zero would hold all of it."""
+    made = drive(Truth(zero=0.0, hills=0.0), 7, seconds=150.0)
+    climb = np.r_[0.0, np.cumsum(np.diff(made.time) * made.speed[1:])] * 0.01
+    felt = made.felt + G * 0.01
+    log = Log("drive", made.time, {"speed": made.speed, "acceleration": felt, "elevation": climb})
+    assert abs(felt_road(log).zero) < 0.02
+    assert abs(np.mean(felt_road(log).slope) - 0.01) < 0.002
+
+
+def test_logs_take_the_slopes_of_their_roads_as_channels() -> None:
+    logs = [log_of(drive(Truth(), 7, seconds=60.0)), log_of(drive(Truth(), 8, seconds=60.0))]
+    roads = shown_roads(logs)
+    assert roads.inputs == ("felt_slope",)
+    for log, road in zip(roads.channels(logs), roads.felt, strict=True):
+        assert np.array_equal(log["felt_slope"], road.slope)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.open_road import CDA, DENSITY, F0, F1, Made, Truth, description, drive, written
-from vdyn_cli.project.execute import execute
+from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.quantities.result import Result
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
@@ -100,6 +100,38 @@ def test_hills_alone_are_named(tmp_path: Path) -> None:
     assert told.extended == ("felt_slope",)
     low, high = told.causes[0].unknowns["felt_slope"].interval95
     assert low < 1.0 < high
+
+
+def over_hills(folder: Path, seed: int, drop: str) -> Result:
+    """Three drives without windows, by someone who thinks the road flat; an elevation in steps of a meter is logged."""
+    drives = [drive(Truth(), 1000 * seed + k, SHORT) for k in range(3)]
+    described = dict(description(folder, drives))
+    described["settings"] = {"model": "road_load"}
+    channels = {**described["channels"], "elevation": {"column": "z", "unit": "m"}}
+    described["channels"] = {name: one for name, one in channels.items() if name != drop}
+    for k, one in enumerate(drives):
+        rise = np.diff(one.time) * one.speed[1:] * np.sin(np.arctan(one.slope[1:]))
+        height = np.round(500.0 + np.r_[0.0, np.cumsum(rise)])
+        rows = zip(one.time, one.speed, one.torque, one.felt, height, strict=True)
+        lines = ["t;v;T;a;z", *(f"{t:.2f};{v:.4f};{q:.3f};{f:.4f};{z:.0f}" for t, v, q, f, z in rows)]
+        (folder / f"drive_{k}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    path = written(folder, described)
+    try:
+        return execute("validate", path).result
+    except RefusedResultError as error:
+        return error.record.result
+
+
+@pytest.mark.parametrize(
+    ("drop", "effect"), [("elevation", "felt_slope"), ("acceleration", "elevation_slope")], ids=["felt", "elevation"]
+)
+def test_hills_explain_whole_drives_that_the_simulation_misses(tmp_path: Path, drop: str, effect: str) -> None:
+    told = over_hills(tmp_path, 1, drop).diagnosis
+    assert told is not None
+    assert told.verdict == "ambiguous"  # which loss it is, the drives cannot tell
+    assert (effect,) in told.ambiguous
+    (losses,) = [set(one) for one in told.ambiguous if "driveline_loss" in one]
+    assert losses <= LOSSES
 
 
 def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None:

@@ -28,7 +28,11 @@ ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 @cache
 def road_load(
-    driven: DriveSignal = "coasting", accelerometer: bool = False, located: bool = False, felt: bool = False
+    driven: DriveSignal = "coasting",
+    accelerometer: bool = False,
+    located: bool = False,
+    felt: bool = False,
+    elevated: bool = False,
 ) -> Model:
     """The longitudinal model.
 
@@ -39,15 +43,15 @@ def road_load(
 
     Parameters
     ----------
-    driven : what is known of the drive: "coasting" (F = 0), "torque" (input drive_torque, N m) or "force" (input
-        drive_force, N).
+    driven : "coasting" (F = 0), or what is known of F: "torque" (input drive_torque, N m), "force" (drive_force, N).
     accelerometer : the resistances then see the measured speed (input ``speed``), and a second reading is the specific
         force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
         hills do not affect the simulated speed. road_slope is the mean slope beyond the grade, uphill out.
     located : the input ``position`` (m) rises in the direction of driving, and heading times position is the road's
         coordinate, on which the grade then depends. It is an input and not the integral of the simulated speed, whose
         error would shift the hills.
-    felt : an accelerometer gives the slope beyond the known grade (input ``felt_slope``).
+    felt, elevated : an accelerometer (input ``felt_slope``) or a logged elevation (input ``elevation_slope``) gives the
+        slope beyond the known grade.
 
     Returns
     -------
@@ -62,14 +66,13 @@ def road_load(
     and road_end (m), between which the runs took place.
     Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
     """
+    road = [n for n, there in (("position", located), ("felt_slope", felt), ("elevation_slope", elevated)) if there]
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         state = e.state("speed", 15.0)
         speed = e("measured_speed", value=u.speed) if accelerometer else state
-        place = {"position": u.position} if located else {}
         e.integrate(run_time=1.0)
-        hills = {"felt_slope": u.felt_slope} if felt else {}
-        grade = e("grade", value=u.grade, **place, **hills)
+        grade = e("grade", value=u.grade, **{name: getattr(u, name) for name in road})
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
         rate = (
@@ -82,7 +85,6 @@ def road_load(
             e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * force + e.p.accelerometer_zero)
 
     drive_input = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}[driven]
-    wanted = {"speed": accelerometer, "position": located, "felt_slope": felt}
     return Model(
         name="road load",
         assemble=assemble,
@@ -91,7 +93,7 @@ def road_load(
             *(DRIVELINE if driven == "torque" else ()),
             *(ACCELEROMETER if accelerometer else ()),
         ),
-        inputs=("grade", "wind_speed", "elapsed", *drive_input, *(name for name, there in wanted.items() if there)),
+        inputs=("grade", "wind_speed", "elapsed", *drive_input, *(("speed",) if accelerometer else ()), *road),
         context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.coastdown.planned_logs import PLANNED
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
@@ -45,6 +44,5 @@ STEP = Step(
     rate=lambda spec: RATE,
     track_check=track_check,
     diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road),
-    extra_channels=(Quantity("elevation", "m", "height of the road above the sea", "z", -500, 9_000),),
     planned=PLANNED,
 )

@@ -111,7 +111,7 @@ class ShaftSide:
         std = np.sqrt(np.diag(covariance)).tolist()
         stiffness = self._budget(solution, "shaft_stiffness", UNIT, std[0])
         damping = self._budget(solution, "shaft_damping", "N m s/rad", std[1])
-        late = Contribution("torque_delay", self.torque_delay.value, self.torque_delay.std, "s", stiffness.value)
+        late = Contribution("delay_of_the_torque", self.torque_delay.value, self.torque_delay.std, "s", stiffness.value)
         damping = replace(damping, contributions=(*damping.contributions, late))
         if stiffness.interval95[0] <= 0:
             got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"

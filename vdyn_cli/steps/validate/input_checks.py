@@ -46,10 +46,11 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
 
 
 def foreign(setup: SimulationSetup) -> tuple[Finding, ...]:
-    """A finding for each drive whose torque does not explain the measured speed, by its worst segment, with a remedy.
+    """A finding for each drive whose torque does not explain the measured speed, with a remedy.
 
-    rms(V_simulated - V_measured) > 0.12 max(|V_measured|), m/s. It is a reason to doubt the result, and what a
-    diagnosis starts from: a wrong unit, motor constant or mass misses by as much.
+    rms(V_simulated - V_measured) > 0.12 max(|V_measured|), m/s, over all segments of the drive: one segment may hold
+    what nobody logged. It is a reason to doubt the result, and what a diagnosis starts from: a wrong unit, motor
+    constant or mass misses by as much.
 
     Parameters
     ----------
@@ -59,14 +60,17 @@ def foreign(setup: SimulationSetup) -> tuple[Finding, ...]:
     ------
     ResultError : the simulation is not finite.
     """
-    worst: dict[int, tuple[float, Finding]] = {}
-    for k, s in enumerate(setup.segments):
-        simulated = setup.first[k].values["speed"]
-        measured = s.outputs["speed"]
-        miss = float(np.sqrt(np.nanmean((simulated - measured) ** 2))) / max(float(np.nanmax(np.abs(measured))), MOVING)
-        if miss > max(STEP_POLICY.foreign_error, worst[s.run][0] if s.run in worst else 0.0):
-            worst[s.run] = miss, _foreign(s, miss)
-    return tuple(finding for _, finding in worst.values())
+    found = []
+    for run in dict.fromkeys(s.run for s in setup.segments):
+        own = [k for k, s in enumerate(setup.segments) if s.run == run]
+        speeds = [setup.segments[k].outputs["speed"] for k in own]
+        errors = [setup.first[k].values["speed"] - speed for k, speed in zip(own, speeds, strict=True)]
+        largest = max(max(float(np.nanmax(np.abs(v))) for v in speeds), MOVING)
+        miss = float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2))) / largest
+        if miss > STEP_POLICY.foreign_error:
+            worst = own[int(np.argmax([np.nansum(e**2) for e in errors]))]
+            found.append(_foreign(setup.segments[worst], miss, len(own) > 1))
+    return tuple(found)
 
 
 def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
@@ -82,8 +86,11 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
     return bool(np.sqrt(np.mean(error[there] ** 2)) > STEP_POLICY.foreign_std * np.sqrt(np.mean(allowed[there] ** 2)))
 
 
-def _foreign(s: DriveSegment, miss: float) -> Finding:
-    what = f"does not produce this speed: the simulation misses it by {100 * miss:.0f} % of its largest value"
+def _foreign(s: DriveSegment, miss: float, several: bool) -> Finding:
+    """The finding of a drive, of which ``s`` is the segment with most of the error, one of ``several``."""
+    what = f"does not produce this speed: the simulation misses it by {100 * miss:.0f} % rms of its largest value"
+    name, _, times = s.name.rpartition(", ") if several else (s.name, "", "")
+    what += f", most of it from {times}" if several else ""
     remedy = (
         "check that torque and speed belong to one drive and one clock, then check unit, gear_ratio, "
         "brake_torque and grade"
@@ -94,4 +101,4 @@ def _foreign(s: DriveSegment, miss: float) -> Finding:
     rate = np.gradient(np.interp(s.time, s.time[there], speed[there]), s.time)
     if np.ptp(torque) > 0 and np.corrcoef(torque, rate)[0, 1] < -0.2:
         remedy = "positive torque slows the car here: add 'sign: -1' to the channel drive_torque"
-    return Finding(f"{s.name}, channel 'drive_torque'", what, "", remedy, doubt=True)
+    return Finding(f"{name}, channel 'drive_torque'", what, "", remedy, doubt=True)

@@ -26,6 +26,7 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.learned_effect import learned_effects
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
+from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
 from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, foreign, refuse_coarse, refuse_sparse
 from vdyn_cli.steps.validate.input_torque import DriveInputs
@@ -42,7 +43,6 @@ from vdyn_cli.steps.validate.posterior import posterior
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, with_accepted_effects
 from vdyn_cli.steps.validate.result import result
-from vdyn_cli.steps.validate.road_slope import SLOPE_CHANNEL, RoadProfile, felt_road, with_slope
 from vdyn_cli.steps.validate.segments import (
     OUTPUTS,
     SLOWEST,
@@ -61,7 +61,6 @@ from vdyn_cli.steps.validate.whitening import whiten_drives
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
-LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must hold a number to show the road's slope
 CERTAIN_PLAY = 18.0  # gain in log likelihood, six standard errors: from there its size is fitted beside parameters
 STARTS = 4  # linearization points of the baseline that are kept with their simulations
 
@@ -73,6 +72,7 @@ class ValidateProblem(SimulatedProblem):
     Parameters
     ----------
     spec : the description. logs : of its runs, in their order. known : parameters from other steps and the vehicle.
+    level : whether roads that no grade was logged of are left out.
 
     Notes
     -----
@@ -84,21 +84,24 @@ class ValidateProblem(SimulatedProblem):
     spec: ValidateSpec
     logs: tuple[Log, ...]
     known: Parameters
+    level: bool = False
     _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
     _likely: dict[str, tuple[float, float]] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
-    def roads(self) -> tuple[RoadProfile, ...]:
-        """The road of every drive as its accelerometer shows it; empty where it is not used.
+    def roads(self) -> DriveRoads:
+        """The roads that accelerometers and elevations show, where they are used.
 
-        Used for windows of open-road drives with drive torque above zero.
+        Used for powered windows of drives on open roads, and where the simulation on the stated road misses whole
+        drives: most often these were driven over hills.
         """
         s = self.spec.settings
-        powered = s.model == "road_load" and s.windows is not None and s.windows.powered
-        there = all(
-            "acceleration" in log and np.isfinite(log["acceleration"]).mean() > LEAST_ACCELERATION for log in self.logs
-        )
-        return tuple(felt_road(log) for log in self.logs) if powered and there else ()
+        if self.level or s.model != "road_load":
+            return DriveRoads()
+        if s.windows:
+            return shown_roads(self.logs, elevations=False) if s.windows.powered else DriveRoads()
+        found = shown_roads(self.logs)
+        return found if found.inputs and foreign(replace(self, level=True).baseline) else DriveRoads()
 
     @cached_property
     def segmented(self) -> tuple[tuple[DriveSegment, ...], tuple[Finding, ...]]:
@@ -118,9 +121,7 @@ class ValidateProblem(SimulatedProblem):
             logs = tuple(
                 replace(g, channels={n: v for n, v in g.channels.items() if n != "drive_torque"}) for g in logs
             )
-        if self.roads:
-            logs = tuple(with_slope(log, road) for log, road in zip(logs, self.roads, strict=True))
-        segments, findings = drive_segments(logs, conditions, rule)
+        segments, findings = drive_segments(self.roads.channels(logs), conditions, rule)
         return tuple(segments), tuple(findings)
 
     @cached_property
@@ -128,7 +129,7 @@ class ValidateProblem(SimulatedProblem):
         """What simulates the drives."""
         s = self.spec.settings
         if s.model == "road_load":
-            return road_load("torque", felt=bool(self.roads))
+            return road_load("torque", felt=bool(self.roads.felt), elevated=bool(self.roads.elevated))
         if _two_motors(self.spec, self.logs) and s.differential == "locked":
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
@@ -148,7 +149,7 @@ class ValidateProblem(SimulatedProblem):
         if not segments:
             what = "no segment of any run can be simulated"
             raise InputError(*findings, Finding("runs", what, remedy="check the channels and settings.windows"))
-        own_air = bool(self.roads) and "temperature" in self.known and "air_density" not in prior.names
+        own_air = on_open_road(self) and "temperature" in self.known and "air_density" not in prior.names
         inputs = DriveInputs(
             segments,
             self.model,
@@ -180,10 +181,10 @@ class ValidateProblem(SimulatedProblem):
     def parts(self) -> tuple[Part, ...]:
         """The driveline over torque, and the resistance over speed, time and direction, of a mass on a road.
 
-        None where an accelerometer shows the slope, whose own errors a free force would take, and none of the full
+        None where the slope is that of a sensor, whose own errors a free force would take, and none of the full
         vehicle, for which each costs minutes.
         """
-        simple = self.model.name != "vehicle" and not self.roads
+        simple = self.model.name != "vehicle" and not self.roads.inputs
         return drive_parts(self.segmented[0], self.prior) if simple else ()
 
     def coordinate(self, part: Part, solution: Solution) -> Array | None:
@@ -248,9 +249,9 @@ class ValidateProblem(SimulatedProblem):
             amplitudes = effect_amplitudes(fit.solution, unknowns, fit.spreads)
             findings += fit.doubts
         whitened = shown = whiten_drives(setup)
-        if fit is not None and self.roads:
+        if fit is not None and on_open_road(self):
             shown = whiten_drives(fitted(setup, fit.solution))
-            road = road_findings(fit, self.logs, self.roads)
+            road = road_findings(fit, self.logs, self.roads.felt)
         found = bands(shown)
         tests, chance = band_tests(shown, found)
         # A fitted zero of the drive torque has no part in what is shown, since the baseline has none.
@@ -277,6 +278,12 @@ class ValidateProblem(SimulatedProblem):
                 size, gain = (best[0], without - best[1]) if best and without - best[1] > gain else (size, gain)
             self._likely[effect.name] = size, gain
         return self._likely[effect.name]
+
+
+def on_open_road(problem: ValidateProblem) -> bool:
+    """Whether windows are compared whose drives differ in mean slope and load: each drive is then one unit."""
+    s = problem.spec.settings
+    return s.model == "road_load" and s.windows is not None and s.windows.powered and bool(problem.roads.felt)
 
 
 def carried_effects(problem: ValidateProblem) -> tuple[Effect, ...]:
@@ -324,10 +331,10 @@ def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tup
 
 def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
     """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
-    if SLOPE_CHANNEL not in setup.model.inputs:
+    if not on_open_road(problem):
         return whiten_drives(with_slip_lag(with_best_zeros(setup, problem.reference)), calm=True).regression
     s = problem.spec.settings
-    zeros = tuple(road.zero for road in problem.roads)
+    zeros = tuple(road.zero for road in problem.roads.felt)
     spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
     return drive_regression(setup, spread)
 
@@ -368,7 +375,7 @@ def _day(problem: ValidateProblem) -> float:
 def _sensors(problem: ValidateProblem) -> Sensors:
     """The compared channels, of those that model and logs have, with the spread of their zeros and gains."""
     s = problem.spec.settings
-    has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads else ("speed", "acceleration")
+    has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads.felt else ("speed", "acceleration")
     there = [n for n in has if all(n in one.outputs for one in problem.segmented[0])]
     channels = tuple(n for n in there if n == "speed" or all(_moves(log, n) for log in problem.logs))
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)

@@ -5,7 +5,8 @@ assumption that the road is level from end to end::
 
     zero = (int f V dt - (V_end^2 - V_start^2)/2) / distance,   slope = (f - zero - V') / g
 
-The torque is not used. The mean slope of the drive remains an unknown of the drive.
+The torque is not used. Where an elevation is logged, its heights at both ends replace the assumption. The mean slope of
+the drive otherwise remains an unknown of the drive.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
 
-SLOPE_CHANNEL, DRIVE_SLOPE = "felt_slope", "drive_slope"
+FELT_SLOPE, ELEVATION_SLOPE, DRIVE_SLOPE = "felt_slope", "elevation_slope", "drive_slope"
 LOOK = 1.0  # s over which specific force and speed are compared
 PLACES = 100.0  # m between the points of a profile
 CREEPING = 2.0  # m/s, below which brakes rock the body
@@ -51,7 +52,7 @@ def felt_road(log: Log) -> RoadProfile:
 
     Parameters
     ----------
-    log : with channels speed (m/s) and acceleration (m/s^2), which may have gaps, and optionally grade.
+    log : with channels speed (m/s) and acceleration (m/s^2), which may have gaps, and optionally grade or elevation.
     """
     time = log.time
     speed, force = (_filled(time, log[n]) for n in ("speed", "acceleration"))
@@ -61,7 +62,7 @@ def felt_road(log: Log) -> RoadProfile:
     along = np.r_[0.0, np.cumsum(pace * step)]
     pushed = np.r_[0.0, np.cumsum(0.5 * ((force - weight)[1:] + (force - weight)[:-1]) * pace * step)]
     risen = pushed - 0.5 * (speed**2 - speed[0] ** 2)
-    zero = float(risen[-1] / along[-1]) if along[-1] > SHORTEST else 0.0
+    zero = float((risen[-1] - GRAVITY * _climb(log)) / along[-1]) if along[-1] > SHORTEST else 0.0
     kept = (np.r_[0.0, np.cumsum(0.5 * ((force - weight)[1:] + (force - weight)[:-1]) * step)] - speed) / GRAVITY
     ends = time[0] + LOOK * np.arange(max(int((time[-1] - time[0]) / LOOK), 1) + 1)
     middle, looks = ends[:-1] + 0.5 * LOOK, np.diff(np.interp(ends, time, kept)) / LOOK - zero / GRAVITY
@@ -73,14 +74,12 @@ def felt_road(log: Log) -> RoadProfile:
     return RoadProfile(zero, slope, np.asarray(edges, dtype=np.float64), np.diff(height) / PLACES)
 
 
-def with_slope(log: Log, road: RoadProfile) -> Log:
-    """The log with its road's slope as a channel.
-
-    Parameters
-    ----------
-    road : its slope is (n,), dimensionless, at the samples of the log.
-    """
-    return replace(log, channels={**log.channels, SLOPE_CHANNEL: road.slope})
+def _climb(log: Log) -> float:
+    """Height gained from start to end beyond the logged grade, m; 0 where no elevation is logged."""
+    if "elevation" not in log or "grade" in log:
+        return 0.0
+    there = log["elevation"][np.isfinite(log["elevation"])]
+    return float(there[-1] - there[0]) if there.size else 0.0
 
 
 def _filled(time: Array, values: Array) -> Array:

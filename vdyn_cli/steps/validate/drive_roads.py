@@ -1,0 +1,54 @@
+"""Roads of drives that no grade was logged of: as an accelerometer shows them, or a logged elevation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades
+from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, FELT_SLOPE, RoadProfile, felt_road
+
+LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must hold a number to show the road's slope
+
+
+@dataclass(frozen=True, eq=False)
+class DriveRoads:
+    """The road of every drive, beyond a logged grade.
+
+    Parameters
+    ----------
+    felt : by the accelerometers; empty without. elevated : by the logged elevations; empty without, or with a grade.
+    """
+
+    felt: tuple[RoadProfile, ...] = ()
+    elevated: tuple[ElevationGrade, ...] = ()
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the channels that hold the slopes."""
+        return ((FELT_SLOPE,) if self.felt else ()) + ((ELEVATION_SLOPE,) if self.elevated else ())
+
+    def channels(self, logs: Sequence[Log]) -> tuple[Log, ...]:
+        """The logs with these slopes, each (n,) and uphill, as channels."""
+        for name, slopes in (
+            (FELT_SLOPE, [road.slope for road in self.felt]),
+            (ELEVATION_SLOPE, [road.grade for road in self.elevated]),
+        ):
+            if slopes:
+                logs = [log.with_channels(**{name: slope}) for log, slope in zip(logs, slopes, strict=True)]
+        return tuple(logs)
+
+
+def shown_roads(logs: Sequence[Log], elevations: bool = True) -> DriveRoads:
+    """The roads of drives.
+
+    Parameters
+    ----------
+    logs : with speed (m/s), and acceleration (m/s^2) or elevation (m). elevations : whether the latter are used.
+    """
+    there = all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > LEAST_ACCELERATION for log in logs)
+    felt = tuple(felt_road(log) for log in logs) if there else ()
+    return DriveRoads(felt, elevation_grades(logs) if elevations else ())
