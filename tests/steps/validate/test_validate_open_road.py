@@ -12,6 +12,9 @@ import pytest
 from tests.open_road import CDA, DENSITY, F0, F1, Made, Truth, description, drive, written
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.validate.tables import window_table
+from vdyn_cli.steps.validate.text import windows_sentence
+from vdyn_cli.steps.validate.window_ends import WindowEnds
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 
@@ -138,3 +141,12 @@ def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None
     told = found(tmp_path, made(Truth(hills=0.0, loss=0.0), 4)).diagnosis
     assert told is not None
     assert told.verdict == "adequate"
+
+
+def test_one_trip_has_no_interval_over_trips() -> None:
+    one = WindowEnds(("a",), np.zeros(4, np.int64), np.array([1.0, 2.0, 3.0, 1.0]), 20.0, 1.75, (-np.inf, np.inf), 0.5)
+    assert windows_sentence(one) == (
+        "After 20 s the simulated car is 1.75 m/s too fast (mean of 4 windows of one trip; log further trips for an "
+        "interval)."
+    )
+    assert "inf" not in str(window_table(one).rows)

@@ -174,9 +174,10 @@ def window_table(found: WindowEnds) -> Table:
             (short_name(found.names[u]), f"{e.size}", f"{e.mean():+.2f}", spread, f"{100 * (np.mean(e > 0)):.0f} %")
         )
     (low, high), e = found.interval95, found.error
-    every = f"{100 * (np.mean(e > 0)):.0f} %"
-    rows.append(("all windows alike", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
-    rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
+    if found.units > 1:
+        every = f"{100 * (np.mean(e > 0)):.0f} %"
+        rows.append(("all windows alike", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
+        rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
     return Table(
         "window_ends",
         f"End speed of {found.length:.0f} s windows, simulated minus measured",

@@ -60,10 +60,11 @@ def windows_sentence(found: WindowEnds) -> str:
     """How far the simulated speed is off at the end of windows."""
     low, high = found.interval95
     way = "too fast" if found.mean > 0 else "too slow"
-    error = (
-        f"After {found.length:.0f} s the simulated car is {abs(found.mean):.2f} m/s {way} (95 %: {low:+.2f} to "
-        f"{high:+.2f} m/s, {found.error.size} windows of {found.units} trips)"
-    )
+    error = f"After {found.length:.0f} s the simulated car is {abs(found.mean):.2f} m/s {way}"
+    if found.units == 1:
+        windows = f"mean of {found.error.size} windows of one trip" if found.error.size > 1 else "one window"
+        return f"{error} ({windows}; log further trips for an interval)."
+    error += f" (95 %: {low:+.2f} to {high:+.2f} m/s, {found.error.size} windows of {found.units} trips)"
     if not (low > 0 or high < 0):
         return f"{error}, which is within chance."
     beyond = np.hypot((high - low) / 4, found.own) * 2 < abs(found.mean)
