@@ -14,7 +14,7 @@ from vdyn_cli.effects import catalogue
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.export.exported_vehicle import ExportedVehicle
 from vdyn_cli.export.parameter_file import ParameterFile, read_parameter_file
-from vdyn_cli.quantities.parameters import GIVERS
+from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 # Value and standard deviation, SI.
@@ -94,7 +94,7 @@ def document(
             "interval95": [value - 2 * std, value + 2 * std],
             "unit": PARAMETERS[name].unit,
             "meaning": PARAMETERS[name].meaning,
-            "source": GIVERS.get(name, "given"),
+            "source": ESTIMATED_BY.get(name, "given"),
             "baseline": None,
         }
         for name, (value, std) in CAR.items()

@@ -12,8 +12,8 @@ from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.parameter_json import read_parameters
 from vdyn_cli.quantities.parameters import (
+    ESTIMATED_BY,
     FORMAT,
-    GIVERS,
     Estimate,
     MissingParameterError,
     Parameters,
@@ -52,7 +52,7 @@ def test_everything_missing_is_said_at_once_with_who_gives_it() -> None:
 
 def test_the_givers_are_the_steps_that_give() -> None:
     given = {name: step for step in steps.names() for name in steps.load_step(step).gives if name in TABLE}
-    assert given == dict(GIVERS)
+    assert given == dict(ESTIMATED_BY)
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,1 @@
-"""What the commands do: they read, ask the pure rooms, and write; with cli.py the only room that has effects."""
+"""The commands: they read files, call the other packages, and write files and console output."""

@@ -9,7 +9,7 @@ from vdyn_cli import steps
 from vdyn_cli.commands.glossary import glossary
 from vdyn_cli.effects import Effect, candidates, catalogue, refused
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
-from vdyn_cli.quantities.parameters import GIVERS
+from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps import Step
@@ -142,8 +142,8 @@ def _quantity(quantity: Quantity) -> str:
     symbol = f" ({quantity.symbol})" if quantity.symbol else ""
     lines = [f"{quantity.name}{symbol}: {quantity.meaning}", f"unit: {quantity.unit or '1'}"]
     lines.append(f"accepted: {quantity.lower:g} to {quantity.upper:g} {quantity.unit}")
-    if quantity.name in GIVERS:
-        lines.append(f"estimated by: vdyn {GIVERS[quantity.name]}")
+    if quantity.name in ESTIMATED_BY:
+        lines.append(f"estimated by: vdyn {ESTIMATED_BY[quantity.name]}")
     return "\n".join(lines)
 
 

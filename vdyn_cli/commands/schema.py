@@ -19,7 +19,7 @@ from vdyn_cli.quantities.result_schema import (
 )
 from vdyn_cli.steps import load_step, names
 
-TOPICS = ("pipeline", "result", "parameters", "channels", "check", "plan", "comparison")  # beside the steps
+TOPICS = ("pipeline", "result", "parameters", "channels", "check", "plan", "comparison")  # in addition to the steps
 
 
 def json_schema(topic: str) -> str:

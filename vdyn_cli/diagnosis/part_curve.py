@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model_builder import MissingSignalError, Signals
 from vdyn_cli.inference import Solution
-from vdyn_cli.inference.function_prior import beyond
+from vdyn_cli.inference.function_prior import truncation_error
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
@@ -97,7 +97,7 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
     place = [p.name for p in fitted.parts].index(part.name)
     variance = fitted.variance[place * count : (place + 1) * count]
     found = np.array([solution.values[n] for n in part.unknowns])
-    half = np.hypot(half, NORMAL95 * np.sqrt(beyond(found, part.orders)))
+    half = np.hypot(half, NORMAL95 * np.sqrt(truncation_error(found, part.orders)))
     seen = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
     prior = np.sqrt(basis**2 @ variance)
     seen &= (half <= POLICY.covered_share * NORMAL95 * prior) | (np.abs(x) <= part.scale)
@@ -106,7 +106,9 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
         return None
     value = part.baseline(x, solution.values) + basis @ found
     inside = gradient[seen]
-    covariance = _covariance(inside, solution, at) + beyond(found, part.orders) * np.eye(int(np.count_nonzero(seen)))
+    covariance = _covariance(inside, solution, at) + truncation_error(found, part.orders) * np.eye(
+        int(np.count_nonzero(seen))
+    )
     return Curve(part, x[seen], value[seen], half[seen], part.baseline(x[seen], base.values), covariance)
 
 

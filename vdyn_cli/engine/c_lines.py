@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import casadi as ca
 
-from vdyn_cli.engine.order import Order
+from vdyn_cli.engine.evaluation_order import EvaluationOrder
 
 _INFIX = {ca.OP_ADD: "+", ca.OP_SUB: "-", ca.OP_MUL: "*", ca.OP_DIV: "/"}
 _COMPARISONS = {ca.OP_LT: "<", ca.OP_LE: "<=", ca.OP_EQ: "==", ca.OP_NE: "!="}
@@ -61,7 +61,7 @@ def number(value: float) -> str:
 class CBody:
     """C code for the values of a field; ``sources`` are the C expressions of its inputs, element by element."""
 
-    def __init__(self, order: Order, sources: Sequence[Sequence[str]]) -> None:
+    def __init__(self, order: EvaluationOrder, sources: Sequence[Sequence[str]]) -> None:
         self._plain: dict[int, str] = {}  # inputs and constants, which need no line
         self._lines: dict[int, str] = {}
         for place, value in enumerate(order.values):

@@ -14,8 +14,8 @@ from types import MappingProxyType
 import casadi as ca
 
 from vdyn_cli.engine.c_lines import CBody, number
+from vdyn_cli.engine.evaluation_order import ordered
 from vdyn_cli.engine.graph import Graph, column, refuse_unknown, symbols
-from vdyn_cli.engine.order import ordered
 
 _NOTHING: Mapping[str, str] = MappingProxyType({})
 _UNSET: Mapping[str, float] = MappingProxyType({})

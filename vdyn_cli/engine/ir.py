@@ -13,9 +13,9 @@ from functools import lru_cache
 import casadi as ca
 
 from vdyn_cli.engine.dual import Tangents, Value, tangent
+from vdyn_cli.engine.evaluation_order import EvaluationOrder, ordered
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir_steps import print_steps
-from vdyn_cli.engine.order import Order, ordered
 
 _ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
 _COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
@@ -244,7 +244,13 @@ class _Body:
     """
 
     def __init__(
-        self, order: Order, directions: int, live: frozenset[int], seeded: frozenset[int], states: int, readings: int
+        self,
+        order: EvaluationOrder,
+        directions: int,
+        live: frozenset[int],
+        seeded: frozenset[int],
+        states: int,
+        readings: int,
     ) -> None:
         self._order, self._directions, self._live, self._seeded = order, directions, live, seeded
         self._states, self._readings = states, readings

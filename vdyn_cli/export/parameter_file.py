@@ -13,7 +13,7 @@ from vdyn_cli.export.quantity_texts import of_parameter
 from vdyn_cli.physics.models.vehicle_defaults import FOLLOWING, complete
 from vdyn_cli.quantities.errors import Finding, close_names, raise_all
 from vdyn_cli.quantities.parameter_json import one_line, read_document
-from vdyn_cli.quantities.parameters import GIVERS, Parameters
+from vdyn_cli.quantities.parameters import ESTIMATED_BY, Parameters
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
@@ -115,7 +115,7 @@ def completed(
     """
     done = complete(names, parameter_file.values)
     # A parameter that can be computed from others is not requested in addition to them.
-    roots = [name for name in done.missing if name in GIVERS or name not in FOLLOWING]
+    roots = [name for name in done.missing if name in ESTIMATED_BY or name not in FOLLOWING]
     refuse_missing(parameter_file, roots or done.missing, what)
     return dict(done.values), dict(done.assumed)
 
@@ -141,7 +141,7 @@ def refuse_missing(parameter_file: ParameterFile, names: Iterable[str], what: st
             remedy = f"rename it to {name} if it is meant, else state {name}"
             misspelled.append(Finding(where, f"no such parameter, and {what} needs {name}", remedy=remedy))
         else:
-            by_giver.setdefault(GIVERS.get(name), []).append(name)
+            by_giver.setdefault(ESTIMATED_BY.get(name), []).append(name)
     raise_all([*misspelled, *(_missing(parameter_file, giver, absent, what) for giver, absent in by_giver.items())])
 
 
@@ -151,7 +151,7 @@ def _missing(parameter_file: ParameterFile, giver: str | None, names: list[str],
     stated += "and the others under vehicle" if len(names) > 1 else "under vehicle"
     if giver is None:
         return Finding(parameter_file.name, f"{what} needs {listed}, not given", remedy=f"{stated}, and run again")
-    given = [n for n in parameter_file.parameters if GIVERS.get(n) == giver]
+    given = [n for n in parameter_file.parameters if ESTIMATED_BY.get(n) == giver]
     remedy = f"add the test '{giver}' to the pipeline, or {stated}"
     if given:
         remedy = f"add to the test '{giver}' what determines {listed} (it gave {', '.join(given)}), or {stated}"

@@ -27,9 +27,9 @@ __all__ = [
     "Unknown",
     "approach",
     "equal_information_blocks",
+    "even_if_refused",
     "exceeds_noise",
     "solve",
-    "standing",
     "white_level",
     "whiten",
 ]
@@ -56,7 +56,7 @@ class RefusedFitError(ResultError):
             return None
 
 
-def standing(fit: Callable[[], Solution]) -> Solution:
+def even_if_refused(fit: Callable[[], Solution]) -> Solution:
     """The solution of a fit, also of a refused one, as the starting point of a diagnosis.
 
     Parameters

@@ -29,7 +29,7 @@ def spectrum(orders: Array, length: float) -> Array:
     return np.asarray(density / density.sum())
 
 
-def beyond(coefficients: Array, orders: Array) -> float:
+def truncation_error(coefficients: Array, orders: Array) -> float:
     """Truncation error: mean square of the omitted cosines above the highest order, (value unit)^2.
 
     The coefficients of a law with a kink in its slope fall as i^-2: with m the mean square of the highest ones at n,

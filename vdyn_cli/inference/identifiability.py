@@ -11,7 +11,7 @@ from vdyn_cli.quantities.arrays import Array
 
 COLLINEAR = 1e-7  # singular value with columns of unit length: the accuracy of the sensitivities
 WIDEST = 0.5  # of the physical range: an interval of a larger standard deviation (+- 2) is wider than the range
-NEGLIGIBLE_PART = 0.02  # of a direction's largest component: left out of the message
+NEGLIGIBLE_PART = 0.02  # component of a direction, relative to its largest, that is omitted from the message
 TIED = 0.7  # correlation from which an unknown is listed with another: half of its variance is shared
 
 

@@ -10,7 +10,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 
 AT_BOUND = 1e-7  # distance from a bound, of the physical range, that counts as at the bound
-NARROW_PRIOR = 0.1  # standard deviation of a prior, of the physical range, below which the prior determines the unknown
+NARROW_PRIOR = 0.1  # standard deviation of a prior over the physical range, below which it determines the unknown
 INVOLVED = 1e-3  # share of the largest possible response from which a run's own unknown is involved in a null direction
 
 

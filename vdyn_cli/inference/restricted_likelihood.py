@@ -237,7 +237,7 @@ def _curved(
         absorbed += one.weighted[:, :s].T @ moved
     bend -= 0.5 * absorbed.T @ inverse @ absorbed
     if random is not None:
-        # d/d log(amplitude) of both terms, with S = A less the prior: S x = p - x and tr(S A^-1) = k - tr(A^-1).
+        # d/d log(amplitude) of both terms, with S = A minus the prior: S x = p - x and tr(S A^-1) = k - tr(A^-1).
         own = inverse[np.ix_(random.columns, random.columns)]
         slope[names.index(random.source)] += (
             random.columns.size - float(np.trace(own)) - float(np.sum(step[random.columns] ** 2))

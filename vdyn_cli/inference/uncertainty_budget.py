@@ -11,7 +11,7 @@ from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Table
 
-STEP = 1e-4  # of the input; central differences of smooth formulas are then good to 1e-8
+STEP = 1e-4  # of the input; central differences of smooth formulas then have an error of 1e-8
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ PER_UNKNOWN = 3  # smallest number of blocks per shared unknown without a prior:
 FEWEST_BLOCKS = 8
 FEWEST_EFFECTIVE = 4.0  # effective number of units below which their scatter is not used: 3 degrees of freedom
 MOSTLY_PRIOR = 1e4  # variance over that of the data from which the prior alone sets the interval (1 % of the std)
-LARGEST_PULL = 4.5  # standard deviations from a prior, reported beyond: 7e-6 by chance
+LARGEST_PULL = 4.5  # standard deviations from a prior above which it is reported: 7e-6 by chance
 
 
 def _contradicted_priors(solved: Solved) -> list[str]:

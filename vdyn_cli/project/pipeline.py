@@ -18,7 +18,7 @@ from vdyn_cli.project.given_values import given_parameters
 from vdyn_cli.project.result_document import Provenance, StepRecord, versions
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
-from vdyn_cli.quantities.parameters import FORMAT, GIVERS, Parameters, to_document
+from vdyn_cli.quantities.parameters import ESTIMATED_BY, FORMAT, Parameters, to_document
 from vdyn_cli.quantities.vocabulary import TABLE
 from vdyn_cli.steps import Step, load_step, names
 
@@ -220,7 +220,7 @@ def parameter_set(spec: PipelineSpec, source: YamlSource, outcomes: Sequence[Ste
 
 
 def _why_missing(name: str, failed: Mapping[str, str], outcomes: Sequence[StepOutcome]) -> str:
-    giver = GIVERS.get(name)
+    giver = ESTIMATED_BY.get(name)
     if giver is None:
         return "not given under vehicle"
     if giver in failed:

@@ -114,7 +114,7 @@ class Parameters(Mapping[str, Estimate]):
         if missing:
             by_giver: dict[str, list[str]] = {}
             for name in missing:
-                by_giver.setdefault(GIVERS.get(name, name), []).append(name)
+                by_giver.setdefault(ESTIMATED_BY.get(name, name), []).append(name)
             raise MissingParameterError(*(_missing(names, where) for names in by_giver.values()))
 
 
@@ -140,12 +140,12 @@ def wider_than_value(name: str, estimate: Estimate) -> bool:
 
 
 # The step that estimates a parameter, for the remedy where it is missing; a test compares it with the steps.
-GIVERS: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for name in names.split()}
+ESTIMATED_BY: Mapping[str, str] = {name: step for step, names in _BY_STEP.items() for name in names.split()}
 
 
 def _missing(names: Sequence[str], where: str) -> Finding:
     """The message for missing parameters that the same step estimates."""
-    giver = GIVERS.get(names[0])
+    giver = ESTIMATED_BY.get(names[0])
     lines = "', '".join(f"{n}: <number> {PARAMETERS[n].unit}".rstrip() for n in names)
     remedy = f"add '{lines}' under vehicle"
     if giver:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome
-from vdyn_cli.quantities.parameters import GIVERS
+from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.report import typography
 from vdyn_cli.report.diagnosis_tables import extensions
 from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
@@ -38,7 +38,7 @@ def render_pipeline(found: ParameterSet) -> str:
     """
     rows = [_step_row(o) for o in found.outcomes]
     parameters = parameter_rows(found.parameters)
-    missing = [missing_row(name, why, GIVERS.get(name, "")) for name, why in found.missing.items()]
+    missing = [missing_row(name, why, ESTIMATED_BY.get(name, "")) for name, why in found.missing.items()]
     good = sum(o.good for o in found.outcomes)
     warned = sum(bool(o.findings) for o in found.outcomes if o.good)
     title = typography.prose(found.title) or "Test day"

@@ -10,7 +10,7 @@ import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve, standing
+from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, even_if_refused, solve
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
@@ -100,7 +100,7 @@ class CgProblem(SimulatedProblem):
     @cached_property
     def _first(self) -> Solution:
         """The first fit without effects, even where it was refused."""
-        return standing(lambda: self.fit.first_solution)
+        return even_if_refused(lambda: self.fit.first_solution)
 
     def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoadFit:
         """The fit with effects in the balance and their unknowns, which all runs share."""
@@ -118,7 +118,7 @@ class CgProblem(SimulatedProblem):
         ``unknowns`` they always do), else those at the start. It starts at the fit without effects.
         """
         if not unknowns:
-            here = standing(lambda: self.baseline)
+            here = even_if_refused(lambda: self.baseline)
             return self.fit.regression(self.fit.place(here), self.fit.place(here, start))
         fit = self.fit_with(effects, unknowns)
         return fit.regression(self._linearization_point(fit), fit.place(self._first, start))
@@ -154,7 +154,7 @@ class CgProblem(SimulatedProblem):
         found = self._nearly_fitted(replace(fit, effect_unknowns=unbounded(fit.effect_unknowns)))
         at, misfit = (fit.place(found[0]), found[1]) if found else (fit.place(self._first), np.inf)
         enough = STEP_POLICY.balance_noise * misfit if heaves else STEP_POLICY.balance_misfit
-        if (_unexplained(self.fit, standing(lambda: self.baseline)) if heaves else misfit) < enough:
+        if (_unexplained(self.fit, even_if_refused(lambda: self.baseline)) if heaves else misfit) < enough:
             return at
         if heaves:
             alone = self._best_with_one(fit)

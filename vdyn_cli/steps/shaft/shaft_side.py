@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Regression, Solution, Unknown, standing, white_level
+from vdyn_cli.inference import Regression, Solution, Unknown, even_if_refused, white_level
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -81,7 +81,7 @@ class ShaftSide:
         ResultError : the fit without effects fails.
         """
         fit = self._fit((), ())
-        place = fit.place(standing(lambda: self.linear))
+        place = fit.place(even_if_refused(lambda: self.linear))
         rates = (fit.adjusted(k, fit.regression.local(place, k))[1] for k in range(len(self.runs)))
         return tuple(white_level(rate, run.time) for run, rate in zip(self.runs, rates, strict=True))
 
@@ -94,7 +94,7 @@ class ShaftSide:
     def regression(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
         """The regression over the logs of this side, with effects in the law."""
         fit = self._fit(effects, unknowns)
-        return regression_with_effects(fit, standing(lambda: self.linear)) if effects else fit.regression
+        return regression_with_effects(fit, even_if_refused(lambda: self.linear)) if effects else fit.regression
 
     def logged(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoggedShaft:
         """Fit the logs of this side; an error of the torque's gain changes stiffness and damping by the same factor.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.quantities.parameters import GIVERS
+from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
 from vdyn_cli.steps.validate.problem import ValidateProblem
@@ -17,7 +17,7 @@ STEP = Step(
     spec=ValidateSpec,
     required=("time", "speed", "drive_torque|drive_torque_left+drive_torque_right"),
     optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "elevation", "wind_speed"),
-    needs=tuple(GIVERS),
+    needs=tuple(ESTIMATED_BY),
     gives=(),
     scaled=(TORQUE_OF_MOTOR,),
     run_keys=("direction", "temperature"),

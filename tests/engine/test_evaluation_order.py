@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import casadi as ca
 
+from vdyn_cli.engine.evaluation_order import ordered
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.maths import cos, sin
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.order import ordered
 
 
 def order():

@@ -27,7 +27,7 @@ class Instruction:
 
 
 @dataclass(frozen=True)
-class Order:
+class EvaluationOrder:
     """The values of a field (x, u, p) -> (rates, readings); a value's place is its index.
 
     Parameters
@@ -50,7 +50,7 @@ class Order:
     uses: tuple[int, ...]
 
 
-def ordered(field: ca.Function) -> Order:
+def ordered(field: ca.Function) -> EvaluationOrder:
     """Order and classify the instructions of a field.
 
     Parameters
@@ -72,7 +72,7 @@ def ordered(field: ca.Function) -> Order:
     reading = _needed(values, results[1], once) - moving
     used = {k for place in moving | reading for k in _parts(values[place])} | {k for row in results for k in row}
     counts = Counter(k for value in values for k in _parts(value)) + Counter(k for row in results for k in row)
-    return Order(
+    return EvaluationOrder(
         values=tuple(values),
         rates=tuple(results[0]),
         readings=tuple(results[1]),
