@@ -1,4 +1,4 @@
-"""The command line: one command per step, made from the registry; prints and exits."""
+"""The command line: one command per installed step, and the other commands; prints and exits."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MERGED = 4  # smallest number of similar errors that are merged into one line
 
 
 class Exit(IntEnum):
-    """How a command ends; 1 and 2 are the errors' own codes."""
+    """Exit codes; 1 and 2 are those of the errors (``exit_code``)."""
 
     GOOD = 0
     BUG = 70
@@ -77,7 +77,7 @@ def _add_step(name: str) -> None:
     ) -> None:
         from vdyn_cli.commands.progress_line import progress_line
 
-        with progress_line(name, shown=not quiet):  # loading the step's packages takes a second, too
+        with progress_line(name, shown=not quiet):  # includes the second for loading the step's packages
             from vdyn_cli.commands.run_step import run_step, tell_step
 
             run = run_step(name, test, tuple(known or ()), output, level if diagnose else None)
@@ -88,7 +88,7 @@ def _add_step(name: str) -> None:
 
 
 def _teller(quiet: bool, verbose: bool) -> Callable[[str, bool], None]:
-    """The function (text, detail) that prints a line to stderr; details are printed with -v only."""
+    """The function (text, detail) that prints a line to stderr; details only with -v."""
 
     def tell(text: str, detail: bool = False) -> None:
         if not quiet and (verbose or not detail):
@@ -173,7 +173,7 @@ def channels(
     logs: Annotated[list[Path], typer.Argument(metavar="LOG...", help="Logs of any format.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """Show the channels of a log: name, unit, rate, span, range, constant and duplicate ones; how more logs differ."""
+    """Show the channels of a log: name, unit, rate, span, range, constant and duplicate ones; compare further logs."""
     from vdyn_cli.commands.run_channels import channels_json, channels_table
 
     if as_json:
@@ -194,7 +194,7 @@ def init(
     ] = "-",
     quiet: Quiet = False,
 ) -> None:
-    """Write a first description of unknown logs: channels guessed with the reason, and what is left to decide."""
+    """Draft the description of unknown logs: guessed channels with the reason, and what is left to decide."""
     from vdyn_cli.commands.run_init import run_init
 
     run_init(step, logs, output, _teller(quiet, False))
@@ -232,7 +232,7 @@ def plan(
         str, typer.Option("-o", "--output", metavar="PLAN.json|-", help="File for the JSON; '-': JSON to stdout.")
     ] = "",
 ) -> None:
-    """Plan runs: their expected accuracy, what they cannot tell apart, which to add; the logs need not exist yet."""
+    """Plan runs: expected accuracy, effects that cannot be separated, runs to add; the logs need not exist yet."""
     from vdyn_cli.commands.plan_text import run_plan
 
     raise typer.Exit(run_plan(test, tuple(known or ()), runs, "-" if as_json else output))
@@ -297,7 +297,7 @@ def check_plugin(
     ] = None,
     known: Known = None,
 ) -> None:
-    """Check that an effect, a step or a reader keeps its contract."""
+    """Check that an effect, a step or a reader fulfills its contract."""
     from vdyn_cli.commands.run_contract_checks import run_contract_checks
 
     for line in run_contract_checks(name, example, tuple(known or ())):
@@ -305,17 +305,17 @@ def check_plugin(
 
 
 class TerminatedError(BaseException):
-    """The system asks the program to end (SIGTERM)."""
+    """The system requests termination (SIGTERM)."""
 
 
 def main() -> None:
     """Run the command line; errors become messages and exit codes."""
-    # One thread: more make small dense problems slower by an order of magnitude, and sums in another order change the
-    # last digits, whatever the user's environment says. Must be set before numpy is imported.
+    # One thread, whatever the user's environment: more threads make small dense problems slower by an order of
+    # magnitude, and another order of summation changes the last digits. Must be set before numpy is imported.
     for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
         os.environ[variable] = "1"
     if not os.environ.get("VDYN_DEBUG"):
-        warnings.simplefilter("ignore")  # of libraries; vdyn reports what is doubtful itself
+        warnings.simplefilter("ignore")  # those of libraries; vdyn reports its own findings
     with contextlib.suppress(ValueError, OSError):  # not in the main thread
         signal.signal(signal.SIGTERM, _terminate)
     sys.exit(_run())
@@ -332,7 +332,7 @@ def _run() -> int:
             sys.stdout.flush()
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
-        # Of single lines only the same error is merged; of whole logs those that differ in numbers, too.
+        # Errors of single lines are merged only if equal; errors of whole logs also if they differ in numbers.
         in_lines = any(re.search(r":\d+$", f.where) for f in error.findings)
         merge = merge_lines if in_lines else merge_similar
         _say("\n".join(str(f) for f in merge(error.findings, least=MERGED)))
@@ -359,7 +359,7 @@ def _run() -> int:
 
 
 def _forget_stdout() -> None:
-    """Drop what cannot be written, which Python would try again at its end."""
+    """Discard buffered output, which Python would try to write again at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

@@ -62,14 +62,14 @@ def _accuracy_lines(document: PlanDocument, channels: str) -> Iterator[str]:
 
 def _effect_lines(document: PlanDocument) -> Iterator[str]:
     if document.detectable:
-        yield "\nCandidate effects that these runs can detect, and the smallest size that they detect"
+        yield "\nCandidate effects that these runs can detect, with the smallest detectable amplitude"
         yield from table(
-            ("effect", "size", "unit"),
+            ("effect", "amplitude", "unit"),
             [(d.effect, two_digits(d.amplitude), d.unit or "1") for d in document.detectable],
         )
     if document.not_testable:
         yield "\nCandidate effects that these runs cannot detect"
-        yield from table(("effect", "because"), [(n.effect, n.because) for n in document.not_testable])
+        yield from table(("effect", "reason"), [(n.effect, n.because) for n in document.not_testable])
     if document.confused:
         yield "\nPairs that these runs cannot separate (t: standard errors, at half of the plausible range)"
         rows = [(f"{p.effects[0]} and {p.effects[1]}", f"{p.t:.1f}") for p in document.confused[:SHOWN]]

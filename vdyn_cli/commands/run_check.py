@@ -116,7 +116,7 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
             )
             for r in coasts.runs
         ]
-        yield from table(("run", "way", "start [s]", "[m/s^2]", "without", "", ""), rows)
+        yield from table(("run", "direction", "start [s]", "[m/s^2]", "without", "", ""), rows)
     if coasts.accuracy:
         yield "\nStatistical accuracy p of the pairs' coast times (+-5 km/h)"
         yield from table(
