@@ -181,7 +181,7 @@ def test_a_broken_package_is_named_and_stops_no_other_command(broken: Path, tmp_
     assert not any("Traceback" in error for _, _, error in said)
     (code, text), listed, run, *others = [(code, out + error) for code, out, error in said]
     assert (code, "A step that cannot be imported" in text) == (0, True)
-    taken = "package vdyn-twice, plug-in headwind (spin_down.seal_drag:seal_drag): holds an effect of another"
+    taken = "package vdyn-twice, plug-in headwind (spin_down.seal_drag:seal_drag): defines an effect with a different"
     for code, text in (listed, run):
         assert (code, "package vdyn-ruin, plug-in ruineffect (ruin:X): cannot be imported" in text) == (0, True), text
         assert taken in text

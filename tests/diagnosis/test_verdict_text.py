@@ -18,7 +18,7 @@ from vdyn_cli.quantities.parameters import Estimate
         ("torque_gain", 0.0101, 0.0021, "a drive torque with a wrong gain of 1.01 +- 0.21 %"),
         ("torque_delay", -0.0063, 0.0011, "a drive torque with a wrong delay of -0.0063 +- 0.0011 s"),
         ("brake_drag", 31.4, 2.8, "brakes that drag (31.4 +- 2.8 N)"),
-        ("shaft_stiffness", -0.23, 0.015, "half-shafts of another stiffness (-23.0 +- 1.5 %)"),
+        ("shaft_stiffness", -0.23, 0.015, "half-shaft stiffness that differs from the given one (-23.0 +- 1.5 %)"),
     ],
 )
 def test_the_size_follows_the_label(effect: str, value: float, half: float, says: str) -> None:

@@ -1,7 +1,7 @@
 """Where the baseline gives no result and several effects would mend it, the result is published with one of them.
 
 A torque that reads 5 % low, or a radius stated 3 % too large, leaves a negative inertia of the wheel. Of the second
-a linearized model says that a wheel of another mass explains it, which the exact model excludes.
+a linearized model says that a wheel mass that differs from the stated one explains it, which the exact model excludes.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The catalogue of candidate effects: one file each, found by itself; adding an effect is adding a file.
+"""The catalogue of candidate effects: each is a file that the catalogue finds by its name.
 
-An installed package adds one by the entry point ``vdyn.effects: NAME = package.module:NAME``.
+An installed package adds an effect with the entry point ``vdyn.effects: NAME = package.module:NAME``.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ GROUP = "vdyn.effects"
 EffectLaw = Callable[[Law, Signals, Signals], Number]
 _NONE: Mapping[str, float] = MappingProxyType({})
 
-# What an effect is, whatever the test.
+# Properties of an effect that do not depend on the test.
 PROPERTIES: Mapping[str, str] = MappingProxyType(
     {
         "sensor": "a sensor fault, not a vehicle property",
         "test_only": "belongs to the test, not to the vehicle: later steps and exports do not keep it",
-        "between_runs": "shows only as a difference between runs",
+        "between_runs": "is visible only as a difference between runs",
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
-        "daily": "has another value on another day",
-        "beside_drawing": "shows only against a drawing of the part",
-        "of_a_car": "its range is that of cars: that of a heavier vehicle is larger in proportion to its mass",
-        "over_weight": "its range is a force of cars over their weight: that of a lighter vehicle is larger in turn",
+        "daily": "has a different value on another day",
+        "beside_drawing": "is visible only in comparison with a drawing of the part",
+        "of_a_car": "its range holds for cars: it increases with the mass of a heavier vehicle",
+        "over_weight": "its range is a force of cars divided by their weight: it is larger for a lighter vehicle",
     }
 )
-# The tests in which an effect is a candidate; a step states those that its test is (Step.situations).
+# The kinds of test in which an effect is a candidate; a step states those that apply to it (Step.situations).
 SITUATIONS: Mapping[str, str] = MappingProxyType(
     {
         "open_road": "force balance of a vehicle on an open road",
-        "coasting": "the vehicle rolls out in neutral",
+        "coasting": "the vehicle coasts in neutral",
         "driving": "the drive torque moves the vehicle",
         "pitching": "axle loads while the vehicle accelerates and brakes",
         "bump_crossing": "vertical motion over an obstacle",
         "wheel_spin": "moment balance of one wheel",
-        "free_wheel_spin": "moment balance of one wheel that touches nothing",
+        "free_wheel_spin": "moment balance of one free wheel",
         "slip_sweep": "tire force over slip",
         "shaft_twist": "torque and twist of a half-shaft",
     }
@@ -56,35 +56,34 @@ SITUATIONS: Mapping[str, str] = MappingProxyType(
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """A candidate effect: a correction of an element's law that is exactly nothing when its unknowns are zero.
+    """A candidate effect: a correction of an element's law that vanishes exactly when its unknowns are zero.
 
     Parameters
     ----------
     name : as in the report; the name of its function and file.
     on : the element laws that it corrects; "parameters", an input, a sensor, or ``<sensor>_clock``.
-    laws : for each of them ``law(element, s, q)``, which calls the element it corrects; ``s`` are its signals, ``q``
-        the unknowns.
-    unknowns : each with unit, meaning and the plausible range; the first is the effect's size. A name belongs to one
-        effect.
-    reference : where law and range come from.
+    laws : for each of them ``law(element, s, q)``, which calls the corrected element; ``s`` are its signals, ``q`` the
+        unknowns.
+    unknowns : each with unit, meaning and plausible range; the first is the effect's amplitude. No two effects share a
+        name of an unknown.
+    reference : source of law and range.
     summary : one sentence for the report.
-    nominal : values of the unknowns that shape the effect (a decay time): zero would mean nothing for them, and they
-        do nothing while the others are zero.
-    states : states of its own and their rates, ``rate(s)``; ``s`` also holds the unknowns. They start at zero.
-    probes : sizes of the first unknown from which a fit is started where the derivative at zero is useless.
+    nominal : values of the shape parameters among the unknowns (a decay time), which may not be zero and have no
+        influence while the amplitudes are zero.
+    states : additional states and their rates, ``rate(s)``; ``s`` also contains the unknowns. They start at zero.
+    probes : start values of the first unknown where the derivative at zero gives no information.
     label : a noun phrase, "a headwind".
-    signature : what it looks like in the data, one sentence.
+    signature : how it appears in the data, one sentence.
     alike : effects and parameters with which it can be confused.
-    confirm : the cheapest manoeuvre that would show it, one sentence.
+    confirm : the cheapest manoeuvre that would confirm it, one sentence.
     sense : words that follow a value and its unit, such as "along the out direction".
-    tags : of PROPERTIES, and the situations in which it is a candidate (of SITUATIONS, or of a step of an installed
-        package); without a situation it is a candidate wherever the model calls its laws.
-    covers : unknowns of a step that lie within its own: with it in, they stay where they start.
-    possible : by unknown, bounds of a fit where a description or a unit can be wrong by more than 1.5 times the
+    tags : properties (of PROPERTIES), and the situations in which it is a candidate (of SITUATIONS, or of a step of an
+        installed package); without a situation it is a candidate wherever the model calls its laws.
+    covers : unknowns of a step that it replaces; with the effect in the model they keep their start values.
+    possible : by unknown, bounds of a fit where an error of the description or a unit can exceed 1.5 times the
         plausible range: a factor of 3.6 in a speed.
-    mistakes : of a scale 1 + e, the factors that a usual mistake makes, each with the mistake: (3.6, "km/h read as
-        m/s").
-    corrects : the stated parameter that the first unknown corrects, by itself or by a share of it; empty for others.
+    mistakes : typical wrong values of a scale 1 + e, each with its cause: (3.6, "km/h read as m/s").
+    corrects : the stated parameter that the first unknown corrects, absolutely or relatively; empty for others.
     """
 
     name: str
@@ -109,7 +108,7 @@ class Effect:
 
     @property
     def law(self) -> EffectLaw:
-        """The correction of the first law: the effect's own function, whose docstring explains it."""
+        """The correction of the first law: the effect's function, whose docstring explains it."""
         return self.laws[self.on[0]]
 
     @property
@@ -124,21 +123,21 @@ class Effect:
 
     @property
     def kind(self) -> Kind:
-        """Whether it shows within a run, or only between runs."""
+        """Whether it is visible within a run, or only between runs."""
         return "between_run" if "between_runs" in self.tags else "within_run"
 
     @property
     def situations(self) -> frozenset[str]:
-        """The situations in which it is a candidate; none: wherever the model calls its laws."""
+        """The situations in which it is a candidate; empty: wherever the model calls its laws."""
         return self.tags - PROPERTIES.keys()
 
 
 def enlarged(effect: Effect, factors: Mapping[str, float]) -> Effect:
-    """The effect with the ranges of its amplitudes multiplied, where they are those of a car.
+    """The effect with the ranges of its amplitudes scaled, if its tags say that they are those of a car.
 
     Parameters
     ----------
-    factors : by tag, ``of_a_car`` or ``over_weight``; 1 where the vehicle is one of these cars.
+    factors : by tag, ``of_a_car`` or ``over_weight``; 1 for a car.
     """
     factor = max((factors[tag] for tag in effect.tags if tag in factors), default=1.0)
     if factor == 1.0:
@@ -151,7 +150,7 @@ def enlarged(effect: Effect, factors: Mapping[str, float]) -> Effect:
     return replace(effect, unknowns=larger, possible=possible)
 
 
-# Many parameters, all by keyword: the fields of an effect, so that a file states them as a list.
+# Many parameters, all by keyword: the fields of an effect, which a file lists.
 def effect(
     *,
     on: str | tuple[str, ...],
@@ -172,10 +171,10 @@ def effect(
     mistakes: tuple[tuple[float, str], ...] = (),
     corrects: str = "",
 ) -> Callable[[EffectLaw], Effect]:
-    """Make a function ``law(element, s, q)`` an effect; it takes the name, and the docstring gives the summary.
+    """Decorator that makes an effect of a function ``law(element, s, q)``, with its name and first docstring line.
 
-    ``on`` names the law, or laws, that the function corrects; ``also`` further laws that other functions correct: the
-    same effect may enter two models, or a sensor and an input, in two ways. The rest is Effect's.
+    ``on`` names the laws that the function corrects; ``also`` gives further laws with other functions, because the same
+    effect may enter two models, or a sensor and an input, in different ways. The other parameters are those of Effect.
     """
 
     def make(law: EffectLaw) -> Effect:
@@ -206,14 +205,14 @@ def effect(
 
 
 def reads(s: Signals) -> bool:
-    """Whether a law makes a sensor's reading of the truth; an input's law makes the truth of a reading."""
+    """Whether a law computes a sensor's reading from the true value; the law of an input does the reverse."""
     return hasattr(s, "sensor")
 
 
 def candidates(situations: Collection[str] = ()) -> tuple[Effect, ...]:
-    """The effects to look for in a test, as far as its model calls their laws.
+    """The candidate effects of a test; of these the diagnosis uses those whose laws the model calls.
 
-    ``situations`` are those of the step; a step without any takes every effect.
+    ``situations`` : of the step; without any, every effect is a candidate.
     """
     return tuple(one for one in catalogue() if not situations or not one.situations or one.situations & set(situations))
 
@@ -223,22 +222,22 @@ def catalogue() -> tuple[Effect, ...]:
 
     Raises
     ------
-    ValueError : a file of vdyn does not hold the effect it is named after, or two effects share a name of an unknown.
+    ValueError : a file of vdyn does not define the effect of its name, or two effects share a name of an unknown.
     """
     return _found()[0]
 
 
 def refused() -> tuple[Finding, ...]:
-    """The effects of installed packages that are left out of the catalogue, and why."""
+    """Findings on effects of installed packages that are left out of the catalogue."""
     return _found()[1]
 
 
 def extensions_in_si(extensions: Extensions, where: str, problems: list[Finding]) -> dict[str, dict[str, Estimate]]:
-    """The effects of a parameter file in SI units; those that this version does not know stay as they are.
+    """The effects of a parameter file in SI units; effects that this version does not know are unchanged.
 
     Parameters
     ----------
-    where : the file. problems : takes a finding for each unit that is not one of the effect's kind.
+    where : the file. problems : receives a finding for each unit of a wrong dimension.
     """
     quantities = {name: quantity for one in catalogue() for name, quantity in one.unknowns.items()}
     found: dict[str, dict[str, Estimate]] = {}
@@ -260,7 +259,7 @@ def _found() -> tuple[tuple[Effect, ...], tuple[Finding, ...]]:
     for name in sorted(info.name for info in pkgutil.iter_modules(__path__)):
         candidate = getattr(import_module(f"{__name__}.{name}"), name, None)
         if not isinstance(candidate, Effect):
-            raise ValueError(f"effects/{name}.py holds no effect named {name!r}")
+            raise ValueError(f"effects/{name}.py defines no effect named {name!r}")
         for unknown in candidate.unknowns:
             if unknown in owner:
                 raise ValueError(f"effects {owner[unknown]!r} and {name!r} share the unknown {unknown!r}")
@@ -283,7 +282,7 @@ def _of_plugin(entry: Plugin, found: Mapping[str, Effect], owner: Mapping[str, s
     candidate = entry.load(Effect)
     shared = [unknown for unknown in candidate.unknowns if unknown in owner]
     if candidate.name != entry.name:
-        entry.refuse(f"holds an effect of another name, {candidate.name!r}", "give both the same name")
+        entry.refuse(f"defines an effect with a different name, {candidate.name!r}", "give both the same name")
     if entry.name in found:
         entry.refuse("has the name of an effect of vdyn", "choose another name")
     if shared:

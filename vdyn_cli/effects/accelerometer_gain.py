@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
     reference="gain error of inertial sensors: 1 to 3 %; more with a wrong range or sensitivity in the logger",
     label="an accelerometer with a wrong gain",
     signature="The error of the measured acceleration is proportional to the acceleration; speed and position agree.",
-    alike=("speed_scale", "a body that pitches as the car accelerates"),
+    alike=("speed_scale", "pitch of the body during acceleration"),
     confirm="Turn the accelerometer over, nose up and nose down: it has to read plus and minus 1 g.",
     tags={"sensor", "coasting"},
     covers=("accelerometer_scale",),

@@ -1,4 +1,4 @@
-"""An accelerometer that looks up."""
+"""An accelerometer that is tilted nose-up."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(
         Quantity("accelerometer_tilt", "rad", "angle by which the accelerometer's nose points up", "", -0.1, 0.1),
     ),
-    reference="gravity's share along a tilted axis; mounting by eye is good to 1 to 3 deg",
+    reference="component of gravity along a tilted axis; mounting by eye is accurate to 1 to 3 deg",
     label="an accelerometer that is tilted",
     signature="The measured acceleration is larger by the same amount at all times and in both directions.",
     alike=("accelerometer_offset", "road_grade", "cg_to_rear"),
@@ -23,7 +23,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "open_road", "pitching"},
 )
 def accelerometer_tilt(acceleration: Law, s: Signals, q: Signals) -> Number:
-    """An accelerometer whose axis points up instead of ahead: it feels a share of gravity.
+    """An accelerometer whose axis points upward: it measures a component of gravity.
 
     It reads a cos(q) + g sin(q).
     """

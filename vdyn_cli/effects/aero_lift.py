@@ -1,4 +1,4 @@
-"""Lift that takes load off the axles at speed."""
+"""Aerodynamic lift, which reduces the axle loads at speed."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from vdyn_cli.quantities.quantity import Quantity
         "Race Car Aerodynamics, 1995: Cl A down to -5 m^2"
     ),
     label="aerodynamic lift",
-    signature="What both axles carry falls with the square of the speed.",
+    signature="The sum of both axle loads decreases with the square of the speed.",
     alike=("drag_height", "drag_area"),
     confirm="Hold a high speed on a level road and compare the axle loads with the loads at walking speed.",
     tags={"pitching"},
 )
 def aero_lift(lift: Law, s: Signals, q: Signals) -> Number:
-    """Air that lifts the body, a share of it at the front axle.
+    """Aerodynamic lift of the body, with a share f at the front axle.
 
-    F = f 1/2 rho Cl A V |V| upward at the front axle, (1 - f) of it at the rear one. With both axles' loads measured,
-    their sum tells Cl A and their moment f; with one, only f Cl A shows, and f stays at 1/2.
+    F = f 1/2 rho Cl A V |V| upward at the front axle, (1 - f) of it at the rear one. With both axle loads measured,
+    their sum determines Cl A and their moment f; with one, only f Cl A is determined, and f stays at 1/2.
     """
     share = (1 - s.rear) * q.aero_lift_front + s.rear * (1 - q.aero_lift_front)
     return lift(s.but(lift_area=s.lift_area + share * q.aero_lift))

@@ -7,13 +7,13 @@ from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
-CORNER = 2e-5  # rad, over which the flanks come into touch
-APART = 1e-5  # rad of play that lets flanks part
-SOFT = 0.1  # N m
+CORNER = 2e-5  # rad, over which the flanks come into contact
+APART = 1e-5  # rad of play above which flanks can separate
+SOFT = 0.1  # N m, over which a sign is smoothed
 
 
 def on_a_flank(rest_twist: Law, s: Signals, q: Signals) -> Number:
-    """The twist at which a shaft begins: on the flank that its torque presses, or in mid gap without a torque."""
+    """Initial twist of a shaft: on the flank that its torque loads, or in the middle of the gap without a torque."""
     return rest_twist(s) + q.backlash * s.torque / sqrt(s.torque * s.torque + SOFT**2)
 
 
@@ -34,10 +34,10 @@ def on_a_flank(rest_twist: Law, s: Signals, q: Signals) -> Number:
     tags={"driving", "shaft_twist"},
 )
 def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
-    """Free play: within it nothing touches; beyond it the shaft's twist is the total minus the play; flanks never pull.
+    """Free play: no contact within it, twist of the shaft minus the play beyond it; flanks transmit no tension.
 
-    T = k d + c d', d = phi beyond +-b, 0 within; T = 0 where damping would draw the flanks together. The corners are
-    round over 2e-5 rad; the derivative at zero says little about any play worth finding, so sizes are tried.
+    T = k d + c d', d = phi beyond +-b, 0 within; T = 0 where damping would pull the flanks together. The corners are
+    smoothed over 2e-5 rad. The derivative at zero gives no information on relevant play, so start values are tried.
     """
     above, below = s.twist - q.backlash, s.twist + q.backlash
     far_above, far_below = sqrt(above * above + CORNER**2), sqrt(below * below + CORNER**2)

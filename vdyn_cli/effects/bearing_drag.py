@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"of_a_car", "wheel_spin"},
 )
 def bearing_drag(bearing: Law, s: Signals, q: Signals) -> Number:
-    """Bearing and seals between the sensor and the wheel that take a torque in proportion to the speed.
+    """Drag torque of bearing and seals between the sensor and the wheel, proportional to the speed.
 
     Tb = cb om.
     """

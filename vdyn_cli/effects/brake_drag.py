@@ -10,7 +10,7 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="brake",
     unknowns=(Quantity("brake_drag", "N", "drag of brakes that do not release, at the road", "Fb", 0.0, 200.0),),
-    reference="residual brake torque of disc brakes, 1 to 6 N m a wheel: 10 to 80 N at the road",
+    reference="residual brake torque of disc brakes, 1 to 6 N m per wheel: 10 to 80 N at the road",
     label="brakes that drag",
     signature="A force that is the same at every speed and in both directions slows the car.",
     alike=("rolling_resistance", "driveline_drag", "torque_offset", "bearing_drag"),
@@ -20,7 +20,6 @@ from vdyn_cli.quantities.quantity import Quantity
 def brake_drag(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that rub with a constant force.
 
-    F = Fb for all wheels together, shared equally between them. Of a single wheel on its rig it is that wheel's force
-    at the rim.
+    F = Fb for all wheels together, distributed equally. For a single wheel on a rig it is the force at its rim.
     """
     return brake(s.but(brake_force=s.brake_force + s.share * q.brake_drag))

@@ -16,17 +16,17 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     nominal={"brake_drag_fading_time": 20.0},
     reference="pads retract and discs cool within tens of seconds of braking; size as for residual brake torque",
-    label="brakes that let go slowly",
+    label="brakes that release slowly",
     signature="Every run slows down too fast in its first tens of seconds, in both directions.",
     alike=("extra_drag_area", "drag_area", "tire_warmup"),
     confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
     tags={"of_a_car", "test_only", "open_road", "wheel_spin"},
 )
 def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
-    """Pads that still rub after the car was braked, and let go.
+    """Pads that still rub after braking, and then release.
 
-    F = Fb exp(-t/T), t since the run's log began, for all wheels together; of a wheel with its own force sensor it is
-    that wheel's force at the rim. T is 20 s where the data do not determine it.
+    F = Fb exp(-t/T), t since the run's log began, for all wheels together; for a wheel with a force sensor it is the
+    force at its rim. T is 20 s where the data do not determine it.
     """
     rubbing = q.brake_drag_fading * exp(-s.run_time / q.brake_drag_fading_time)
     return brake(s.but(brake_force=s.brake_force + s.share * rubbing))

@@ -10,16 +10,16 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="road",
     unknowns=(Quantity("bump_height_error", "", "relative error of the bump's height", "eA", -0.3, 0.3),),
-    reference="a rule held to 1 mm on a bump of 30 to 100 mm is good to 1 to 3 %; a soft bump gives way by more",
-    label="a bump of another height than described",
-    signature="All loads and motions on the bump are larger, or smaller, by one factor; their timing is as simulated.",
+    reference="a ruler read to 1 mm on a bump of 30 to 100 mm has an error of 1 to 3 %; a soft bump deflects by more",
+    label="a bump height that differs from the description",
+    signature="All loads and motions on the bump are larger or smaller by one factor; their timing is as simulated.",
     alike=("sprung and unsprung mass", "tire_enveloping"),
     confirm="Measure the bump's height at its middle and under a wheel that stands on it.",
     sense="of the described height",
     tags={"bump_crossing", "test_only"},
 )
 def bump_height_error(road: Law, s: Signals, q: Signals) -> Number:
-    """A bump whose true height is not the described one.
+    """A bump whose true height differs from the described one.
 
     u = A (1 + eA) shape(x / lambda)
     """

@@ -1,4 +1,4 @@
-"""A bump whose shape is nearer to a trapezoid than described."""
+"""A bump whose shape is closer to a trapezoid than described."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     nominal={"bump_flat_share": 0.4},
     reference="flat tops of 0.3 to 0.6 of the width: trapezoid bumps of parking lots and test tracks",
-    label="a bump nearer to a trapezoid than described",
-    signature="On the bump the loads stay high for longer than simulated, and bend at the edges of its top.",
+    label="a bump that is closer to a trapezoid than described",
+    signature="On the bump the loads stay high for longer than simulated, with corners at the edges of its top.",
     alike=("bump_width_error", "bump_height_error", "tire_enveloping"),
     confirm="Measure the bump's profile, and give it as 'profile'.",
     tags={"bump_crossing", "test_only"},

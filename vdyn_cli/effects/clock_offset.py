@@ -8,16 +8,16 @@ from vdyn_cli.quantities.quantity import Quantity
 
 
 def early(clock: Law, s: Signals, q: Signals) -> Number:
-    """What follows from late channels is known late: it belongs to the moment before."""
+    """Clock of an output that is computed from late channels: it belongs to an earlier time."""
     return clock(s) + q.clock_offset
 
 
 @effect(
     on=("vertical_acceleration_clock", "pitch_rate_clock"),
     also={"loads_clock": early, "hub_clock": early},
-    unknowns=(Quantity("clock_offset", "s", "by which some channels are logged late", "tau", -0.2, 0.2),),
+    unknowns=(Quantity("clock_offset", "s", "delay of some channels relative to the others", "tau", -0.2, 0.2),),
     reference="latency of inertial and GPS devices: 7 to 160 ms; devices without a common trigger: a sample or more",
-    label="clocks of two loggers that differ",
+    label="a clock offset between two loggers",
     signature="The residual is proportional to the time derivative of the late channels (loops in plots of "
     "residual over channel).",
     alike=("tire_damping", "tire_relaxation", "pitch inertia"),
@@ -26,7 +26,7 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
     tags={"sensor", "bump_crossing", "pitching", "wheel_spin"},
 )
 def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:
-    """One device's channels are logged late against another's.
+    """Channels of one device that are logged late relative to those of another.
 
     x_read(t) = x(t - tau). On a bump the late channels are the body's acceleration and pitch rate; in runs for the
     center of gravity the wheel loads; at a wheel the hub's torque and forces.

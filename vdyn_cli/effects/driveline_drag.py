@@ -1,4 +1,4 @@
-"""Losses behind the torque sensor."""
+"""A constant driveline loss behind the torque sensor."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="driveline",
     unknowns=(Quantity("driveline_drag", "N", "spin loss of the driven axle, at the road", "F0", 0.0, 300.0),),
-    reference="churning oil, seals and bearings of a final drive and its machines: 20 to 100 N of a passenger car",
+    reference="oil churning, seals and bearings of a final drive and its machines: 20 to 100 N for a passenger car",
     label="a driveline that drags",
     signature="The drive force exceeds the road load by the same force at every speed.",
     alike=("brake_drag", "rolling_resistance", "torque_offset", "torque_gain"),
-    confirm="Coast down with the half-shafts taken out, or turn the driven wheels on stands with a torque wrench.",
+    confirm="Coast down with the half-shafts removed, or turn the driven wheels on stands with a torque wrench.",
     tags={"of_a_car", "open_road"},
 )
 def driveline_drag(driveline: Law, s: Signals, q: Signals) -> Number:
-    """Spin losses of the driven axle that are there without any torque.
+    """Spin losses of the driven axle, independent of the torque.
 
-    F = F0 on the driven wheels. A loss that grows with speed is collinear with rolling resistance that does.
+    F = F0 on the driven wheels. A loss that increases with speed is collinear with such a rolling resistance.
     """
     return driveline(s.but(driveline_drag=s.driveline_drag + s.share * q.driveline_drag))

@@ -1,4 +1,4 @@
-"""Seals, bearings and oil of the driveline that take a constant torque before the half-shafts."""
+"""A constant torque loss by seals, bearings and oil of the driveline, before the half-shafts."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vdyn_cli.quantities.quantity import Quantity
     ),
     reference="seals, preloaded bearings and oil of a final drive and its machines: 5 to 30 N m at the wheels of a "
     "passenger car",
-    label="a driveline that takes a constant torque before the half-shafts",
-    signature="The drive torque exceeds that of the half-shafts by the same at every speed, with and without load.",
+    label="a driveline with a constant torque loss",
+    signature="The drive torque exceeds that of the half-shafts by the same amount at every speed and load.",
     alike=("torque_offset", "driveline_drag", "rolling_resistance", "driveline_viscous"),
     confirm="Turn the driven wheels on stands with a torque wrench, and read the torque channel at rest.",
     tags={"of_a_car", "driving"},
@@ -23,7 +23,7 @@ from vdyn_cli.quantities.quantity import Quantity
 def driveline_dry_loss(dry_loss: Law, s: Signals, q: Signals) -> Number:
     """A constant loss of the driveline between the torque's sensor and the half-shafts.
 
-    T = T0 at the driven wheels together, against the motion. A torque channel with a wrong zero does the same while the
-    car moves forward.
+    T = T0 at the driven wheels together, against the motion. A torque channel with a wrong zero has the same effect
+    while the car moves forward.
     """
     return dry_loss(s.but(dry_loss=s.dry_loss + q.driveline_dry_loss))

@@ -1,4 +1,4 @@
-"""Torque that gears turn into heat."""
+"""A driveline loss proportional to the torque."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(Quantity("driveline_loss", "", "share of the drive force lost behind the torque", "e", 0.0, 0.25),),
     reference="a helical stage under load loses 1 to 2 %, a final drive 2 to 5 %, and a torque computed from "
     "currents omits the motor's iron and friction losses: 2 to 8 %",
-    label="a driveline that loses a share of the torque",
-    signature="The simulated car gets faster than the real one in proportion to the drive torque, of either sign; they "
-    "agree while coasting.",
+    label="a driveline loss that is proportional to the torque",
+    signature="The simulated car becomes faster than the real one in proportion to the drive torque, of either sign; "
+    "they agree while coasting.",
     alike=("torque_gain", "wheel_radius", "mass_error", "driveline_efficiency", "driveline_drag"),
     confirm="Weigh the car, then measure the torque at the hubs or the pull of the car against a load cell.",
     tags={"driving"},
 )
 def driveline_loss(drive: Law, s: Signals, q: Signals) -> Number:
-    """Drive force that does not arrive: F = eta T i / r - e |eta T i / r|.
+    """A loss of drive force: F = eta T i / r - e |eta T i / r|.
 
-    What is lost opposes the motion: less arrives while the car is driven, and it slows down more while the wheels drive
-    the driveline, as under recuperation. Of a mass on a road, whose call states ``whole`` = 1 (the drive force at the
-    tires); in the full vehicle a loss before the half-shafts is a gain of the torque's reading.
+    The loss opposes the motion: less force acts while the car is driven, and it decelerates more while the wheels drive
+    the driveline, as under recuperation. Only for the model of a mass on a road, whose call states ``whole`` = 1; in
+    the full vehicle a loss before the half-shafts is equivalent to a gain of the torque's reading.
     """
     force = drive(s)
     return force - s.whole * q.driveline_loss * fabs(force)

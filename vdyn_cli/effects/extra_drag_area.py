@@ -1,4 +1,4 @@
-"""Drag of what the drawing does not show."""
+"""Additional drag area, such as that of measuring equipment."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from vdyn_cli.quantities.quantity import Quantity
     label="drag area that is not in the model",
     signature="The car slows down faster at high speed only, equally on every run and in both directions.",
     alike=("drag_area", "air_density", "headwind", "speed_dependent_rolling"),
-    confirm="Coast down from the same speed with the measuring equipment taken off, or from a higher speed.",
+    confirm="Coast down from the same speed with the measuring equipment removed, or from a higher speed.",
     tags={"of_a_car", "open_road"},
 )
 def extra_drag_area(air: Law, s: Signals, q: Signals) -> Number:
-    """More drag area than the baseline knows: measuring equipment on the outside, an open window, a roof rack.
+    """Drag area that is not in the baseline: external measuring equipment, an open window, a roof rack.
 
     F = 1/2 rho (Cd A + dCdA) (v + w) |v + w|. Collinear with Cd A where that is estimated.
     """

@@ -10,7 +10,7 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="force_x",
     unknowns=(Quantity("force_offset", "N", "reading of the force channel without force", "F0", -500, 500),),
-    reference="0.1 % of 24 kN is 24 N; rolling resistance in the channel is 30 to 60 N",
+    reference="0.1 % of 24 kN is 24 N; rolling resistance contributes 30 to 60 N to the channel",
     label="a longitudinal force with a wrong zero",
     signature="Force over slip is shifted up or down by the same force everywhere.",
     alike=("slip_offset",),
@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "slip_sweep"},
 )
 def force_offset(force_x: Law, s: Signals, q: Signals) -> Number:
-    """A force channel that is off by the same everywhere.
+    """A force channel with a constant error.
 
     F_read = F + F0.
     """

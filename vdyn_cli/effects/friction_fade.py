@@ -1,4 +1,4 @@
-"""Friction that is lost with sliding speed."""
+"""Friction that decreases with sliding speed."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from vdyn_cli.engine.maths import tanh
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
-CORNER = 0.05  # m/s
+CORNER = 0.05  # m/s, over which |vs| is smoothed
 
 
 @effect(
     on="friction",
     unknowns=(Quantity("friction_fade", "s/m", "share of friction lost per sliding speed", "kv", -0.005, 0.06),),
     reference="sliding friction of rubber on wet and dry roads: 0.5 to 3 % per m/s; ranges as in Pacejka 2012, 4.3.2",
-    label="friction that fades with sliding speed",
+    label="friction that decreases with sliding speed",
     signature="Beyond the peak, a fast sweep decreases more steeply than a slow one.",
     alike=("tire_C", "tire_E", "load_sensitivity"),
     confirm="Sweep beyond the peak at a third of the speed.",
     tags={"slip_sweep"},
 )
 def friction_fade(friction: Law, s: Signals, q: Signals) -> Number:
-    """Rubber that grips less the faster it slides, beyond what the curve's own fall over slip says.
+    """Peak friction that decreases with sliding speed, in addition to the curve's decrease over slip.
 
     D (1 - kv |vs|), vs = s V.
     """

@@ -7,7 +7,7 @@ from vdyn_cli.engine.maths import fabs, fmax
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
-KNOTS = 36  # over the road: dips and crests of a twentieth of it and longer are followed
+KNOTS = 36  # over the road: resolve dips and crests of a twentieth of it and longer
 SLOPES = tuple(f"grade_{k}" for k in range(1, KNOTS + 1))
 STEEP = 0.03  # slope that public roads seldom exceed for long
 
@@ -30,11 +30,11 @@ def _slope(name: str, knot: int) -> Quantity:
     covers=("road_slope", "shared_road"),
 )
 def grade_profile(grade: Law, s: Signals, q: Signals) -> Number:
-    """A slope that changes along the road, and is met again, mirrored, on the way back.
+    """A slope that changes along the road, with the opposite sign on the way back.
 
     i = i_known + h sum_k i_k hat_k(h x), heading h = +1 out, -1 back; x m in the direction of driving, so that h x is
-    the road's coordinate, rising on the way out. Hats stand on equal knots from road_begin to road_end; beyond them the
-    profile falls to nothing within one knot's distance.
+    the road's coordinate, increasing on the way out. The hat functions have equidistant knots from road_begin to
+    road_end; beyond them the profile decreases to zero within one knot distance.
     """
     along = (s.heading * s.position - s.road_begin) / (s.road_end - s.road_begin) * (KNOTS - 1)
     slope: Number = 0.0

@@ -18,8 +18,8 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "wheel_spin"},
 )
 def hub_torque_gain(hub_torque: Law, s: Signals, q: Signals) -> Number:
-    """A torque sensor at the hub whose scale is off against that of the force sensor.
+    """A torque sensor at the hub whose gain differs from that of the force sensor.
 
-    T = T_read / (1 + g). In steady driving it is the same as a radius 1 + g times as large.
+    T = T_read / (1 + g). In steady driving it is equivalent to a radius that is 1 + g times as large.
     """
     return hub_torque(s) / (1 + q.hub_torque_gain)

@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"of_a_car", "sensor", "wheel_spin"},
 )
 def hub_torque_offset(hub_torque: Law, s: Signals, q: Signals) -> Number:
-    """A torque sensor at the hub whose zero is off by the same in every run, beyond its data sheet.
+    """A torque sensor at the hub with the same zero error in every run, beyond its data sheet.
 
     T = T_read - T0.
     """

@@ -1,4 +1,4 @@
-"""Friction that falls with the load."""
+"""Friction that decreases with the load."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from vdyn_cli.quantities.quantity import Quantity
         Quantity("load_sensitivity", "1/N", "share by which friction falls per newton of load", "k", -2e-5, 1.5e-4),
     ),
     reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, 4.3.2: 1 to 4 % per kN for passenger cars",
-    label="friction that falls with the load",
+    label="friction that decreases with the load",
     signature="The friction of sweeps at a higher load is lower, most of all at the peak.",
     alike=("tire_D", "friction_fade"),
     confirm="Sweep at half and at twice the load, at one speed.",
     tags={"slip_sweep"},
 )
 def load_sensitivity(friction: Law, s: Signals, q: Signals) -> Number:
-    """A tire that grips less, per newton, the more it carries.
+    """A friction coefficient that decreases with the vertical load.
 
     D (1 - k (Fz - F0)), F0 the mean load of all sweeps.
     """

@@ -10,7 +10,7 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="parameters",
     unknowns=(Quantity("mass_error", "", "share by which the true mass exceeds the given one", "", -0.15, 0.15),),
-    reference="weighing without crew, fuel or rig: two people and a rig are 10 % of a car",
+    reference="weighing without crew, fuel or equipment: two people and equipment are 10 % of a car",
     label="a wrong mass",
     signature="In coasts all forces have the same relative error; under power the car accelerates too fast or "
     "too slowly.",
@@ -23,7 +23,7 @@ from vdyn_cli.quantities.quantity import Quantity
     corrects="mass",
 )
 def mass_error(parameters: Law, s: Signals, q: Signals) -> Number:
-    """A vehicle that is heavier or lighter than the description says.
+    """A vehicle that is heavier or lighter than described.
 
     M (1 + q) wherever mass enters: inertia, weight on the tires, slope.
     """

@@ -1,4 +1,4 @@
-"""Machines that turn along."""
+"""Inertia of motors and gears on the inner side of the half-shafts."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"driving"},
 )
 def motor_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
-    """Motors, gears and shafts inside the half-shafts whose inertia is not in the model.
+    """Motors, gears and shafts on the inner side of the half-shafts whose inertia is not in the model.
 
-    Jd + q, seen at the driven wheels together: of what turns with the differential's carrier.
+    Jd + q, reduced to the driven wheels together: of all parts that turn with the differential's carrier.
     """
     return parameters(s.but(driveline_inertia=s.driveline_inertia + q.motor_inertia))

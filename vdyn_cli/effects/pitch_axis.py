@@ -11,7 +11,7 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="motion_moment",
     unknowns=(Quantity("pitch_axis", "m", "distance of the pitch axis below the center of gravity", "e", -0.3, 0.6),),
-    reference="moments of a body on its springs; suspensions put the axis near the road or near the wheel centers",
+    reference="moments of a sprung body; suspension kinematics put the axis near the road or the wheel centers",
     label="a pitch axis below the center of gravity",
     signature="The residual is proportional to the pitch angle; the estimated height is some per cent too high.",
     alike=("cg_height", "accelerometer_tilt"),
@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"pitching"},
 )
 def pitch_axis(motion_moment: Law, s: Signals, q: Signals) -> Number:
-    """A center of gravity that moves to the rear when the nose rises, since the body turns about an axis below it.
+    """A center of gravity that moves to the rear when the nose rises, because the body turns about an axis below it.
 
     Its weight then adds the moment M g e th.
     """

@@ -21,8 +21,8 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"bump_crossing"},
 )
 def progressive_spring(spring: Law, s: Signals, q: Signals) -> Number:
-    """Springs whose stiffness grows with compression: progressive coils, bump stops, levers that turn.
+    """Springs whose stiffness increases with compression: progressive coils, bump stops, changing lever ratios.
 
-    F = K x (1 + k2 x) for a compression x: stiffness K (1 + 2 k2 x), less in extension.
+    F = K x (1 + k2 x) for a compression x: stiffness K (1 + 2 k2 x), lower in extension.
     """
     return spring(s) - q.progressive_spring * s.stiffness * s.stroke**2

@@ -1,4 +1,4 @@
-"""Rear wheel loads that come late: each axle has a logger of its own."""
+"""Rear wheel loads that are logged late, where each axle has its own logger."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on="rear_load_clock",
     unknowns=(
-        Quantity("rear_load_delay", "s", "by which rear loads are logged later than front loads", "tau", -0.2, 0.2),
+        Quantity("rear_load_delay", "s", "delay of the rear loads relative to the front loads", "tau", -0.2, 0.2),
     ),
     reference="latency of telemetry from a wheel: 1 to 20 ms; loggers without a common trigger: a sample or more",
-    label="rear wheel loads that come late",
-    signature="The residual of the rear load is proportional to that load's slope, by the same time at every speed.",
+    label="rear wheel loads that are logged late",
+    signature="The residual of the rear load is proportional to that load's time derivative, equally at every speed.",
     alike=("clock_offset", "bump_width_error", "speed_error"),
     confirm="Drop the car off a jack on both axles at once while all loads are logged, and compare the times.",
-    sense="(below zero: the front loads, and the body's motion, come late)",
+    sense="(below zero: the front loads and the body's motion are late)",
     tags={"sensor", "bump_crossing"},
 )
 def rear_load_delay(clock: Law, s: Signals, q: Signals) -> Number:
-    """The rear axle's loads are logged late against the other channels: F_read(t) = F(t - tau).
+    """Loads of the rear axle that are logged late relative to the other channels: F_read(t) = F(t - tau).
 
-    Where only loads are logged, front loads that come early look the same.
+    Where only loads are logged, early front loads look the same.
     """
     return clock(s) - q.rear_load_delay

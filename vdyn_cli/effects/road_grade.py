@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Quantity
     label="a road slope",
     signature="Runs out and back differ by a force that is the same at every speed.",
     alike=("headwind", "rolling_resistance", "torque_offset", "accelerometer_offset"),
-    confirm="Let the car roll slowly, below 20 km/h, both ways over the same stretch, or level the road.",
+    confirm="Let the car roll slowly, below 20 km/h, in both directions over the same segment, or survey the road.",
     sense="uphill on the way out",
     tags={"test_only", "turns_with_heading", "open_road", "pitching"},
     covers=("road_slope",),

@@ -1,4 +1,4 @@
-"""Inertia of all that turns."""
+"""Inertia of rotating parts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vdyn_cli.quantities.quantity import Quantity
 def rotating_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels, shafts and machines that turn with the car and are not in its rotating mass.
 
-    (M + mr + q) V' = F. Where wheels turn one by one, each gets a quarter as moment of inertia, q r^2 / 4.
+    (M + mr + q) V' = F. In a model with single wheels, each receives a quarter as moment of inertia, q r^2 / 4.
     """
     if hasattr(s, "rotating_mass"):
         return parameters(s.but(rotating_mass=s.rotating_mass + q.extra_rotating_mass))

@@ -1,4 +1,4 @@
-"""Joints that give beside the half-shaft."""
+"""Compliant joints in series with the half-shaft."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"shaft_twist", "beside_drawing"},
 )
 def series_compliance(shaft: Law, s: Signals, q: Signals) -> Number:
-    """Constant-velocity joints and splines that twist along with the bar.
+    """Constant-velocity joints and splines that twist in series with the bar.
 
-    1/k = 1/k_bar + s. Shows only against a drawing, or another measurement of the bar alone.
+    1/k = 1/k_bar + s. Visible only in comparison with a drawing, or another measurement of the bar alone.
     """
     return shaft(s.but(stiffness=s.stiffness / (1 + s.stiffness * q.series_compliance)))

@@ -1,4 +1,4 @@
-"""Half-shafts of another damping."""
+"""A wrong damping of the half-shafts."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from vdyn_cli.quantities.quantity import Quantity
     on="parameters",
     unknowns=(Quantity("shaft_damping_error", "", "share by which both shafts damp more than given", "", -0.95, 3.0),),
     reference="damping of steel shafts with joints is seldom known within a factor of two",
-    label="half-shafts of another damping",
+    label="half-shaft damping that differs from the given one",
     signature="After a torque step the half-shafts' oscillation decays faster or more slowly than simulated.",
     alike=("shaft_stiffness", "tire_relaxation", "backlash"),
     confirm="Step the torque and release it at once, several times, at one speed.",
     tags={"driving"},
 )
 def shaft_damping(parameters: Law, s: Signals, q: Signals) -> Number:
-    """Half-shafts that damp more or less than the model says, left and right by the same share.
+    """Half-shafts with a higher or lower damping than in the model, left and right by the same share.
 
     c (1 + q)
     """

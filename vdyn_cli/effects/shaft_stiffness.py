@@ -1,4 +1,4 @@
-"""Half-shafts of another stiffness."""
+"""A wrong stiffness of the half-shafts."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from vdyn_cli.quantities.quantity import Quantity
         Quantity("shaft_stiffness_error", "", "share by which both shafts are stiffer than given", "", -0.8, 1.5),
     ),
     reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
-    label="half-shafts of another stiffness",
-    signature="After a torque step the half-shafts oscillate at another frequency than simulated.",
+    label="half-shaft stiffness that differs from the given one",
+    signature="After a torque step the half-shafts oscillate at a different frequency than simulated.",
     alike=("motor_inertia", "tire_relaxation", "backlash", "shaft_damping"),
     confirm="Clamp the wheel and twist the inner end by a known torque, or step the torque at several speeds.",
     tags={"driving"},
 )
 def shaft_stiffness(parameters: Law, s: Signals, q: Signals) -> Number:
-    """Half-shafts that are softer or stiffer than the model says, left and right by the same share.
+    """Half-shafts that are softer or stiffer than in the model, left and right by the same share.
 
     k (1 + q)
     """

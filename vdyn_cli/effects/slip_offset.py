@@ -14,12 +14,12 @@ from vdyn_cli.quantities.quantity import Quantity
     label="a slip with a wrong zero",
     signature="The curve crosses zero force at a slip other than zero.",
     alike=("force_offset", "wheel_radius"),
-    confirm="Let the wheel roll free at the speed of the sweeps: its slip there is the zero.",
+    confirm="Let the wheel roll freely at the speed of the sweeps: its slip there is the zero.",
     tags={"sensor", "slip_sweep"},
 )
 def slip_offset(slip: Law, s: Signals, q: Signals) -> Number:
     """A slip computed with a wrong radius, or from a speed sensor with a wrong gain.
 
-    s = (1 + s_read) (1 - s0) - 1: s0 without slip, none at a locked wheel.
+    s = (1 + s_read) (1 - s0) - 1: an error of s0 without slip, and of zero at a locked wheel.
     """
     return (1 + slip(s)) * (1 - q.slip_offset) - 1

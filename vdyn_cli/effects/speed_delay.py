@@ -1,4 +1,4 @@
-"""A speed that comes late."""
+"""A speed that is logged late."""
 
 from __future__ import annotations
 
@@ -20,6 +20,6 @@ from vdyn_cli.quantities.quantity import Quantity
 def speed_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """A speed channel whose clock lags that of the other channels.
 
-    It reads V(t - tau). In a coast alone it hides in the start speed.
+    It reads V(t - tau). In coasts alone it is collinear with the start speed.
     """
     return clock(s) - q.speed_delay

@@ -1,4 +1,4 @@
-"""Rolling resistance that rises with speed."""
+"""Rolling resistance that increases with speed."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="rolling",
-    unknowns=(Quantity("speed_dependent_rolling", "s/m", "rise of the coefficient with speed", "frr1", -4e-4, 4e-4),),
+    unknowns=(
+        Quantity("speed_dependent_rolling", "s/m", "increase of the coefficient with speed", "frr1", -4e-4, 4e-4),
+    ),
     reference="linear term of SAE J2452's shortened form; range: the linear term of EPA road loads, up to 6 N s/m",
-    label="rolling resistance that rises with speed",
+    label="rolling resistance that increases with speed",
     signature="The resistance residual is proportional to speed, equally in both directions.",
     alike=("drag_area", "extra_drag_area", "rolling_resistance"),
     confirm="Coast down over a wider range of speed: from the highest speed allowed to walking speed.",

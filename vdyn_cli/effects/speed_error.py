@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "bump_crossing"},
 )
 def speed_error(speed: Law, s: Signals, q: Signals) -> Number:
-    """A speed channel whose scale is off, so that the bump seems longer or shorter, and the axles further apart.
+    """A speed channel with a wrong gain, which changes the apparent length of bump and wheelbase.
 
     V = V_read / (1 + ev).
     """

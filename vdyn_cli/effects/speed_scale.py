@@ -33,7 +33,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "open_road"},
 )
 def speed_scale(speed: Law, s: Signals, q: Signals) -> Number:
-    """A speed channel whose scale is wrong.
+    """A speed channel with a wrong gain.
 
     It reads (1 + e) V; where the measured speed drives the model, V is the reading over 1 + e.
     """

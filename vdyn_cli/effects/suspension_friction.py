@@ -7,24 +7,24 @@ from vdyn_cli.engine.maths import soft_abs, sqrt, tanh
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
 
-STICK = 2e-4  # m, of stroke until a strut slips
-FASTEST = 2.5e-3  # s, within which friction turns in the fastest strokes
+STICK = 2e-4  # m of stroke until a strut slips
+FASTEST = 2.5e-3  # s, in which friction changes its sign in the fastest strokes
 STILL = 5e-5  # m/s, below which a strut is at rest
-DRY = 1e-6  # m/s, to which a turning rate of zero is rounded
-RATED = 1e-4  # m/s, turning rate from which friction follows the rate rather than the stroke
-LAG = 5e-4  # s, with which it follows the rate: half a step of the integration
-BENT = 2e-6  # m, of stroke within which it follows: 600 N on an axle of 70 kg then swing at less than 2.5 / ms
+DRY = 1e-6  # m/s, smallest turning rate
+RATED = 1e-4  # m/s, turning rate above which friction follows the stroke rate rather than the stroke
+LAG = 5e-4  # s, time constant with which it follows the rate: half a step of the integration
+BENT = 2e-6  # m of stroke within which it follows: 600 N on an axle of 70 kg then oscillate at less than 2.5 / ms
 
 
 def bristle(s: Signals) -> Number:
-    """Rate of the friction's sense z, from -1 to 1: it follows the stroke, and slips once it is fully bent.
+    """Rate z', 1/s, of the friction's state z (-1 to 1), which follows the stroke and slips when fully deflected.
 
     z' = (1 - m^2) (v - |v| z^5) / sqrt(STICK^2 + (FASTEST v)^2) + m (tanh(v / w) - z) / (LAG + BENT / w)
 
     with m = w / (w + RATED).
 
-    The fifth power makes it a spring that slips rather than a soft bend. Both rates are limited: with steps of 1 ms
-    the integration stays stable. With a turning rate w, friction is not held at rest, and z is tanh(v / w).
+    The fifth power gives a spring with a sharp onset of slip. Both rates are limited, so that the integration is stable
+    with steps of 1 ms. With a turning rate w, friction does not hold at rest, and z is tanh(v / w).
     Source: after Dahl, A Solid Friction Model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
     """
     v, z, w = s.stroke_rate, s.bristle, s.suspension_friction_rate
@@ -42,9 +42,11 @@ def bristle(s: Signals) -> Number:
         Quantity("suspension_friction_rate", "m/s", "stroke rate within which the friction turns", "w", -0.005, 0.02),
     ),
     nominal={"suspension_friction_rate": 0.0},
-    reference="Dahl 1968; 50 to 200 N a wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
+    reference="Dahl 1968; 50 to 200 N per wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
     states={"bristle": bristle},
-    probes=(400.0,),  # friction that holds the body where it stops is found from above; from zero only below 100 N
+    probes=(
+        400.0,
+    ),  # a fit started at zero finds only friction below 100 N, because more holds the body where it stops
     label="dry friction in the struts",
     signature="The load residual over stroke rate is a step at zero, equally high in slow and fast strokes.",
     alike=("asymmetric_damping", "tire_damping"),
@@ -53,9 +55,9 @@ def bristle(s: Signals) -> Number:
     tags={"bump_crossing"},
 )
 def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
-    """Dry friction of struts, bushings and seals, the same force at every stroke rate, against the motion.
+    """Dry friction of struts, bushings and seals: a force of constant magnitude against the motion.
 
-    F = C v + Fc z, z from -1 to 1 following the stroke over some tenths of a millimeter, or as tanh(v / w). A call that
-    stands for a part of the axle takes its share.
+    F = C v + Fc z, where z from -1 to 1 follows the stroke over some tenths of a millimeter, or is tanh(v / w). A call
+    that represents a part of the axle has its share.
     """
     return damper(s) + s.share * q.suspension_friction * s.bristle

@@ -1,4 +1,4 @@
-"""Tires that roll easier when it is warm."""
+"""Rolling resistance that decreases with temperature."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ REFERENCE = 293.15  # K
 
 @effect(
     on="rolling",
-    unknowns=(Quantity("temperature_rolling", "1/K", "fall of rolling resistance per kelvin", "k", 0.0, 0.03),),
+    unknowns=(Quantity("temperature_rolling", "1/K", "decrease of rolling resistance per kelvin", "k", 0.0, 0.03),),
     reference="coast-down standards correct by 8.6e-3 per kelvin to 20 degC; range: published tires have 5e-3 to 2e-2",
-    label="rolling resistance that falls with temperature",
+    label="rolling resistance that decreases with temperature",
     signature="Runs at a lower temperature slow down faster, each at a constant rate.",
     alike=("tire_warmup", "rolling_resistance"),
     confirm="Repeat the runs on a day that is 10 K warmer or colder, and state each run's temperature.",
     tags={"between_runs", "open_road"},
 )
 def temperature_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
-    """Rolling resistance that depends on the temperature of each run, where the baseline has one for all.
+    """Rolling resistance that depends on the temperature of each run, whereas the baseline has one for all runs.
 
-    frr / (1 + k (T - 20 degC)). Needs runs whose stated temperatures differ.
+    frr / (1 + k (T - 20 degC)). Needs runs with different stated temperatures.
     """
     warmer = s.temperature - REFERENCE
     return rolling(s.but(rolling_resistance=s.rolling_resistance / (1.0 + q.temperature_rolling * warmer)))

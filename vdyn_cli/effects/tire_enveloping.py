@@ -1,4 +1,4 @@
-"""A tire that rests on a length of road rather than on a point."""
+"""A tire with a contact patch of finite length."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ NODES = ((0.119309593041598, 0.467913934572691), (0.330604693233132, 0.360761573
     on="road",
     unknowns=(Quantity("tire_enveloping", "m", "length of road over which the tire averages", "p", 0, 0.3),),
     reference="contact patches of 0.1 to 0.2 m; averaging after Zegelaar, The Dynamic Response of Tyres, Delft 1998",
-    probes=(0.06, 0.12, 0.2),  # a short patch changes a bump by p^2/24 times its bend: no slope at zero
+    probes=(
+        0.06,
+        0.12,
+        0.2,
+    ),  # a short patch changes a bump by p^2/24 times its curvature, so the derivative at zero vanishes
     label="tires that average the road over their contact patch",
     signature="The peak load on the bump is lower and its edges are smoother than simulated.",
     alike=("bump height", "bump width", "tire_damping"),
@@ -23,7 +27,7 @@ NODES = ((0.119309593041598, 0.467913934572691), (0.330604693233132, 0.360761573
     tags={"bump_crossing"},
 )
 def tire_enveloping(road: Law, s: Signals, q: Signals) -> Number:
-    """A contact patch that bridges what is shorter than itself: the tire feels the mean height under the patch.
+    """A contact patch that bridges shorter irregularities: the tire follows the mean height under the patch.
 
     u = 1/p integral of u(x + y) for y from -p/2 to p/2, by six nodes.
     """

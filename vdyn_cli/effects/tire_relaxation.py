@@ -1,4 +1,4 @@
-"""Tires whose slip takes longer to build up."""
+"""A wrong relaxation length of the tires."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="parameters",
-    unknowns=(Quantity("tire_relaxation", "m", "relaxation length beyond the model's", "sigma", -0.3, 1.0),),
-    reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012: 0.1 to 0.5 m along; longer when worn, hot or soft",
-    label="slip that builds up over another length",
+    unknowns=(Quantity("tire_relaxation", "m", "relaxation length minus that of the model", "sigma", -0.3, 1.0),),
+    reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012: 0.1 to 0.5 m lengthwise; more if worn, hot or soft",
+    label="a tire relaxation length that differs from the given one",
     signature="After a torque step the tire force lags; the lag is inversely proportional to speed.",
     alike=("shaft_stiffness", "speed_delay", "torque_delay", "clock_offset"),
     confirm="Step the torque at a third of the speed: a fixed delay stays the same, a relaxation length makes "
@@ -19,9 +19,9 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"driving", "slip_sweep"},
 )
 def tire_relaxation(parameters: Law, s: Signals, q: Signals) -> Number:
-    """A tire that has to roll farther, or less far, than the model says until its slip has built up.
+    """A tire that must roll farther, or less far, than in the model until its slip has built up.
 
-    (sigma + q) s' = (r om - V) - |V| s. Where the slip is measured, the force belongs to the slip of that distance
-    before.
+    (sigma + q) s' = (r om - V) - |V| s. Where the slip is measured, the force corresponds to the slip at a position
+    this distance earlier.
     """
     return parameters(s.but(tire_relaxation_length=s.tire_relaxation_length + q.tire_relaxation))

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Quantity
         Quantity("tire_warmup_time", "s", "time in which the increase falls to 37 %", "", 100.0, 3600.0),
     ),
     nominal={"tire_warmup_time": 600.0},
-    reference="rolling resistance falls from about twice for 10 to 30 minutes (warm-up of SAE J1263 and WLTP)",
+    reference="rolling resistance decreases from about twice over 10 to 30 minutes (warm-up of SAE J1263 and WLTP)",
     label="tires that were still warming up",
     signature="Early runs slow down faster than late ones, and the difference decays within some ten minutes.",
     alike=("brake_drag_fading", "temperature_rolling", "rolling_resistance"),
@@ -23,7 +23,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"test_only", "open_road"},
 )
 def tire_warmup(rolling: Law, s: Signals, q: Signals) -> Number:
-    """Tires that roll harder while they are cold.
+    """Tires with a higher rolling resistance while they are cold.
 
     frr (1 + k exp(-t/T)), t since the first run of the day, or the drive, began. T is 600 s where the data do not
     determine it.

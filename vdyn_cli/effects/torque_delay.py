@@ -1,4 +1,4 @@
-"""A torque that comes late."""
+"""A drive torque that is logged late."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vdyn_cli.quantities.quantity import Quantity
     unknowns=(
         Quantity("torque_delay", "s", "time by which the drive torque lags the other channels", "tau", -0.3, 0.3),
     ),
-    reference="torque read from a vehicle's bus comes 10 to 100 ms late",
+    reference="torque read from a vehicle's bus is 10 to 100 ms late",
     label="a drive torque with a wrong delay",
     signature="The real car responds to a torque step earlier than the simulated one, by a fixed time.",
     alike=("speed_delay", "backlash", "shaft_stiffness", "tire_relaxation"),
@@ -22,6 +22,6 @@ from vdyn_cli.quantities.quantity import Quantity
 def torque_delay(lead: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel whose clock lags that of the other channels.
 
-    It reads T(t - tau), so that the car feels what the log shows tau later.
+    It reads T(t - tau), so that the torque on the car is the one logged tau later.
     """
     return lead(s) + q.torque_delay

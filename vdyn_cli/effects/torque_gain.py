@@ -1,4 +1,4 @@
-"""A torque sensor with a wrong scale."""
+"""A drive torque with a wrong gain."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from vdyn_cli.quantities.quantity import Quantity
 @effect(
     on=("drive_torque", "drive_torque_left", "drive_torque_right"),
     unknowns=(Quantity("torque_gain", "", "share by which the drive torque reads too high", "e", -0.15, 0.15),),
-    reference="torque estimated from motor current is good to 1 to 5 %, measured by strain gauges to 0.1 to 0.5 %",
+    reference="torque from motor current has an error of 1 to 5 %, torque from strain gauges of 0.1 to 0.5 %",
     label="a drive torque with a wrong gain",
-    signature="The simulated car gets faster than the real one in proportion to the torque; they agree while coasting.",
+    signature="The simulated car becomes faster than the real one in proportion to the torque; they agree in coasts.",
     alike=("wheel_radius", "mass_error", "wheel_inertia", "driveline_drag", "driveline_efficiency"),
     confirm="Hang a known weight on a lever at the hub, or drive up a known slope slowly.",
     # A wrong motor constant (peak for rms current, line for phase), a unit, or the torque before or behind the gears.
@@ -30,8 +30,8 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "open_road"},
 )
 def torque_gain(drive_torque: Law, s: Signals, q: Signals) -> Number:
-    """A drive torque channel with a wrong scale.
+    """A drive torque channel with a wrong gain.
 
-    It reads (1 + e) T, so that the car feels the reading over 1 + e.
+    It reads (1 + e) T, so that the torque on the car is the reading over 1 + e.
     """
     return drive_torque(s.but(value=s.value / (1.0 + q.torque_gain)))

@@ -1,4 +1,4 @@
-"""A torque that acts, or was logged, behind a low-pass."""
+"""A first-order lag between the logged and the acting drive torque."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "open_road"},
 )
 def torque_lag(lag: Law, s: Signals, q: Signals) -> Number:
-    """A drive torque channel logged before a first-order lag, as of a command, or behind one, as of a filter.
+    """A drive torque channel logged before a first-order lag (a command), or behind one (a filtered signal).
 
     T' tau + T = T_read; below zero T = T_read - tau T_read'.
     """

@@ -1,4 +1,4 @@
-"""A torque sensor with a wrong zero."""
+"""A drive torque with a wrong zero."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Axles that bounce on their tires."""
+"""Inertia of axles that move vertically on their tires."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from vdyn_cli.quantities.quantity import Quantity
 
 @effect(
     on="load_moment",
-    unknowns=(Quantity("unsprung_mass", "kg", "mass of each axle that rides on the tires", "m", -10, 200),),
-    reference="70 to 100 kg an axle of a passenger car; tires deflect by 18 to 20 mm under its weight",
-    label="axles that bounce on their tires",
+    unknowns=(Quantity("unsprung_mass", "kg", "unsprung mass of each axle", "m", -10, 200),),
+    reference="70 to 100 kg per axle of a passenger car; tires deflect by 18 to 20 mm under its weight",
+    label="unsprung mass that is not in the model",
     signature="The residual is proportional to the second derivative of the axle loads: largest at fast pedal steps.",
     alike=("clock_offset", "pitch_inertia"),
     confirm="Weigh a wheel with its carrier, half of the links and shafts added.",
     tags={"pitching"},
 )
 def unsprung_mass(load_moment: Law, s: Signals, q: Signals) -> Number:
-    """Axles whose own mass moves up and down on the tires while the body pitches.
+    """Axles whose mass moves vertically on the tires while the body pitches.
 
-    The body is pushed up by F - m (g + z'') at either axle, z'' = -F''/Kt, and its center lies
-    lr' = (M lr - m L)/(M - 2 m) ahead of the rear axle. Kt is the tires' vertical stiffness: known, or that of tires
-    that give 19.5 mm under the car.
+    The force on the body is F - m (g + z'') at either axle, z'' = -F''/Kt, and its center lies
+    lr' = (M lr - m L)/(M - 2 m) ahead of the rear axle. Kt is the tires' vertical stiffness, if known, else that of
+    tires that deflect by 19.5 mm under the car.
     """
     m = q.unsprung_mass
     return load_moment(

@@ -18,7 +18,7 @@ from vdyn_cli.quantities.quantity import Quantity
     tags={"sensor", "pitching"},
 )
 def wheel_force_gain(wheel_force: Law, s: Signals, q: Signals) -> Number:
-    """Wheel load sensors that all read too much, or too little.
+    """Wheel load sensors with a common gain error.
 
     F = F_read / (1 + g).
     """

@@ -21,8 +21,8 @@ from vdyn_cli.quantities.quantity import Quantity
     corrects="wheel_inertia",
 )
 def wheel_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
-    """Wheels that are harder or easier to turn than the model says.
+    """Wheels with a larger or smaller moment of inertia than in the model.
 
-    Jw (1 + q), all four alike.
+    Jw (1 + q), the same for all four.
     """
     return parameters(s.but(wheel_inertia=s.wheel_inertia * (1.0 + q.wheel_inertia_error)))

@@ -1,4 +1,4 @@
-"""Air that a turning wheel stirs."""
+"""Windage of a turning wheel."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from vdyn_cli.quantities.quantity import Quantity
         Quantity("wheel_windage", "N m s^2/rad^2", "drag torque of the air per squared speed", "cw", -5e-5, 1e-3),
     ),
     reference="ventilation of a car's wheel: 1 to 5 N m at 100 rad/s (Wickern et al., SAE 970133)",
-    label="a wheel that stirs the air",
+    label="wheel windage",
     signature="The torque residual increases with the square of the wheel's speed.",
     alike=("bearing_drag",),
     confirm="Spin the wheel with its spokes covered by a disc.",
     tags={"free_wheel_spin"},
 )
 def wheel_windage(bearing: Law, s: Signals, q: Signals) -> Number:
-    """Air that spokes and tread throw outward, which takes a torque in proportion to the squared speed.
+    """Aerodynamic drag torque of spokes and tread, proportional to the squared speed.
 
     Tw = cw om |om|.
     """

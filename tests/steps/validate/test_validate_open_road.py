@@ -49,7 +49,7 @@ def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_told(lossy: tu
     (losses,) = [s for s in sets if "driveline_loss" in s]
     assert losses <= LOSSES
     assert len(losses) > 1
-    assert "hills that the accelerometer felt" in told.sentence.lower()
+    assert "hills that the accelerometer measured" in told.sentence.lower()
     assert told.gain is not None
     assert told.gain.after < 0.4 * told.gain.before
     assert told.gain.interval95[0] > 0
