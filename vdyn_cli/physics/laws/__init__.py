@@ -1,1 +1,1 @@
-"""Laws of single elements, one per file, in plain arithmetic on named signals."""
+"""Laws of single elements, in plain arithmetic on named signals."""

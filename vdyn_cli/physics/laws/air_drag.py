@@ -1,4 +1,4 @@
-"""The air's drag on the vehicle."""
+"""Aerodynamic drag of the vehicle."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def air(s: Signals) -> Number:
 
     Notes
     -----
-    Assumes that Cd does not change with speed or with the angle of the flow: a crosswind is not in it.
+    Assumes that Cd does not change with speed or with the angle of the flow; a crosswind is not included.
     Source: doi:10.4271/2017-01-1574, equation (2).
     """
     flow = s.speed + s.wind
@@ -25,7 +25,7 @@ def air(s: Signals) -> Number:
 
 
 def gust_drag(s: Signals) -> Number:
-    """Increase of the mean drag by gusts, N: drag is quadratic, so that a wind of zero mean does not average out.
+    """Increase of the mean drag by gusts, N: drag is quadratic, so a wind of zero mean does not average out.
 
     E[1/2 rho Cd A (V + w)^2] = 1/2 rho Cd A (V^2 + var w)
 

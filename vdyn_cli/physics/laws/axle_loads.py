@@ -1,4 +1,4 @@
-"""Moments about the rear axle's contact: of the axle loads, and of the vehicle's motion."""
+"""Moments about the rear contact, of the axle loads and of the vehicle's motion."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ def load_moment(s: Signals) -> Number:
 
     L Ff - lr (Ff + Fr)
 
-    With both axles' loads measured the body's heave drops out.
+    With both axle loads measured it does not depend on the body's heave.
 
-    Signals: ``front_load``, ``rear_load`` N, what each axle is pushed up with; ``front_axle_acceleration``,
-    ``rear_axle_acceleration`` m/s^2, upward, of what rides on the tires; ``mass``, ``wheelbase``, ``cg_to_rear``.
+    Signals: ``front_load``, ``rear_load`` N, upward forces on each axle; ``front_axle_acceleration``,
+    ``rear_axle_acceleration`` m/s^2, upward, of the unsprung masses; ``mass``, ``wheelbase``, ``cg_to_rear``.
     """
     return s.wheelbase * s.front_load - s.cg_to_rear * (s.front_load + s.rear_load)
 
@@ -23,15 +23,15 @@ def motion_moment(s: Signals) -> Number:
 
     (M h + J) a + h W + Fd hd - I th'',   a = a_antenna + (H - h) th'' + d th'^2
 
-    J = sum of the wheels' inertia over their radius: wheels that spin up take load off the front axle as if the center
-    of gravity were higher by J/M (some 10 mm for a car).
+    J = sum of the wheels' inertia over their radius: accelerating wheels reduce the load of the front axle as if the
+    center of gravity were higher by J/M (some 10 mm for a car).
 
     Signals: ``acceleration`` m/s^2 of the antenna, free of gravity; ``pitch`` rad, ``pitch_rate``,
     ``pitch_acceleration`` nose-up, rad/s, rad/s^2; ``climb`` N, the weight along the road (W), positive uphill;
     ``drag`` N at ``drag_height`` m; ``mass``, ``cg_height``, ``pitch_inertia``, ``antenna_height``,
     ``antenna_offset`` (ahead of the center of gravity), ``spin`` kg m (J).
 
-    Assumes a body that pitches as one; source: SAE 2017-01-1574, equations (5) to (7), with the wheels' spin added.
+    Assumes a rigid body; source: SAE 2017-01-1574, equations (5) to (7), with the wheels' inertia added.
     """
     lever = s.antenna_height - s.cg_height
     acceleration = s.acceleration + lever * s.pitch_acceleration + s.antenna_offset * s.pitch_rate**2

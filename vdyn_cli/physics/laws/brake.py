@@ -1,4 +1,4 @@
-"""The brakes' force on the road."""
+"""Brake force at the tire contacts."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ def brake(s: Signals) -> Number:
     Parameters
     ----------
     s : brake_force N (0 without braking: dragging pads are an effect on this law), speed m/s, sense (-1 to 1, see
-        ``standstill``), share (of all the vehicle's brakes that this call stands for).
+        ``standstill_friction``), share (of the vehicle's brakes that this call represents).
     """
     return s.brake_force * s.sense

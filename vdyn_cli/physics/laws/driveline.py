@@ -17,14 +17,14 @@ def drive(s: Signals) -> Number:
 
     Notes
     -----
-    eta takes the share of power that teeth and bearings turn into heat under load. It holds for driving; a driveline
-    that is driven by the wheels loses on the other side.
+    eta includes the losses of gears and bearings under load. It holds for driving; when the wheels drive the driveline,
+    the loss has the opposite sign.
     """
     return s.driveline_efficiency * s.drive_torque * s.gear_ratio / s.wheel_radius
 
 
 def spin_loss(s: Signals) -> Number:
-    """Loss between the torque's sensor and the driven wheels, N m at the wheels: T = c V / r, none in the baseline.
+    """Loss between the torque's sensor and the driven wheels, N m at the wheels: T = c V / r, zero in the baseline.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def spin_loss(s: Signals) -> Number:
 
 
 def dry_loss(s: Signals) -> Number:
-    """Constant loss between the torque's sensor and the half-shafts, N m at the wheels; none in the baseline.
+    """Constant loss between the torque's sensor and the half-shafts, N m at the wheels; zero in the baseline.
 
     T = T0 s
 
@@ -52,7 +52,7 @@ def driveline(s: Signals) -> Number:
 
     Parameters
     ----------
-    s : driveline_drag F0 in N, driveline_viscous c in N s/m, speed m/s, sense s (-1 to 1, see ``standstill``), share
-        (of the driven wheels that this call stands for).
+    s : driveline_drag F0 in N, driveline_viscous c in N s/m, speed m/s, sense s (-1 to 1, see ``standstill_friction``),
+        share (of the driven wheels that this call represents).
     """
     return (s.driveline_drag + s.driveline_viscous * s.speed) * s.sense

@@ -8,7 +8,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 
 def climb(s: Signals) -> Number:
-    """Weight along the road, N, positive uphill.
+    """Component of the weight along the road, N, positive uphill.
 
     M g sin(atan(i)) = M g i / sqrt(1 + i^2)
 
@@ -20,7 +20,7 @@ def climb(s: Signals) -> Number:
 
 
 def slope(s: Signals) -> Number:
-    """Grade in the direction of driving, of a road that leads up on the way out.
+    """Grade in the direction of driving, with a mean slope of the road that is uphill on the way out.
 
     i = i_known + h i_road
 

@@ -1,7 +1,7 @@
 """Equations of motion of a wheel as a compound, bifilar or torsional pendulum.
 
 Each law gives the angular acceleration, rad/s^2, from ``angle`` (rad from rest), ``rate`` (rad/s), ``stiffness``
-(the square of the small swing's angular frequency, 1/s^2) and ``slowing`` (rad/s^2).
+(w^2, the square of the angular frequency of small oscillations, 1/s^2) and ``slowing`` (rad/s^2).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from vdyn_cli.engine.maths import cos, fabs, sin, sqrt
 from vdyn_cli.engine.model_builder import Number, Signals
 
-TURNING = 0.01  # rad/s, over which dry friction turns
+TURNING = 0.01  # rad/s, over which dry friction changes its sign
 
 
 def slowing(s: Signals) -> Number:
@@ -33,13 +33,13 @@ def torsional(s: Signals) -> Number:
 def bifilar(s: Signals) -> Number:
     """A body on two parallel cords, turning about the vertical while it rises.
 
-    Cords of length l, half their spacing b, hang over the height z(phi) = sqrt(l^2 - 2 b^2 (1 - cos phi)); the body
-    rises by l - z, slope z1 = b^2 sin(phi) / z. Lagrange's equation, divided by J and with m/J = w^2 l / (g b^2):
+    Cords of length l at half spacing b have the vertical extent z(phi) = sqrt(l^2 - 2 b^2 (1 - cos phi)); the body
+    rises by l - z with slope z1 = b^2 sin(phi) / z. Lagrange's equation, divided by J, with m/J = w^2 l / (g b^2):
 
         phi'' (1 + m/J z1^2) = -m/J z1 (g + z2 phi'^2) - slowing
         z2 = d z1 / d phi = (b^2 cos(phi) + z1^2) / z
 
-    Small swings: w^2 = m g b^2 / (J l). Assumes inextensible cords without mass, the body level, no swaying.
+    Small oscillations: w^2 = m g b^2 / (J l). Assumes inextensible cords without mass, a level body, no swaying.
     """
     b2 = s.half_spacing**2
     height = sqrt(s.cord_length**2 - 2 * b2 * (1 - cos(s.angle)))

@@ -1,4 +1,4 @@
-"""Height of the road where a tire touches it, and the shapes that a bump can have."""
+"""Height of the road under a tire, and shapes of a bump."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Shape = Callable[[Number], Number]
 
 
 def road(s: Signals) -> Number:
-    """Height of the road under a contact point, m, beyond that before the bump.
+    """Height of the road under a contact point, m, relative to the road before the bump.
 
     u = A shape(x / lambda)
 
@@ -24,19 +24,19 @@ def road(s: Signals) -> Number:
 
     Notes
     -----
-    Assumes a road that is flat except for the bump, and a tire that touches it in one point.
+    Assumes a road that is flat except for the bump, and a tire with point contact.
     Source: doi:10.4271/2017-01-1574, equations (12) and (13).
     """
     return s.height * s.shape(s.position / s.width)
 
 
 def haversine(share: Number) -> Number:
-    """A whole period of a cosine, 1/2 (1 - cos(2 pi x / lambda)) = sin^2(pi x / lambda): smooth at its edges."""
+    """One period of a cosine, 1/2 (1 - cos(2 pi x / lambda)) = sin^2(pi x / lambda), smooth at its edges."""
     return sin(math.pi * fmin(fmax(share, 0.0), 1.0)) ** 2
 
 
 def half_sine(share: Number) -> Number:
-    """Half a sine, sin(pi x / lambda): with a corner at either edge."""
+    """Half a period of a sine, sin(pi x / lambda), with a corner at either edge."""
     return sin(math.pi * fmin(fmax(share, 0.0), 1.0))
 
 
@@ -47,8 +47,8 @@ def straight_lines(points: Sequence[tuple[float, float]]) -> Shape:
 
     Parameters
     ----------
-    points : (position, height) in m, positions rising. The road before lies at the first height, that after at the
-        last: a kerb is a profile that ends higher.
+    points : (position, height) in m, positions increasing. The road before has the first height, that after the last:
+        a curb is a profile that ends higher.
     """
     slopes = [(h2 - h1) / (x2 - x1) for (x1, h1), (x2, h2) in pairwise(points)]
     bends = [after - before for before, after in zip([0.0, *slopes], [*slopes, 0.0], strict=True)]

@@ -1,4 +1,4 @@
-"""The tires' rolling resistance."""
+"""Rolling resistance of the tires."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ def rolling(s: Signals) -> Number:
     Parameters
     ----------
     s : rolling_resistance, rolling_speed s/m (frr1), load N (Fz between tires and road; M g cos(grade) for all of
-        them), speed m/s, sense s (-1 to 1: with the motion, or held at rest; see ``standstill``), share (of the
-        vehicle's tires that this call stands for).
+        them), speed m/s, sense s (-1 to 1, see ``standstill_friction``), share (of the vehicle's tires that this call
+        represents).
 
     Notes
     -----

@@ -6,14 +6,14 @@ from vdyn_cli.engine.model_builder import Number, Signals
 
 
 def spring(s: Signals) -> Number:
-    """Force of an axle's springs, N, beyond that at rest; positive in extension: it pulls the body down.
+    """Force of an axle's springs relative to rest, N; positive in extension, when it pulls the body down.
 
     F = K x
 
     Parameters
     ----------
     s : stiffness N/m (both wheels of the axle), stroke m (extension from rest, compression negative),
-        share (of the axle that this call stands for: 1, or 1/2 for one wheel with half the axle's stiffness).
+        share (of the axle that this call represents: 1, or 1/2 for one wheel with half the axle's stiffness).
 
     Notes
     -----
@@ -23,7 +23,7 @@ def spring(s: Signals) -> Number:
 
 
 def damper(s: Signals) -> Number:
-    """Force of an axle's dampers, N; positive in rebound: it pulls the body down.
+    """Force of an axle's dampers, N; positive in rebound, when it pulls the body down.
 
     F = C x'
 
@@ -41,10 +41,10 @@ def damper(s: Signals) -> Number:
 
 
 def of_axle(s: Signals, balance: Number) -> Number:
-    """The factor of one axle where front and rear differ: 1 + b in front, 1 - b at the rear, b the balance.
+    """Factor of one axle where front and rear differ: 1 + b in front, 1 - b at the rear, with balance b.
 
     Parameters
     ----------
-    s : place, the call's ("_front", "_rl"). balance : (front - rear)/(front + rear).
+    s : place of the call ("_front", "_rl"). balance : b = (front - rear)/(front + rear).
     """
     return 1.0 - balance if s.place.startswith("_r") else 1.0 + balance

@@ -1,4 +1,4 @@
-"""Longitudinal and lateral force of a tire over its slip."""
+"""Longitudinal and lateral force of a tire as functions of its slip."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def tire(s: Signals) -> Number:
 
 
 def friction(s: Signals) -> Number:
-    """Peak friction, which falls with the load.
+    """Peak friction, which decreases with the load.
 
     D (1 - k (Fz - F0)), never below zero
 
-    Signals: ``load`` Fz and ``static_load`` F0 (at which D was found), N; ``tire_D`` D; ``tire_load_sensitivity`` k,
+    Signals: ``load`` Fz and ``static_load`` F0 (at which D was measured), N; ``tire_D`` D; ``tire_load_sensitivity`` k,
     1/N. Source: the linear term of Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.2.
     """
     return s.tire_D * fmax(1.0 - s.tire_load_sensitivity * (s.load - s.static_load), 0.0)
@@ -36,9 +36,9 @@ def cornering(s: Signals) -> Number:
 
     Fy = Fz D c a / sqrt(D^2 + (c a)^2)
 
-    Signals: ``load`` Fz, N; ``slip`` a, the sideways sliding over the speed (the tangent of the slip angle), positive
-    where the force is; ``tire_cornering_stiffness`` c, per load, 1/rad; ``tire_D`` D. Returns N. A saturating line:
-    enough where a car drives straight, and the sideways slip is a disturbance.
+    Signals: ``load`` Fz, N; ``slip`` a, lateral sliding over forward speed (the tangent of the slip angle), with the
+    sign of the force; ``tire_cornering_stiffness`` c, per load, 1/rad; ``tire_D`` D. Returns N. A saturating line is
+    sufficient for straight driving, where lateral slip is only a disturbance.
     """
     line = s.tire_cornering_stiffness * s.slip
     return s.load * s.tire_D * line / sqrt(s.tire_D**2 + line**2)

@@ -7,7 +7,7 @@ from vdyn_cli.engine.model_builder import Number, Signals
 
 QUICKEST = 1e-3  # s, shortest time constant of the slip, for a fixed integration step
 STILL = 1e-4  # m/s, speed below which slip does not decay
-WIDEST = 2.0  # slip beyond which sliding deflects the tread no further
+WIDEST = 2.0  # slip above which sliding does not deflect the tread further
 
 
 def fresh_tread(s: Signals) -> Number:
@@ -15,17 +15,17 @@ def fresh_tread(s: Signals) -> Number:
 
     e = |v| + |vs| (s/2)^4
 
-    At speed it is the hub's, for the wheel rolls. In a spin at rest the second term keeps the slip below 1.8; beside a
-    rolling wheel's it is nothing (at a slip of 0.2, 2e-5 of it). A rim that spins at more than 200 m/s is beyond it.
+    For a rolling wheel it is the speed of the hub; the second term is then negligible (2e-5 of it at a slip of 0.2).
+    For a wheel that spins at standstill the second term keeps the slip below 1.8, for rim speeds up to 200 m/s.
 
     Parameters
     ----------
-    s : speed v m/s of the hub, sliding and sideways m/s (vs together: of the tread over the road), slip and
-        lateral_slip (s together).
+    s : speed v m/s of the hub, sliding and sideways m/s (components of vs, of the tread over the road), slip and
+        lateral_slip (components of s).
 
     Notes
     -----
-    Both |.| are soft within 0.1 mm/s: what stands still does not let go of its bend.
+    Both |.| are smoothed within 0.1 mm/s, so that a tire at rest keeps its deflection.
     """
     sliding = sqrt(s.sliding**2 + s.sideways**2 + STILL**2) - STILL
     return soft_abs(s.speed, STILL) + sliding * ((s.slip**2 + s.lateral_slip**2) * (1.0 / WIDEST**2)) ** 2
@@ -63,7 +63,7 @@ def damped_slip(s: Signals) -> Number:
 
     Notes
     -----
-    Without it a car that has stopped rocks on its tires for ever. Above 5 m/s nothing is left of it. A stiffer tire
-    damps no more: a fixed step of 1 ms must follow a light wheel on it.
+    Without it a stopped car rocks on its tires forever. Above 5 m/s it is negligible. It does not increase with the
+    tire's stiffness, so that a light wheel remains stable with fixed steps of 1 ms.
     """
     return s.slip + s.sliding * (s.tire_rest_damping / s.stiffness / (1.0 + s.speed**4))

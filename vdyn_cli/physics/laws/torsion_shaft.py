@@ -1,4 +1,4 @@
-"""A half-shaft between its two ends, turning and at rest."""
+"""Torque and initial twist of a half-shaft."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def shaft(s: Signals) -> Number:
 
 
 def rest_twist(s: Signals) -> Number:
-    """Twist with which a half-shaft begins that carries a steady torque, rad.
+    """Initial twist of a half-shaft under a steady torque, rad.
 
     phi = T / k
 

@@ -7,7 +7,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 
 def bearing(s: Signals) -> Number:
-    """Friction torque outboard of the wheel force sensor, N m: T = T_b, none in the baseline."""
+    """Friction torque outboard of the wheel force sensor, N m: T = T_b, zero in the baseline."""
     return s.bearing_torque
 
 
@@ -15,15 +15,15 @@ def bearing_drag_torque(s: Signals) -> Number:
     """Drag torque of a wheel's bearing, seals and pads, N m: T = sense (Tb + cb |om|).
 
     Signals: ``bearing_torque`` Tb at standstill, N m; ``bearing_viscous`` cb, N m s/rad; ``wheel_speed`` om, rad/s;
-    ``sense`` -1 to 1, of the turning. Air about the wheel, which takes a torque with om^2, is not in it.
+    ``sense`` -1 to 1, direction of rotation. Windage, a torque proportional to om^2, is not included.
     """
     return s.bearing_torque * s.sense + s.bearing_viscous * s.wheel_speed
 
 
 def free_wheel_spin(s: Signals) -> Number:
-    """Angular acceleration of a wheel that touches nothing, rad/s^2: J om' = T - Tb.
+    """Angular acceleration of a free wheel, rad/s^2: J om' = T - Tb.
 
-    Signals: ``hub_torque`` T and ``bearing_torque`` Tb, N m; ``wheel_inertia`` J, kg m^2, of all that turns.
+    Signals: ``hub_torque`` T and ``bearing_torque`` Tb, N m; ``wheel_inertia`` J, kg m^2, of all rotating parts.
     """
     return (s.hub_torque - s.bearing_torque) / s.wheel_inertia
 
@@ -33,9 +33,9 @@ def wheel_spin(s: Signals) -> Number:
 
     Jw om' = T - Tb - (Fx + mw a) r - frr (Fz + mw g) r
 
-    with T the hub torque and Fx, Fz the hub forces (N m, N), a the specific force along the road (so that slope needs
-    no term of its own), mw the mass and r (m) the radius between hub and road. Assumes one radius for both levers and
-    a rolling wheel. Source: the wheel's moment balance, equations (19)-(22) of doi:10.4271/2017-01-1574.
+    with T the hub torque and Fx, Fz the hub forces (N m, N), a the specific force along the road (which includes the
+    slope), mw the mass and r (m) the radius between hub and road. Assumes one radius for both levers and a rolling
+    wheel. Source: the wheel's moment balance, equations (19)-(22) of doi:10.4271/2017-01-1574.
     """
     ground = s.hub_force_x + s.wheel_mass * s.acceleration
     load = s.hub_force_z + s.wheel_mass * GRAVITY

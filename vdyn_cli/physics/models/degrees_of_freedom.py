@@ -1,4 +1,4 @@
-"""The degrees of freedom of the full vehicle, counted as they are built."""
+"""The degrees of freedom of the full vehicle."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vdyn_cli.physics.models.vehicle_axle import Differential
 def degrees_of_freedom(
     driven: Driven = "front", torque: Torque = "axle", differential: Differential = "open"
 ) -> Mapping[str, int]:
-    """How many coordinates describe the vehicle's position, by what they describe.
+    """Number of coordinates of the vehicle's position, by what they describe.
 
     Parameters
     ----------
@@ -21,11 +21,11 @@ def degrees_of_freedom(
     -----
     A front-driven car has 16 with an open differential (the carrier turns at the mean of the two inner ends, so that
     it adds none), 15 with a locked one. SAE 2017-01-1574 counts 18, with a second twist in each half-shaft: a mass
-    within the stepped bar. Held at its ends such a bar turns at 2.0 kHz (right) and 3.8 kHz (left) about itself, and
-    with a joint of 0.003 kg m^2 in its middle at 0.7 kHz; integration steps of 1 ms cannot follow that, and it holds
-    less than 2e-3 of the wheel's inertia. Up to 40 Hz, where the driveline's modes lie, the sections in series,
-    1/k = sum 1/ki, are then exact to 0.4 %.
-    Slip, contact and friction have states of first order besides, which are no degrees of freedom.
+    within the stepped bar. With fixed ends such a bar oscillates at 2.0 kHz (right) and 3.8 kHz (left), and with a
+    joint of 0.003 kg m^2 in its middle at 0.7 kHz; integration steps of 1 ms cannot resolve that, and its inertia is
+    below 2e-3 of the wheel's. Up to 40 Hz, the range of the driveline's modes, the stiffness of the sections in series,
+    1/k = sum 1/ki, is accurate to 0.4 %.
+    Slip, contact and friction add states of first order, which are not degrees of freedom.
     """
     axles = 2 if driven == "both" else 1
     inner = 1 if torque == "axle" and differential == "locked" else 2

@@ -1,4 +1,4 @@
-"""A quarter or half car that is let go above its rest: springs, dampers and tires bring it down."""
+"""A quarter or half car released above its rest position: motion on springs, dampers and tires."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ AXLES = ("front", "rear")
 
 
 def sought(axles: tuple[str, ...]) -> tuple[str, ...]:
-    """The parameters that a drop determines: of each axle on the rig, and of the tires."""
+    """Names of the parameters that a drop determines: of each axle on the rig, and of the tires."""
     kinds = ("suspension_stiffness", "suspension_damping")
     return (*(f"{kind}_{end}" for kind in kinds for end in axles), "tire_vertical_stiffness")
 
 
 def given(axles: tuple[str, ...]) -> tuple[str, ...]:
-    """The parameters that must be known: masses; of both axles also lengths and the body's pitch inertia."""
+    """Names of the parameters that must be known: masses; for both axles also lengths and the body's pitch inertia."""
     if len(axles) == 1:
         return ("sprung_mass", f"unsprung_mass_{axles[0]}")
     return ("mass", "sprung_pitch_inertia", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear")
 
 
 def motions(axles: tuple[str, ...]) -> tuple[str, ...]:
-    """The states, each with its rate: of the body, then of each axle."""
+    """Names of the coordinates of the body, then of each axle; each has a rate as further state."""
     body = ("heave", "pitch") if len(axles) == 2 else ("heave",)
     return (*body, *(f"wheel_{end}" for end in axles))
 
 
 @cache
 def dropped_car(axles: tuple[str, ...] = AXLES) -> Model:
-    """Two degrees of freedom of one axle, or the half car's four, from any start; everything beyond its rest.
+    """One axle with two degrees of freedom, or the half car with four, from any initial state, relative to rest.
 
     Ms z'' = -S,   mu y'' = S + Fz - F0,   S = K (z - y) + C (z' - y'),   Fz = max(0, F0 - Kt y)
 
@@ -51,8 +51,8 @@ def dropped_car(axles: tuple[str, ...] = AXLES) -> Model:
 
     Notes
     -----
-    ``sprung_mass`` of one axle is what its springs carry. Gravity is in the loads at rest F0, so that a wheel may hang
-    in the air at first. Source: as ``models.half_car``.
+    ``sprung_mass`` of one axle is the mass on its springs. Gravity is in the loads at rest F0, so that a wheel may be
+    in the air initially. Source: as ``models.half_car``.
     """
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
@@ -85,7 +85,7 @@ def dropped_car(axles: tuple[str, ...] = AXLES) -> Model:
 def _axle(
     e: ModelBuilder, end: str, body: tuple[Number, Number], wheel: tuple[Number, Number], static: Number
 ) -> Number:
-    """One axle's motion; returns what its springs and dampers pull the body down by, N."""
+    """Add one axle's motion; returns the downward force of its springs and dampers on the body relative to rest, N."""
     p, at, (y, v) = e.p, f"_{end}", wheel
     load = e(
         tire_vertical,

@@ -1,4 +1,4 @@
-"""A wheel spun up and down on a stand: a torque at its hub turns it, and its bearing drags."""
+"""A wheel spun up and down on a stand: torque at its hub, drag of its bearing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ DRAG = ("bearing_torque", "bearing_viscous")
 
 
 def _assemble(e: ModelBuilder, u: Signals) -> None:
-    """The wheel's speed from the torque at its hub; it drags as at the measured speed, which noise moves little."""
+    """The wheel's speed from the torque at its hub, with a drag by the measured speed, whose noise matters little."""
     p = e.p
     speed = u.wheel_speed
     drag = e(

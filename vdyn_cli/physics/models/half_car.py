@@ -1,4 +1,4 @@
-"""The half car: a body on two axles that roll over a bump, one a wheelbase after the other."""
+"""The half car: a body on two axles that roll over a bump one after the other."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ GIVEN = (
 )
 CROSSING = ("distance_front", "speed_scale", "speed_ramp")
 BODY = ("heave", "heave_rate", "pitch", "pitch_rate")
-SLOPE_STEP = 5e-4  # m, for the rate at which the road rises
+SLOPE_STEP = 5e-4  # m, difference step for the slope of the road
 
 Points = tuple[tuple[float, float], ...]
 
@@ -33,7 +33,7 @@ Points = tuple[tuple[float, float], ...]
 def sprung_body(
     mass: Number, cg_to_front: Number, wheelbase: Number, unsprung_mass_front: Number, unsprung_mass_rear: Number
 ) -> tuple[Number, Number]:
-    """Mass of the sprung body, kg, and how far its center lies behind the front axle, m.
+    """Mass of the sprung body, kg, and distance of its center behind the front axle, m.
 
     Ms = M - mf - mr,   Ms lf = M cg_to_front - mr L   (moments about the front axle)
     """
@@ -46,7 +46,7 @@ BODY_OF = ("mass", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_
 
 @cache
 def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
-    """Heave and pitch of the body, two axles, tires that lift off; everything beyond its rest.
+    """Heave and pitch of the body and two axles, with tires that lift off, relative to rest.
 
     Ms z'' = -Sf - Sr,   Is th'' = -lf Sf + lr Sr,   mf zf'' = Sf + Fzf - F0f,   mr zr'' = Sr + Fzr - F0r
 
@@ -61,11 +61,11 @@ def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
 
     Notes
     -----
-    Inputs: speed m/s and elapsed s, from which speed_scale (relative) and speed_ramp (m/s^2) correct the speed.
-    ``mass`` and ``cg_to_front`` are the whole car's, ``sprung_pitch_inertia`` that of the body about its own center,
-    which lies lf behind the front axle (``sprung_body``). ``outboard_mass`` is the mass of an axle's wheels
+    Inputs: speed m/s and elapsed s; speed_scale (relative) and speed_ramp (m/s^2, times elapsed) correct the speed.
+    ``mass`` and ``cg_to_front`` are the whole car's, ``sprung_pitch_inertia`` is that of the body about its center,
+    which is lf behind the front axle (``sprung_body``). ``outboard_mass`` is the mass of an axle's wheels
     outside the load sensors: 0 where the loads are those on the road, else a sensor reads Fz - m (g + z'').
-    Assumes small angles, vertical motion independent of the longitudinal one, both wheels of an axle alike.
+    Assumes small angles, vertical motion independent of the longitudinal one, equal wheels of an axle.
     Source: doi:10.4271/2017-01-1574, equations (8) to (15).
     """
     return _model({"haversine": haversine, "half_sine": half_sine}[shape], 1.0)
@@ -110,13 +110,13 @@ def _axle(
     bump: tuple[Shape, float],
     share: Number,
 ) -> Number:
-    """One axle's motion and load; returns what its springs and dampers pull the body down by, N."""
+    """Add one axle's motion and load; returns the downward force of springs and dampers on the body, N."""
     past, speed = crossing  # m beyond the start of the bump, m/s
     shape, length = bump  # length in bump widths
     p, at = e.p, f"_{end}"
     stiffness, damping = getattr(p, f"suspension_stiffness{at}"), getattr(p, f"suspension_damping{at}")
     mass, rigid = getattr(p, f"unsprung_mass{at}"), p.tire_vertical_stiffness
-    # A body that is not at rest at first carries its wheels along as far as the tires let it.
+    # If the body is not at rest initially, its wheels are displaced against the tires' stiffness.
     follow = stiffness / (stiffness + rigid)
     y = e.state(f"wheel{at}", follow * body[0])
     v = e.state(f"wheel_rate{at}", follow * body[1])

@@ -1,4 +1,4 @@
-"""One half-shaft whose ends are watched: the torque that their twist and its rate call for."""
+"""One half-shaft: its torque from the measured twist of its ends and the rate of twist."""
 
 from __future__ import annotations
 

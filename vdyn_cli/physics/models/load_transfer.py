@@ -1,4 +1,4 @@
-"""Load transfer as a model: loads and motion in, the moment balance out. A static map."""
+"""Load transfer as a static model: the moment balance from loads and motion."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ GIVEN = (
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
-SPEED_RATE = "speed_rate"  # m/s^2, rate of the speed by the accelerometer, to compare with the speed that is logged
-CARRIED = "carried"  # N, what road and air push the vehicle up with: the weight, but for heave
-UNIT = "unit"  # N, what one newton read stands for: what makes the moments comparable with the loads' noise
+SPEED_RATE = "speed_rate"  # m/s^2, acceleration corrected for gravity, to compare with the logged speed
+CARRIED = "carried"  # N, upward force of road and air on the vehicle: the weight, except for heave
+UNIT = "unit"  # N, true load per newton read, to compare the moments with the loads' noise
 HEAVES = ("sprung_heave", "damped_heave")  # rad/s^2
 HEAVE_LEVERS = ("heave_spring", "heave_damper")  # m
 MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling")
@@ -31,13 +31,13 @@ def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
 
 
 def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
-    """Both moments as sensors, so that loads and motion may come from loggers whose clocks differ.
+    """Both moments as separate sensors, because loads and motion may come from loggers with different clocks.
 
-    ``front``, ``rear`` N push the axles up, lift included; their bends, N/s^2, are second derivatives of the loads on
-    the tires, on whose springs the axles ride. ``slope_felt`` is 1 where the accelerometer feels gravity along the
-    road, 0 where it does not. ``contact_lead`` m is by how much the road pushes a rolling tire up ahead of its hub:
-    rolling resistance times radius, the moment that the resistance takes. ``rolling`` is 1 where the wheels roll, 0 at
-    rest, where there is no such moment.
+    ``front``, ``rear`` N are the upward forces on the axles, including lift; their bends, N/s^2, are second derivatives
+    of the loads, which deflect the tires. ``slope_felt`` is 1 where the accelerometer measures gravity along the road,
+    else 0. ``contact_lead`` m is the distance of a rolling tire's contact force ahead of its hub, rolling resistance
+    times radius, which gives the moment of the resistance. ``rolling`` is 1 where the wheels roll, and 0 at rest, where
+    this moment vanishes.
     """
     p = e.p
     e.sensor(
@@ -102,8 +102,8 @@ LOAD_TRANSFER = Model(
     ("heading",),
 )
 
-# The paper's equation (5) has no heave. Here the body heaves by ``heave_lever`` m a rad of pitch, and swings on springs
-# and dampers by ``sprung_heave`` and ``damped_heave``, rad/s^2, for levers of 1 m.
+# The paper's equation (5) has no heave. Here the body heaves by ``heave_lever`` m per rad of pitch, and its springs and
+# dampers add the accelerations ``sprung_heave`` and ``damped_heave``, rad/s^2, per meter of their levers.
 FRONT_LOAD_TRANSFER = Model(
     "front_load_transfer",
     _front,

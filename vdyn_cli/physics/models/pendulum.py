@@ -1,4 +1,4 @@
-"""A hung wheel that swings: three ways of hanging it, and the moment of inertia from each period."""
+"""A wheel as compound, bifilar or torsional pendulum, and its moment of inertia from the period."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _OWN = ("period", "damping", "drag", "friction", "angle_zero", "rate_zero")
 
 
 def _swinging(law: Law, *geometry: str) -> Model:
-    """The model of one way of hanging: states angle and rate, read by a sensor each."""
+    """The model of one kind of pendulum: states angle and rate, each with a sensor."""
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         p = e.p
@@ -38,7 +38,7 @@ MODELS = {
 def compound_inertia(period: float, mass: float, pivot_distance: float, gravity: float) -> float:
     """Moment of inertia about the center of mass, kg m^2, of a body swinging about a pivot.
 
-    J = m g d T^2 / (4 pi^2) - m d^2, d from pivot to center of mass, T (s) of small swings.
+    J = m g d T^2 / (4 pi^2) - m d^2, d from pivot to center of mass, T (s) of small oscillations.
     """
     return mass * pivot_distance * (gravity * (period / (2 * pi)) ** 2 - pivot_distance)
 
@@ -46,8 +46,8 @@ def compound_inertia(period: float, mass: float, pivot_distance: float, gravity:
 def bifilar_inertia(period: float, mass: float, separation: float, length: float, gravity: float) -> float:
     """Moment of inertia about the vertical axis, kg m^2, of a body on two parallel cords.
 
-    J = m g b^2 T^2 / (4 pi^2 l), b half the separation of the cords, l their length, T (s) of small swings. Assumes
-    the axis midway between the cords.
+    J = m g b^2 T^2 / (4 pi^2 l), b half the separation of the cords, l their length, T (s) of small oscillations.
+    Assumes the axis midway between the cords.
     """
     return mass * gravity * (separation / 2) ** 2 / length * (period / (2 * pi)) ** 2
 
@@ -65,11 +65,11 @@ def bar_inertia(mass: float, length: float, diameter: float) -> float:
 def small_swing(
     kind: str, period: float, amplitude: float, separation: float = 0.0, length: float = 1.0, gravity: float = 1.0
 ) -> float:
-    """The period of small swings, s, from the period at an amplitude a (rad).
+    """The period of small oscillations, s, from the period at an amplitude a (rad).
 
     compound    T0 = T agm(1, cos(a/2)), exact; about T / (1 + a^2/16)
-    bifilar     besides, to order a^2: T0 = T agm(1, cos(a/2)) / (1 + a^2 (w^2 b^2/(4 g l) - 3 b^2/(16 l^2))), for the
-                energy of the body's rise and the cords' height that shrinks
+    bifilar     T0 = T agm(1, cos(a/2)) / (1 + a^2 (w^2 b^2/(4 g l) - 3 b^2/(16 l^2))), to order a^2, including the
+                energy of the body's rise and the decreasing vertical extent of the cords
     torsional   T0 = T
     """
     if kind == "torsional":

@@ -1,4 +1,4 @@
-"""The car as a mass on a road: drive against air, tires, slope and inertia."""
+"""The car as a mass on a road, with drive force, air drag, rolling resistance, slope and inertia."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from vdyn_cli.physics.laws.grade_resistance import climb, slope
 from vdyn_cli.physics.laws.rolling_resistance import rolling
 from vdyn_cli.quantities.constants import GRAVITY
 
-# Sense of friction (``standstill_friction``): the runs hold only rows in which the car rolls forward. A simulated speed
-# that falls to zero there is an error, and friction that turned with it would make that error's slope jump.
+# Sense of friction (``standstill_friction``): the car rolls forward in all rows of the runs. A simulated speed below
+# zero is an error, and friction that changed its sign there would make the derivatives discontinuous.
 FORWARD = 1.0
 
 DriveSignal = Literal["coasting", "torque", "force"]
@@ -39,15 +39,15 @@ def road_load(
     (M + mr) V' = F - Fd - Rr - Fb - Fs - M g sin(grade)
 
     with drive force F, air drag Fd, rolling resistance Rr, brake force Fb, spin loss Fs, and mr = sum J/r^2 the
-    inertia of all that turns, as mass at the tire contact.
+    inertia of rotating parts, as mass at the tire contact.
 
     Parameters
     ----------
-    driven : "coasting" (F = 0), or what is known of F: "torque" (input drive_torque, N m), "force" (drive_force, N).
-    accelerometer : the resistances then see the measured speed (input ``speed``), and a second reading is the specific
-        force f = (1 + k) (V' + g sin(grade)) + zero. Over M f + mr V' = F - Fd - Rr the slope drops out, so that
-        hills do not affect the simulated speed. road_slope is the mean slope beyond the grade, uphill out.
-    located : the input ``position`` (m) rises in the direction of driving, and heading times position is the road's
+    driven : measured drive: "coasting" (F = 0), "torque" (input drive_torque, N m) or "force" (input drive_force, N).
+    accelerometer : the resistances are then computed from the measured speed (input ``speed``), and a second output is
+        the specific force f = (1 + k) (V' + g sin(grade)) + zero. M f + mr V' = F - Fd - Rr does not contain the slope,
+        so unknown hills hardly affect it. road_slope is the mean slope beyond the grade, uphill on the way out.
+    located : the input ``position`` (m) increases in the direction of driving, and heading times position is the road's
         coordinate, on which the grade then depends. It is an input and not the integral of the simulated speed, whose
         error would shift the hills.
     felt, elevated : an accelerometer (input ``felt_slope``) or a logged elevation (input ``elevation_slope``) gives the
@@ -59,12 +59,12 @@ def road_load(
 
     Notes
     -----
-    Assumes that the car rolls forward throughout: friction does not turn where the simulated speed becomes negative.
+    Assumes that the car rolls forward: friction keeps its sign where the simulated speed becomes negative.
     Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
-    0 unknown), temperature (K). wind_variance (m^2/s^2) is what gusts add to the mean drag. The state run_time (s since
-    the log's start) is zero at first unless the drive's start gives it. A located car's context also holds road_begin
-    and road_end (m), between which the runs took place.
-    Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass that they leave out.
+    0 unknown), temperature (K). wind_variance (m^2/s^2) is the variance of gusts, which increases the mean drag. The
+    state run_time (s since the log's start) starts at zero unless the drive's start states it. A located car's context
+    also has road_begin and road_end (m), the range of the runs.
+    Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
     """
     road = [n for n, there in (("position", located), ("felt_slope", felt), ("elevation_slope", elevated)) if there]
 
@@ -115,7 +115,7 @@ def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number
 
 
 def _resistance(e: ModelBuilder, u: Signals, speed: Number, grade: Number) -> Number:
-    """All that opposes the motion but the slope, N."""
+    """Sum of all resistances except the slope, N."""
     p = e.p
     day = {"elapsed": u.elapsed, "run_time": e.state("run_time"), "speed": speed}
     wind = e("wind_speed", value=u.wind_speed)

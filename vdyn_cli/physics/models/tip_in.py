@@ -1,4 +1,4 @@
-"""The driveline after tip-in and back-out: how far the half-shafts and the car overshoot, and how that rings."""
+"""Response of the driveline to tip-in and back-out: overshoot, jerk and oscillation of the half-shaft torque."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from vdyn_cli.quantities.arrays import Array
 
 STEP = 1e-3  # s
 BEFORE = 0.2  # s of cruise before the pedal moves
-SETTLED = 0.3  # s at the end of each phase that tell where it settles
-RINGING = 0.6  # s after the pedal has moved from which frequency and damping are read
-SPARSE = 5  # every so many samples are enough for that
-SLOWEST = 2.0  # Hz, below which it is the body that swings
+SETTLED = 0.3  # s at the end of each phase whose mean is the final value
+RINGING = 0.6  # s after the pedal has moved from which frequency and damping are estimated
+SPARSE = 5  # every fifth sample is used for that
+SLOWEST = 2.0  # Hz, below which the oscillation is that of the body
 
 
 @dataclass(frozen=True)
 class Swing:
-    """A decaying oscillation: Hz at which it goes to and fro, and share of critical damping."""
+    """A decaying oscillation: damped frequency, Hz, and damping ratio."""
 
     frequency: float
     damping: float
@@ -31,14 +31,14 @@ class Swing:
 
 @dataclass(frozen=True)
 class Phase:
-    """What one movement of the pedal does.
+    """Response to one movement of the pedal.
 
     Parameters
     ----------
-    shaft_peak : N m, of each half-shaft's torque: the farthest beyond where it settles.
-    overshoot : of each half-shaft: how far the peak lies beyond that, as a share of the change.
-    jerk_peak : m/s^3, the largest, with its sign.
-    swing : of each half-shaft's torque; None where it does not swing.
+    shaft_peak : N m, peak of each half-shaft's torque, by side.
+    overshoot : of each half-shaft: peak minus final torque, as a share of the change, by side.
+    jerk_peak : m/s^3, largest magnitude, with its sign.
+    swing : oscillation of each half-shaft's torque, by side; None where there is none.
     """
 
     shaft_peak: Mapping[str, float]
@@ -64,7 +64,7 @@ class TipIn:
     back_out: Phase
 
 
-# Seven parameters: the car, what it drives, and the pedal
+# Seven parameters: the car, its driven axle, and the pedal
 def tip_in(
     parameters: Mapping[str, float],
     speed: float,
@@ -80,18 +80,18 @@ def tip_in(
     ----------
     parameters : values of all parameters of ``models.vehicle``.
     speed : m/s, of the cruise.
-    torque_step : N m at the planetary output, beyond what the cruise takes.
+    torque_step : N m at the planetary output, in addition to the torque of the cruise.
     driven, differential : as of ``models.vehicle``; where both axles are driven the half-shafts are the front axle's.
-    rise, hold : s, in which the torque moves, and for which it then stays.
+    rise, hold : s, duration of a torque ramp, and of the constant torque after it.
 
     Raises
     ------
-    ResultError : the car cannot cruise at this speed, or the simulation leaves the numbers.
+    ResultError : the car cannot cruise at this speed, or the simulation diverges.
 
     Notes
     -----
-    Flat road, no wind. Frequency and damping come from the simulated torque alone (``ringing``), so that for small
-    steps they can be compared with the eigenmodes.
+    Flat road, no wind. Frequency and damping are estimated from the simulated torque alone (``ringing``), so that for
+    small steps they can be compared with the eigenmodes.
     """
     state, model = cruise(parameters, speed, driven, differential), vehicle(driven, differential=differential)
     moves = (BEFORE, BEFORE + rise + hold)
@@ -107,7 +107,7 @@ def tip_in(
 
 
 def _phase(time: Array, outputs: Mapping[str, Array], begin: float, moved: float, end: float) -> Phase:
-    """From where the pedal begins to move to where the torque has long been steady, s."""
+    """The response from the beginning of a pedal movement to the end of the constant torque, s."""
     there = (time > begin - STEP / 2) & (time < end + STEP / 2)
     rung = (time > moved + STEP / 2) & (time < moved + RINGING)
     last = time > end - SETTLED
@@ -124,7 +124,7 @@ def _phase(time: Array, outputs: Mapping[str, Array], begin: float, moved: float
 
 
 def ringing(trace: Array, step: float) -> Swing | None:
-    """The strongest oscillation of a trace that decays, by the matrix pencil: y_k = sum a exp(s k step).
+    """The strongest decaying oscillation of a trace, by the matrix pencil method: y_k = sum a exp(s k step).
 
     Parameters
     ----------

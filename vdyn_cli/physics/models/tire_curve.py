@@ -1,4 +1,4 @@
-"""The tire's force over slip as a model: slip and load in, longitudinal force out. A static map."""
+"""The tire's curve as a static model: longitudinal force from slip and load."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ TURN = 1e-4  # slip over which the curve changes from braking to driving
 
 
 def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None:
-    """The curve, shifted, with its own B and D in braking; friction as the load and the sliding leave it.
+    """The curve with shifts, and separate B and D in braking; load and sliding speed change the peak friction.
 
     Fx = Fz (D' sin(C atan(B' s - E (B' s - atan(B' s)))) + Sv),  s = slip + Sh,  B' and D' by the sign of s
 
-    ``static_load`` is the load at which D is meant.
+    ``static_load`` is the load to which D refers.
     """
     p, load = e.p, u.load
     slip = read + p.tire_Sh
@@ -36,7 +36,7 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
 
 
 def _driven(e: ModelBuilder, u: Signals) -> None:
-    # Slow sweeps: the tire feels the slip of a relaxation length before.
+    # In slow sweeps the force corresponds to the slip one relaxation length earlier.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
     slip = e("slip", value=read)
     _force(e, u, slip, sliding=slip * u.speed)
@@ -49,16 +49,16 @@ def _slipped(e: ModelBuilder, u: Signals) -> None:
 _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
 
 # ``slip_gradient`` is the slip's change per distance rolled, 1/m; ``elapsed`` is the time since the sweep began, s;
-# ``returning`` is the slip on its way back to zero, and zero on its way out.
+# ``returning`` is the slip while its magnitude decreases, and zero while it increases.
 _INPUTS = ("slip", "load", "elapsed", "returning")
 TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, "speed", "slip_gradient"))
 
-# Where slip was logged but not the speed: nothing can depend on how fast the tread slides, or on distance.
+# Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance.
 SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, _INPUTS)
 
 
 def peak_slip(b: float, c: float, e: float) -> float:
-    """Slip at which the magic formula is largest: B s - E (B s - atan(B s)) = tan(pi / 2 C); infinite for C <= 1."""
+    """Slip of the magic formula's maximum: B s - E (B s - atan(B s)) = tan(pi / 2 C); infinite for C <= 1."""
     if c <= 1:
         return float("inf")
     target = tan(pi / (2 * c))

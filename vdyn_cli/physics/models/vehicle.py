@@ -55,20 +55,21 @@ def vehicle(
     Ir roll''          = -sum b S + h sum Fy                   Iz yaw'' = sum (l Fy - b Fx)
     J om'              = T - Fx r - Rr r                       Jd wc' = Td - Tl - Tr
 
-    over the wheels: Fx, Fy, Fz between tire and road, S of spring and damper beyond rest, T what the body turns the
-    wheel with (half-shaft less brake) and so is turned back by, Td the drive torque at a differential's carrier and
-    Tl, Tr the torques of its two half-shafts (``driven_axle``). The pitch also holds a (Td - Tl - Tr), the rotor's.
+    over the wheels: Fx, Fy, Fz between tire and road, S of spring and damper relative to rest, T the torque of the body
+    on the wheel (half-shaft minus brake), whose reaction acts on the body, Td the drive torque at a differential's
+    carrier and Tl, Tr the torques of its two half-shafts (``driven_axle``). The pitch equation also contains the
+    reaction of the rotor, a (Td - Tl - Tr).
 
     Parameters
     ----------
     driven : the driven axle, or "both".
     torque : "axle": input drive_torque, N m at the planetary output, shared equally by all driven wheels; "sides":
-        inputs drive_torque_left and _right, N m at the half-shafts' inner ends (a side's two where both are driven):
-        a motor on each side and no differential.
-    located : heading times the state ``position`` is the road's coordinate, m, which a drive's start gives; the context
-        then also holds road_begin and road_end, between which the drives took place.
-    differential : how the half-shafts of a driven axle are joined, where ``torque`` is "axle": "open" (equal torques)
-        or "locked" (equal speeds of their inner ends). Where both axles are driven each has its motor and differential.
+        inputs drive_torque_left and _right, N m at the half-shafts' inner ends (sum of both axles where both are
+        driven): a motor on each side and no differential.
+    located : heading times the state ``position`` is the road's coordinate, m, given by a drive's start; the context
+        then also has road_begin and road_end, the range of the drives.
+    differential : connection of the half-shafts of a driven axle, where ``torque`` is "axle": "open" (equal torques) or
+        "locked" (equal speeds of their inner ends). Where both axles are driven, each has a motor and a differential.
 
     Returns
     -------
@@ -80,19 +81,19 @@ def vehicle(
     -----
     Inputs: drive torque, brake_torque (N m, all wheels together), grade, wind_speed, elapsed, road_fl to road_rr (m,
     height of the road under each wheel). Context: heading, temperature. Step: Runge-Kutta, at most 1 ms. The state
-    run_time (s since the run's log began) starts at zero unless a drive's start says otherwise.
+    run_time (s since the run's log began) starts at zero unless a drive's start states it.
     Axes: x forward, y left, z up; roll left side up, pitch nose-up, yaw to the left. Heave, pitch, roll and the wheels'
     heights are zero at rest on a flat road of height zero; a run starts at rest on the heights of its first sample,
     rolling freely at its start speed, with shafts twisted by the torque of the first sample.
     Stiffness, damping and unsprung mass are per axle; ``pitch_inertia`` and ``roll_inertia`` are the whole car's about
-    its center, wheels staying on the ground. V is the speed of the whole car's center; the hubs, carried along by a
-    body that pitches, move at V + a (h - r) pitch': with the share a = ``hub_swing`` of 1 the sprung body's inertia,
-    I - mu M/Ms (h - r)^2, needs no term, and energy is kept. Links that keep the hubs back make it less, as soft mounts
-    make ``driveline_pitch`` less than 1, the share of the pitching that the inner ends follow; wheels turn with respect
-    to the road.
+    its center, with wheels on the ground. V is the speed of the whole car's center; the hubs, which move with the
+    pitching body, have the speed V + a (h - r) pitch'. With a = ``hub_swing`` = 1 the energy balance holds without a
+    term for the sprung body's inertia I - mu M/Ms (h - r)^2. Suspension links that restrain the hubs reduce a. Likewise
+    soft mounts reduce ``driveline_pitch``, the share of the pitching that the half-shafts' inner ends follow. Wheel
+    speeds are relative to the road.
     Assumes small angles, no steering, roll centers on the ground, vertical wheel travel, no aerodynamic lift, no
-    gyroscopic moments, no friction in the differential. Half-shafts have no mass of their own: of a stepped bar it
-    turns at 1 kHz and more, and its stiffness is that of its sections in series.
+    gyroscopic moments, no friction in the differential. Half-shafts are massless: the mass of a stepped bar oscillates
+    at 1 kHz and more, and its stiffness is that of its sections in series.
     Source: the model described in doi:10.4271/2017-01-1574; equations of motion by virtual work.
     """
     return _vehicle(driven, torque, located, differential)
@@ -136,7 +137,7 @@ def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differ
 
 
 def _body(e: ModelBuilder, u: Signals) -> Body:
-    """The chassis's states, at rest on the first sample's road heights."""
+    """States of the chassis, initially at rest on the first sample's road heights."""
     p = e.p
     front, rear = (u.road_fl + u.road_fr) / 2, (u.road_rl + u.road_rr) / 2
     tilt = (front - rear) / p.wheelbase
@@ -183,7 +184,7 @@ def _drive_torques(e: ModelBuilder, u: Signals, torque: Torque, wheels: int) -> 
 
 
 def _move(e: ModelBuilder, u: Signals, body: Body, total: Forces) -> None:
-    """The chassis's rates under all forces, and the readings of its motion."""
+    """Add the rates of the chassis under all forces, and its sensors."""
     p = e.p
     wind = e("wind_speed", value=u.wind_speed)
     flow = {"air_density": p.air_density, "drag_area": p.drag_area}

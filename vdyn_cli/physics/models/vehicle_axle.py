@@ -16,13 +16,13 @@ Differential = Literal["open", "locked"]
 
 @dataclass(frozen=True)
 class Axle:
-    """What a driven axle is.
+    """A driven axle.
 
     Parameters
     ----------
     corners : its left and its right wheel.
-    share : the part of ``driveline_inertia`` that it has.
-    differential : how its two half-shafts are joined; None where a motor on each side turns one of them.
+    share : its share of ``driveline_inertia``.
+    differential : connection of its two half-shafts; None where each has its own motor.
     """
 
     corners: tuple[Corner, Corner]
@@ -44,7 +44,7 @@ class AxleTorques:
 
 
 def driven_axle(e: ModelBuilder, axle: Axle, body: Body, torques: Mapping[str, Number]) -> AxleTorques:
-    """The driveline's motion from the motor to the wheels' hubs.
+    """Add the motion of the driveline from the motor to the wheels' hubs.
 
     Open:    Jd wc' = Td - Tl - Tr     d' as in ``side_gears``, inner ends at wc +- (d + t d')
     Locked:  Jd wc' = Td - Tl - Tr     inner ends at wc
@@ -52,17 +52,18 @@ def driven_axle(e: ModelBuilder, axle: Axle, body: Body, torques: Mapping[str, N
 
     Parameters
     ----------
-    torques : N m that turn the inner end of each half-shaft, by side, before what spins up the driveline.
+    torques : drive torque at the inner end of each half-shaft, by side, N m, including that for the driveline's
+        inertia.
 
     Notes
     -----
-    ``driveline_inertia`` Jd is of all that turns when both inner ends turn alike: motors and gears, carrier and side
-    gears. With Jc = Jd - 2 Js of it before the side gears, the kinetic energy 1/2 Jc ((wl + wr) / 2)^2 +
+    ``driveline_inertia`` Jd is that of all parts that turn when both inner ends have the same speed: motors and gears,
+    carrier and side gears. With Jc = Jd - 2 Js before the side gears, the kinetic energy 1/2 Jc ((wl + wr) / 2)^2 +
     1/2 Js (wl^2 + wr^2) is 1/2 Jd wc^2 + Js d^2.
-    The motor sits on the body. Its rotor turns 1 / a times as fast as the wheels about an axis like theirs, with
-    a = ``motor_reaction`` (negative: against them; 0: lengthwise), so that the body is turned back by a Jd wc' beyond
-    the half-shafts' torque: by the drive torque as a whole where a = 1. The state is wc - a pitch', of which the
-    kinetic energy is free of the body's motion; ``pitch_inertia`` leaves the rotor out.
+    The motor is mounted on the body. Its rotor turns 1 / a times as fast as the wheels about a parallel axis, with
+    a = ``motor_reaction`` (negative: opposite to them; 0: longitudinal), so that a moment a Jd wc' acts on the body in
+    addition to the half-shafts' torque; with a = 1 the sum is the drive torque. The state is wc - a pitch', with which
+    the kinetic energy does not depend on the body's motion; ``pitch_inertia`` does not include the rotor.
     """
     twists = {at.name: _twist(e, at, torques[at.side]) for at in axle.corners}
     if axle.differential is None:
@@ -117,7 +118,7 @@ def _motors(
 
 
 def _carried(e: ModelBuilder, body: Body) -> Number:
-    """By how much faster than its state an inner end turns, seen from the body that carries the motor along, rad/s."""
+    """Difference between the speed of an inner end relative to the body and its state, rad/s."""
     return e.p.driveline_pitch * e.p.motor_reaction * body.pitch_rate
 
 
@@ -129,7 +130,7 @@ def _twist(e: ModelBuilder, at: Corner, torque: Number) -> Number:
 def _torque(
     e: ModelBuilder, at: Corner, body: Body, twists: Mapping[str, Number], inner: Number
 ) -> tuple[Number, Number]:
-    """Torque of a half-shaft whose inner end turns at ``inner`` rad/s seen from the body, and its rate of twist."""
+    """Torque (N m) and rate of twist (rad/s) of a half-shaft whose inner end turns at ``inner`` rad/s in the body."""
     p, name = e.p, at.name
     turning = e.state(f"wheel_speed{name}", e.state("speed") / p.wheel_radius)
     twist_rate = inner - (turning + p.driveline_pitch * body.pitch_rate)

@@ -11,18 +11,18 @@ from vdyn_cli.physics.models.vehicle_parts import Body, Corner, Forces
 from vdyn_cli.physics.models.vehicle_wheel import spin
 from vdyn_cli.quantities.constants import GRAVITY
 
-CONTACT_LAG = 2e-3  # s, within which a tire's damping follows the road's height
+CONTACT_LAG = 2e-3  # s, time constant with which a tire's damping follows the road's height
 
 
 def corner(e: ModelBuilder, u: Signals, at: Corner, body: Body, driven: tuple[Number, float] | None) -> Forces:
-    """One wheel's motion; returns the forces (N), moments (N m) and load (N) that it puts on the body.
+    """Add one wheel's motion; returns its forces (N) and moments (N m) on the body, and its load (N).
 
-    The hub pitches with the body; the contact patch moves with the hub and turns with the body's yaw.
+    The hub pitches with the body; the contact patch moves with the hub and yaws with the body.
 
     Parameters
     ----------
     e, u : the model that is built, and its inputs, SI. at : axle and side. body : its motion, SI.
-    driven : torque of its half-shaft (N m) and its share of the driven wheels; None where there is none.
+    driven : torque of the half-shaft (N m) and the wheel's share of the driven wheels; None where it is not driven.
     """
     p = e.p
     along = p.cg_to_front if at.axle == "front" else p.cg_to_front - p.wheelbase  # ahead of the whole car's center
@@ -49,7 +49,7 @@ def corner(e: ModelBuilder, u: Signals, at: Corner, body: Body, driven: tuple[Nu
 def _suspension(
     e: ModelBuilder, u: Signals, at: Corner, body: Body, arm: Number, across: Number
 ) -> tuple[Number, Number, Number]:
-    """Pull of spring and damper beyond rest, load on the road, and that at rest, N."""
+    """Force of spring and damper relative to rest, load on the road, and load at rest, N."""
     p, name = e.p, at.name
     road = getattr(u, f"road{name}")
     height, rate = e.state(f"wheel_height{name}", road), e.state(f"wheel_rate{name}")
@@ -94,7 +94,7 @@ def _suspension(
 def _contact(
     e: ModelBuilder, at: Corner, speed: Number, sideways: Number, load: Number, static: Number
 ) -> tuple[Number, Number]:
-    """Forces between tire and road, forward and to the left, N, from the hub's speed along and across."""
+    """Forces between tire and road, forward and to the left, N, from the hub's longitudinal and lateral speed."""
     p, name = e.p, at.name
     sliding = e.state(f"wheel_speed{name}", e.state("speed") / p.wheel_radius) * p.wheel_radius - speed
     slip, lateral = e.state(f"slip{name}"), e.state(f"lateral_slip{name}")

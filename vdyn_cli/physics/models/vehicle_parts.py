@@ -1,4 +1,4 @@
-"""What the vehicle's assembly passes around: where a wheel is, how the body moves, what acts on it."""
+"""Data of the vehicle's assembly: positions of the wheels, motion of the body, forces on it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vdyn_cli.engine.model_builder import Number
 
 @dataclass(frozen=True)
 class Corner:
-    """Where a wheel is: ``name`` as the suffix of its states, ``axle`` and ``side``."""
+    """Position of a wheel: ``name`` (suffix of its states), ``axle`` and ``side``."""
 
     name: str
     axle: str
@@ -22,10 +22,10 @@ CORNERS = tuple(Corner(f"_{axle[0]}{side[0]}", axle, side) for axle in ("front",
 
 @dataclass(frozen=True)
 class Body:
-    """The chassis's states, SI, and what follows from them and the parameters.
+    """States of the chassis, SI, and quantities computed from them and the parameters.
 
-    ``sprung_mass`` kg has its center ``sprung_to_front`` m behind the front axle; ``lightness`` m/s^2 is what a slope
-    takes from gravity across the road, g (1 - cos).
+    ``sprung_mass`` kg has its center ``sprung_to_front`` m behind the front axle; ``lightness`` m/s^2 is the reduction
+    of gravity normal to the road by its slope, g (1 - cos).
     """
 
     speed: Number
@@ -46,8 +46,8 @@ class Body:
 
 @dataclass(frozen=True)
 class Forces:
-    """What corners do to the body: forces (N) ``forward`` and ``left`` at the road, the struts' pull beyond rest, and
-    moments (N m) nose-up, left side up and to the left; loads and half-shaft torques by corner."""
+    """Forces of the corners on the body: ``forward`` and ``left`` at the road, struts relative to rest (N); moments
+    ``pitch`` nose-up, ``roll`` left side up, ``yaw`` to the left (N m); loads and half-shaft torques by corner."""
 
     forward: Number = 0.0
     left: Number = 0.0

@@ -1,4 +1,4 @@
-"""A wheel of the vehicle about its axle: half-shaft, brake and tread turn it and hold it."""
+"""Rotation of a wheel of the vehicle under half-shaft, brake and tire forces."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from vdyn_cli.physics.laws.standstill_friction import bristle_rate, bristle_sens
 from vdyn_cli.physics.laws.wheel import wheel_spin
 from vdyn_cli.physics.models.vehicle_parts import Body, Corner
 
-ROLLING_DAMPING = 0.1  # s, a bristle's damping time
-BRAKE_DAMPING = 1e-3  # s
+ROLLING_DAMPING = 0.1  # s, damping time of the bristle of rolling resistance
+BRAKE_DAMPING = 1e-3  # s, likewise of the brake
 
 
 def spin(
@@ -22,18 +22,18 @@ def spin(
     contact: tuple[Number, Number],
     driven: tuple[Number, float] | None,
 ) -> Number:
-    """The wheel's spin; returns the torque of body and half-shaft on the wheel, N m.
+    """Add the wheel's rotation; returns the torque of body and half-shaft on the wheel, N m.
 
     Parameters
     ----------
     contact : load and forward force of the road on the tire, N.
-    driven : torque of its half-shaft (N m) and its share of the driven wheels; None where there is none.
+    driven : torque of the half-shaft (N m) and the wheel's share of the driven wheels; None where it is not driven.
     """
     load, forward = contact
     p, name = e.p, at.name
     radius = p.wheel_radius
     turning = e.state(f"wheel_speed{name}")
-    rim, rub = turning * radius, (turning + body.pitch_rate) * radius  # over the road, and in the brake
+    rim, rub = turning * radius, (turning + body.pitch_rate) * radius  # relative to the road, and to the brake
     day = {"elapsed": u.elapsed, "run_time": e.state("run_time")}
     tread = e(
         rolling,
@@ -71,7 +71,7 @@ def spin(
         hub_force_z=load,
         acceleration=0.0,
         bearing_torque=(held + tread) * radius,
-        wheel_mass=0.0,  # its inertia along the road is in the vehicle's mass: the forces are those at the road
+        wheel_mass=0.0,  # the forces are those at the road, and the vehicle's mass includes the wheel
         wheel_radius=radius,
         rolling_resistance=0.0,
         wheel_inertia=p.wheel_inertia,
@@ -81,7 +81,7 @@ def spin(
 
 
 def _sense(e: ModelBuilder, name: str, speed: Number, damping_time: float) -> Number:
-    """Sense of a dry contact that slides at ``speed``, with its bend as a state; a moving car starts with it bent."""
+    """Sense of a dry contact that slides at ``speed``; its deflection is a state, initially full if the car moves."""
     bend = e.state(name, turned(e.state("speed")))
     rate = e(bristle_rate, f"_{name}", speed=speed, bend=bend)
     e.integrate(**{name: rate})

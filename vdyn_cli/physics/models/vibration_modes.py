@@ -1,4 +1,4 @@
-"""How the vehicle swings by itself about a cruise: eigenmodes with names, and what each parameter does to them."""
+"""Vibration modes of the vehicle about a steady cruise: names, and sensitivities to the parameters."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from vdyn_cli.engine.linearize import Root, SteadyState, steady
 from vdyn_cli.physics.models.vehicle import Driven, vehicle
 from vdyn_cli.physics.models.vehicle_axle import Differential
 
-ONE_SIDED = 0.65  # the share of a pair from which on a mode is called after its side
-LEAST_PART = 0.02  # smaller participants are not told
+ONE_SIDED = 0.65  # share of one wheel of a pair above which a mode is named after its side
+LEAST_PART = 0.02  # smaller participations are not listed
 
 SHUFFLE, SIDE_GEARS = "driveline shuffle", "side gears"
-TWISTING = 0.15  # share of the driveline, from which on a mode twists the half-shafts
-CONDENSED = 0.25  # share of the side gears, from which on it is the condensation of a differential that moves
+TWISTING = 0.15  # share of the driveline above which a mode twists the half-shafts
+CONDENSED = 0.25  # share of the side gears above which a mode is that of the condensed differential
 
-# What the states are about; those that end in a corner are grouped by axle.
+# Motions of the states; those with the suffix of a corner are grouped by axle.
 _BODY = {
     "heave": "bounce",
     "heave_rate": "bounce",
@@ -49,16 +49,16 @@ _SIDES = {"l": "left", "r": "right"}
 
 @dataclass(frozen=True)
 class Mode:
-    """One way of swinging.
+    """One oscillating mode.
 
     Parameters
     ----------
-    name : after the states that take the largest part, no name twice.
+    name : after the motions with the largest participation; unique.
     frequency : Hz, undamped natural frequency |s| / 2 pi.
-    damping : share of critical damping, -Re s / |s|; below zero it grows by itself.
-    parts : how much of the mode each motion holds, all together 1, largest first; small ones left out.
-    frequency_slopes : Hz for a relative change of 1 of each parameter, df / d ln p; of a parameter that is 0, nothing.
-    damping_slopes : the same of ``damping``.
+    damping : damping ratio, -Re s / |s|; negative if unstable.
+    parts : participation of each motion, with a sum of 1 for all, largest first; small ones are left out.
+    frequency_slopes : Hz per relative change of each nonzero parameter, df / d ln p.
+    damping_slopes : likewise of ``damping``.
     """
 
     name: str
@@ -70,25 +70,25 @@ class Mode:
 
     @property
     def swinging(self) -> float:
-        """Hz, at which the damped motion goes to and fro: f sqrt(1 - zeta^2)."""
+        """Damped frequency, Hz: f sqrt(1 - zeta^2)."""
         return self.frequency * math.sqrt(1.0 - self.damping**2)
 
     def frequency_movers(self, count: int = 3) -> tuple[tuple[str, float], ...]:
-        """The parameters that move the frequency most, with their slopes, strongest first."""
+        """The parameters with the largest influence on the frequency, with their slopes, largest first."""
         return _strongest(self.frequency_slopes, count)
 
     def damping_movers(self, count: int = 3) -> tuple[tuple[str, float], ...]:
-        """The parameters that move the damping most, with their slopes, strongest first."""
+        """The parameters with the largest influence on the damping, with their slopes, largest first."""
         return _strongest(self.damping_slopes, count)
 
 
 def modes(
     parameters: Mapping[str, float], speed: float, driven: Driven = "front", differential: Differential = "open"
 ) -> tuple[Mode, ...]:
-    """The modes of the vehicle that swing, slowest first.
+    """The oscillating modes of the vehicle, slowest first.
 
-    x' = f(x, u, p) about the cruise at ``speed``: A = df/dx, A v = s v. Slopes are exact, as the cruise itself moves
-    with p: ds/dp = w' (dA/dp) v / (w' v).
+    x' = f(x, u, p) about the cruise at ``speed``: A = df/dx, A v = s v. Slopes are exact and include the dependence of
+    the cruise on p: ds/dp = w' (dA/dp) v / (w' v).
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ def modes(
 
     Notes
     -----
-    Straight, on a flat road without wind, at the torque that holds the speed. Motions so damped that they do not swing
-    are left out, and so is that of an open differential's side gears, which the model condenses.
+    Straight, on a flat road without wind, at the torque that holds the speed. Overdamped motions are left out, and so
+    is that of an open differential's side gears, which the model condenses.
     Source: textbook modal analysis; shares as participation factors.
     """
     state = cruise(parameters, speed, driven, differential)
@@ -115,7 +115,12 @@ def modes(
 def cruise(
     parameters: Mapping[str, float], speed: float, driven: Driven = "front", differential: Differential = "open"
 ) -> SteadyState:
-    """The vehicle at a steady speed (m/s) on a flat road: all states, the torque that holds it, all eigenvalues."""
+    """The vehicle at a steady speed (m/s) on a flat road: states, torque that holds the speed, eigenvalues.
+
+    Raises
+    ------
+    ResultError : the car cannot cruise at this speed.
+    """
     model = vehicle(driven, differential=differential)
     context = {"heading": 1.0, "temperature": 293.15}
     known = {name: parameters[name] for name in model.parameters}
@@ -132,12 +137,12 @@ def _mode(root: Root, name: str, parameters: Mapping[str, float]) -> Mode:
         growth = (s.conjugate() * relative).real / size
         by_frequency[parameter] = growth / (2 * math.pi)
         by_damping[parameter] = -(relative.real * size - s.real * growth) / size**2
-    told = sorted(((n, share) for n, share in _parts(root).items() if share >= LEAST_PART), key=lambda part: -part[1])
-    return Mode(name, size / (2 * math.pi), -s.real / size, dict(told), by_frequency, by_damping)
+    parts = sorted(((n, share) for n, share in _parts(root).items() if share >= LEAST_PART), key=lambda part: -part[1])
+    return Mode(name, size / (2 * math.pi), -s.real / size, dict(parts), by_frequency, by_damping)
 
 
 def _condensed(root: Root) -> bool:
-    """Whether it is the side gears that move against their half-shafts."""
+    """Whether the mode is mainly a motion of the side gears against their half-shafts."""
     return sum(share for name, share in _parts(root).items() if name.startswith(SIDE_GEARS)) > CONDENSED
 
 
@@ -152,7 +157,7 @@ def _parts(root: Root) -> dict[str, float]:
 
 
 def _motion(state: str) -> tuple[str, str]:
-    """What a state is about, and its corner where it has one ("fl")."""
+    """The motion that a state belongs to, and its corner ("fl"), empty where it has none."""
     if state in _BODY:
         return _BODY[state], ""
     stem, _, corner = state.rpartition("_")
@@ -160,7 +165,7 @@ def _motion(state: str) -> tuple[str, str]:
 
 
 def _candidates(root: Root) -> dict[str, float]:
-    """Names that would fit a mode, each with how well it does."""
+    """Possible names of a mode, each with its participation."""
     found: dict[str, float] = {}
     axles = {corner[0] for state in root.shape for what, corner in [_motion(state)] if what == SHUFFLE}
     for name, share in _parts(root).items():
@@ -173,7 +178,7 @@ def _candidates(root: Root) -> dict[str, float]:
 
 
 def _sides(root: Root, what: str, axle: str) -> dict[str, float]:
-    """How a pair of wheels shares a motion: by side where one has most of it, else in phase or against each other."""
+    """Suffixes for the motion of a pair of wheels with their shares: its side if one dominates, else its phase."""
     left, right = (
         sum(share for state, share in root.participation.items() if _motion(state) == (what, axle + side))
         for side in _SIDES
@@ -187,7 +192,7 @@ def _sides(root: Root, what: str, axle: str) -> dict[str, float]:
 
 
 def _named(candidates: list[dict[str, float]]) -> list[str]:
-    """One name for each mode, none twice: the best fit is settled first."""
+    """A unique name for each mode; the name with the largest participation is assigned first."""
     fits = sorted(
         ((fit, index, name) for index, names in enumerate(candidates) for name, fit in names.items()), reverse=True
     )
@@ -199,9 +204,9 @@ def _named(candidates: list[dict[str, float]]) -> list[str]:
 
 
 def _slower_is_shuffle(names: list[str], parts: Sequence[Mapping[str, float]]) -> list[str]:
-    """Of the ways in which driven wheels twist their half-shafts, the slowest is the shuffle; names are slowest first.
+    """The names with the slowest mode that twists the half-shafts called the shuffle; modes are slowest first.
 
-    In the slowest one the driveline swings against the car, in the faster ones the wheels between shaft and tire.
+    In the slowest one the driveline oscillates against the car, in faster ones the wheels between shaft and tire.
     """
     ordered = list(names)
     for axle in _AXLES.values():

@@ -1,4 +1,4 @@
-"""One wheel between its force sensor and the road: the measured torque and forces turn it."""
+"""One wheel between its force sensor and the road, driven by the measured torque and forces."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_spe
 
 
 READINGS = ("hub", "carried")  # their sum is the wheel's speed
-LEVER = "lever"  # m, of the forces at the hub: what makes a moment comparable with their noise
-MASS = "mass"  # kg, which the accelerometer's noise is multiplied by
+LEVER = "lever"  # m, of the forces at the hub, to compare a moment with their noise
+MASS = "mass"  # kg, factor of the accelerometer's noise
 
 
 def _assemble(e: ModelBuilder, u: Signals) -> None:
-    """The wheel's speed from the readings at its hub; ``u.wheel_speed`` only says how fast it starts.
+    """The wheel's speed from the readings at its hub; ``u.wheel_speed`` gives only the initial speed.
 
-    What speeding the wheel's own mass up along the road takes comes from the car's accelerometer, and is read apart:
-    the hub's sensor may have a clock of its own.
+    The part due to the longitudinal inertia of the wheel's mass, from the car's accelerometer, is a separate sensor,
+    because the hub's sensor may have a different clock.
     """
     p = e.p
     speed, carried = e.state("wheel_speed", u.wheel_speed), e.state("carried")
