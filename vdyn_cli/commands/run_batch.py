@@ -29,6 +29,7 @@ def run_batch(archives: Sequence[Path], output: str, results: Path | None, jobs:
 
     Parameters
     ----------
+    archives : folders, pipelines or tests.
     output : the table's file, or ``-`` for stdout.
     results : folder for each campaign's JSON and reports, from which a later batch reuses unchanged results; None: they
         are not kept.

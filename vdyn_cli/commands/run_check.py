@@ -23,6 +23,7 @@ def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell
 
     Parameters
     ----------
+    path, known_files : the description, and parameter files of other steps.
     output : ``-``: JSON to stdout instead of the text; a folder: also ``check.json`` and ``check.html``; empty: text.
     tell : prints text.
 

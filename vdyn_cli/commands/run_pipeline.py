@@ -27,6 +27,7 @@ def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell:
 
     Parameters
     ----------
+    path, folder : the pipeline's description, and the folder for the results.
     keep_going : after a failure, run the steps that do not need the failed one.
     jobs : number of steps to run in parallel.
     tell : prints a line.

@@ -40,6 +40,7 @@ def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, 
 
     Parameters
     ----------
+    name : of the step. path, known_files : the description, and parameter files of other steps.
     output : the folder, or ``-``.
     level : false-alarm probability of the diagnosis; None: no diagnosis.
 

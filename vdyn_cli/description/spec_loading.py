@@ -117,7 +117,7 @@ class InvalidSpecError(InputError):
 
 
 def validate(source: YamlSource, model: type[S]) -> S:
-    """Validate a loaded description with a model.
+    """Validate a loaded description with a pydantic model.
 
     Raises
     ------

@@ -74,7 +74,7 @@ class Graph:
         return ca.Function("start", [x, u, p], [starts, ca.densify(ca.jacobian(starts, ca.vertcat(x, p)))])
 
     def live(self, seeded_starts: frozenset[int], seeded_constants: frozenset[int]) -> frozenset[int]:
-        """The states whose derivatives to the seeded starts and constants can be nonzero."""
+        """Indices of the states whose derivatives to the seeded starts and constants (indices, too) can be nonzero."""
         on_states, on_constants = (ca.DM(self.field.jac_sparsity(0, k), 1.0).full() > 0 for k in (0, 2))
         felt = on_constants[:, sorted(seeded_constants)].any(axis=1)
         felt[sorted(seeded_starts)] = True

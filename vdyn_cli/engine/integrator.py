@@ -105,6 +105,10 @@ class Integrator:
     def along(self, grid: Grid, with_trajectory: bool = False) -> GridReadings:
         """Integrate along a grid, from the current states, which become those at its end.
 
+        Parameters
+        ----------
+        with_trajectory : also return the states at the samples.
+
         Raises
         ------
         ResultError : a state, a reading or a derivative is not finite.

@@ -223,7 +223,8 @@ class Printer(_ValuePrinter):
 def print_kernel(graph: Graph, directions: int, live: frozenset[int], seeded: frozenset[int]) -> str:
     """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
 
-    ``live`` states and ``seeded`` constants are those whose tangents can differ from zero.
+    ``directions`` is K, the number of tangent directions; ``live`` and ``seeded`` are the indices of the states and
+    constants whose tangents can be nonzero.
     """
     states, inputs = int(graph.field.size1_in(0)), int(graph.field.size1_in(1))
     body = _Body(ordered(graph.field), directions, live, seeded, states, graph.readings)

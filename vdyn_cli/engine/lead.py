@@ -44,12 +44,12 @@ class Leads:
 
 
 def slope_of(name: str, kind: str) -> str:
-    """Name of the additional input that holds an input's derivative to its lead or lag."""
+    """Name of the additional input that holds the derivative of input ``name`` to its LEAD or LAG (``kind``)."""
     return f"{name}_{kind}_slope"
 
 
 def now_of(name: str, kind: str) -> str:
-    """Name of the constant that holds the current lead or lag."""
+    """Name of the constant that holds the current LEAD or LAG (``kind``) of input ``name``, s."""
     return f"{name}_{kind}_now"
 
 

@@ -290,7 +290,7 @@ class Simulator:
 
 
 def sensitive_to(simulator: Simulator, names: Sequence[str]) -> Simulator:
-    """The same simulator with sensitivities to some of its unknowns only, which costs less."""
+    """The same simulator with sensitivities only to its unknowns in ``names``, in that order, which costs less."""
     some, at = copy(simulator), [simulator.unknowns.index(name) for name in names]
     some._seeds, some._seeded, some._built = simulator._seeds[:, at], simulator._places[at], {}
     return some

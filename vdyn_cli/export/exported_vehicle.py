@@ -69,7 +69,7 @@ class ExportedVehicle:
 def exported_vehicle(
     parameter_file: ParameterFile, driven: Driven, differential: Differential = "open"
 ) -> ExportedVehicle:
-    """The vehicle of a parameter file.
+    """The vehicle of a parameter file, with its driven axle and differential.
 
     Raises
     ------

@@ -107,7 +107,7 @@ def completed(
 
     Parameters
     ----------
-    what : subject of the message about missing parameters, such as "the full vehicle".
+    names : of the needed parameters. what : subject of the message, such as "the full vehicle".
 
     Raises
     ------
@@ -125,7 +125,7 @@ def refuse_missing(parameter_file: ParameterFile, names: Iterable[str], what: st
 
     Parameters
     ----------
-    what : subject of the message, such as "the full vehicle".
+    names : of the needed parameters. what : subject of the message, such as "the full vehicle".
 
     Raises
     ------

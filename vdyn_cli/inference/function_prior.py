@@ -24,7 +24,10 @@ SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)  # of the plausible size: from a 
 
 
 def spectrum(orders: Array, length: float) -> Array:
-    """Variances (n,) of the coefficients of cos(i pi u), i in ``orders``; their sum is one."""
+    """Variances (n,) of the coefficients of cos(i pi u), i in ``orders`` (n,), for a ``length`` as a share of the span.
+
+    Their sum is one.
+    """
     density = (5.0 / length**2 + (np.pi * orders) ** 2) ** -3.0
     return np.asarray(density / density.sum())
 

@@ -121,11 +121,11 @@ class RunNoise:
     def derivatives(
         self, sizes: Mapping[str, float], weight: Array, vector: Array
     ) -> tuple[dict[str, float], dict[str, Array]]:
-        """sum(weight * dC/d log source) and dC/d log source @ vector for every source.
+        """sum(weight * dC/d log source), and dC/d log source @ vector (n,), by name of the source.
 
         Parameters
         ----------
-        weight : (n, n), symmetric. vector : (n,).
+        sizes : amplitudes and times by name. weight : (n, n), symmetric. vector : (n,).
         """
         found = dict.fromkeys(self.sources, 0.0)
         pushed = {name: np.zeros(vector.size) for name in self.sources}
@@ -210,7 +210,7 @@ def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
 
     Parameters
     ----------
-    channels : ``speed``, ``acceleration`` or both, in the order of the rows.
+    s : the run's conditions. channels : ``speed``, ``acceleration`` or both, in the order of the rows.
     """
     levels = {"speed": s.speed_level, "acceleration": s.acceleration_level}
     size, parts = s.bins.time.size, []

@@ -133,7 +133,7 @@ def equal_information_blocks(information: Array, blocks: int) -> NDArray[np.int6
 
 
 def t_quantile(degrees: float, probability: float = 0.975) -> float:
-    """Quantile of Student's t; of the normal distribution where the degrees of freedom are many or infinite."""
+    """Quantile of Student's t at a probability (0.975: of a 95 % interval); ``degrees`` may be infinite (normal)."""
     from scipy.special import stdtrit
 
     return float(stdtrit(min(degrees, 1e9), probability))

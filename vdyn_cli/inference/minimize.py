@@ -61,6 +61,8 @@ def minimize(
     Parameters
     ----------
     evaluate : cost and QR factors at x, or None where the model cannot be computed.
+    start, lower, upper : (s + g m), start values and bounds; the start is clipped to the bounds.
+    most_iterations : largest number of iterations.
     tolerance : convergence: largest reduction of the sum of squares that the linearization predicts for a full step, in
         variances of one residual; a hundred times that where the fit stalls. At a nondifferentiable point, and with a
         large residual, no step achieves the prediction: if it is below two standard errors, the actual reductions of

@@ -152,6 +152,7 @@ def likelihoods_of(
 
     Parameters
     ----------
+    runs, sizes : the runs at the fit, and the amplitudes of their noise by name.
     known : (s,), prior information of the shared unknowns.
     alternatives : of each of k models, every run's derivatives (n, r) to the r random unknowns per unit amplitude.
 
@@ -191,6 +192,7 @@ def restricted_likelihood(
 
     Parameters
     ----------
+    runs, sizes : the runs at the fit, and the amplitudes of their noise by name.
     known : (s,), prior information of the shared unknowns; one for random ones.
     """
     found = _curved(runs, sizes, known, random)

@@ -69,7 +69,12 @@ class Budget:
         return largest if largest is not None and largest.part > 0 else None
 
     def table(self, key: str, title: str, unit: str, caption: str = "") -> Table:
-        """One row per input: its value, its standard deviation, the result's slope, contribution and share of u^2."""
+        """One row per input: its value, its standard deviation, the result's slope, contribution and share of u^2.
+
+        Parameters
+        ----------
+        key, title, caption : of the table. unit : of the result.
+        """
         total = self.std**2
         rows = tuple(
             (

@@ -6,7 +6,7 @@ from math import isfinite
 
 
 def magnitude(value: float, digits: int) -> int:
-    """The power of ten of the leading digit of a number rounded to ``digits`` significant digits.
+    """The power of ten of the leading digit of a value rounded to ``digits`` significant digits.
 
     Rounding comes first: 9.97 rounded to two digits is 10, of magnitude 1.
     """

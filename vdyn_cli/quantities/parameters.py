@@ -46,13 +46,23 @@ class Estimate:
 
     @classmethod
     def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:
-        """A number stated by the user, with the normal 95 % interval of its standard deviation, SI."""
+        """A number stated by the user, with the normal 95 % interval of its standard deviation.
+
+        Parameters
+        ----------
+        value, std : in the quantity's SI unit. source : ``given`` or ``measured``.
+        """
         half = NORMAL95 * std
         return cls(value, std, (value - half, value + half), quantity.unit, quantity.meaning, source)
 
     @classmethod
     def of(cls, name: str, value: float, std: float, interval95: tuple[float, float], source: str) -> Estimate:
-        """An estimate of a parameter, with unit and meaning from the vocabulary, SI."""
+        """An estimate of a parameter of the vocabulary, which provides unit and meaning.
+
+        Parameters
+        ----------
+        value, std, interval95 : in the parameter's SI unit. source : the step.
+        """
         quantity = PARAMETERS[name]
         low, high = interval95
         return cls(

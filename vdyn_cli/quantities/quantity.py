@@ -143,7 +143,7 @@ class Given:
 
 
 def parse(text: str | float, si_unit: str) -> Given:
-    """Read ``70 km/h``, ``1588 +- 5 kg`` or a plain SI number.
+    """Read ``70 km/h``, ``1588 +- 5 kg`` or a plain SI number, and convert it to ``si_unit``.
 
     Raises
     ------

@@ -19,7 +19,7 @@ def thresholds_text(policy: Any, width: int = 100) -> str:
 
     Parameters
     ----------
-    policy : a dataclass whose fields are defined by ``threshold``.
+    policy : a dataclass whose fields are defined by ``threshold``. width : characters of a line.
     """
     paragraphs = []
     for one in fields(policy):

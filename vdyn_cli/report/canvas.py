@@ -198,8 +198,8 @@ def scale_axis(
 
     Parameters
     ----------
-    room : length of the axis, px. apart : smallest distance of two ticks, px. grid : whether to draw grid lines.
-    right : the scale of y is on the right.
+    which : x or y. room : length of the axis, px. apart : smallest distance of two ticks, px.
+    grid : whether to draw grid lines. right : the scale of y is on the right.
     """
     low, high = sorted(axes.get_xlim() if which == "x" else axes.get_ylim())
     places, texts = ticks(low, high, room, apart)
@@ -297,7 +297,7 @@ def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]]
 
 
 def label_room(text: str, size: float = FONT) -> float:
-    """Approximate width of a text, px."""
+    """Approximate width, px, of a text with the font size ``size``, px."""
     return len(text) * _CHARACTER * size / FONT
 
 

@@ -22,6 +22,7 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping
 
     Parameters
     ----------
+    document : the result of the check.
     runs : the logs, in the order of the description. units : unit of each channel in the description.
     """
     found = (
