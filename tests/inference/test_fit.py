@@ -131,7 +131,7 @@ def test_a_value_at_its_bound_is_refused_by_name() -> None:
     (finding,) = caught.value.findings
     assert finding.what == "b lies at its upper bound"
     assert finding.got == "0.15 m/s"
-    assert "widen the range" in finding.remedy
+    assert "state its value" in finding.remedy
 
 
 def test_a_bound_that_rounding_cannot_meet_exactly_is_still_met() -> None:

@@ -92,7 +92,7 @@ def test_what_a_run_s_own_unknown_could_also_be() -> None:
     own = (Unknown("rolling", 0.0), Unknown("grade", 0.0, per_run=True))
     text = refusal(np.column_stack([x, x]), own)
     assert "rolling cannot be separated from grade of the runs" in text
-    assert "fix rolling or grade" in text
+    assert "state rolling or grade" in text
 
 
 def test_a_start_speed_is_not_blamed() -> None:

@@ -43,7 +43,7 @@ def _runs_without_information(solved: Solved) -> list[Finding]:
         if undetermined:
             what = f"the data of this run do not determine {listed(undetermined)}"
             findings.append(
-                Finding(regression.runs[run], what, "", f"leave the run out, or fix {' or '.join(undetermined)}")
+                Finding(regression.runs[run], what, "", f"leave the run out, or state {' or '.join(undetermined)}")
             )
     return findings
 
@@ -77,7 +77,7 @@ def _undetermined(solved: Solved) -> list[Finding]:
     free = " and ".join(names[i] for i in found.free)
     return [
         Finding(
-            "fit", what, "", f"fix {free}{' or ' + ' or '.join(own) if own else ''}, or add runs that separate them"
+            "fit", what, "", f"state {free}{' or ' + ' or '.join(own) if own else ''}, or add runs that separate them"
         )
     ]
 
@@ -101,7 +101,7 @@ def _unconverged(solved: Solved) -> list[Finding]:
     worst = int(np.argmax(np.abs(step) / np.maximum(np.abs(x), 1e-300)))
     got = f"{solved.regression.label(worst)} = {x[worst]:.4g}, next step {step[worst]:.2g}"
     what = f"the fit did not converge in {solved.minimum.iterations} iterations"
-    return [Finding("fit", what, got, "start closer, fix an unknown, or check the logs")]
+    return [Finding("fit", what, got, "check the logs and the given values, or state the value of an unknown")]
 
 
 def _at_bounds(solved: Solved) -> list[Finding]:
@@ -115,8 +115,8 @@ def _at_bounds(solved: Solved) -> list[Finding]:
             if abs(x[i] - bound) <= near:
                 what = f"{regression.label(i)} lies at its {which} bound"
                 remedy = (
-                    "a physical value is inside the bounds: check signs, units and given values; give the "
-                    "parameter as fixed if these data do not determine it, or widen the range"
+                    "check signs, units and given values: a physical value lies inside the bounds. If these data do "
+                    "not determine the parameter, state its value"
                 )
                 findings.append(Finding("fit", what, f"{bound:g} {u.unit}".strip(), remedy))
     return findings
