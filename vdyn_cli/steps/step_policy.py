@@ -280,6 +280,10 @@ class StepPolicy:
         0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",
         "A road load known to 10 % and a torque known to 5 % miss half of that.",
     )  # fmt: skip
+    hills_error: float = threshold(
+        0.06, "share of the largest speed", "rms error of a simulated speed, above which sensors' hills are candidates",
+        "A road load known to 10 % and a torque known to 5 % miss as much; most often the rest is hills.",
+    )  # fmt: skip
     foreign_std: float = threshold(
         3.0, "standard deviations", "of a right model's error that it must exceed, too",
         "One error in 400 is as large.",

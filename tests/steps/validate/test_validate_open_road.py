@@ -105,9 +105,9 @@ def test_hills_alone_are_named(tmp_path: Path) -> None:
     assert low < 1.0 < high
 
 
-def over_hills(folder: Path, seed: int, drop: str) -> Result:
+def over_hills(folder: Path, truth: Truth, seed: int, drop: str) -> Result:
     """Three drives without windows, by someone who thinks the road flat; an elevation in steps of a meter is logged."""
-    drives = [drive(Truth(), 1000 * seed + k, SHORT) for k in range(3)]
+    drives = [drive(truth, 1000 * seed + k, SHORT) for k in range(3)]
     described = dict(description(folder, drives))
     described["settings"] = {"model": "road_load"}
     channels = {**described["channels"], "elevation": {"column": "z", "unit": "m"}}
@@ -125,16 +125,27 @@ def over_hills(folder: Path, seed: int, drop: str) -> Result:
         return error.record.result
 
 
-@pytest.mark.parametrize(
+SHOWN = pytest.mark.parametrize(
     ("drop", "effect"), [("elevation", "felt_slope"), ("acceleration", "elevation_slope")], ids=["felt", "elevation"]
 )
+
+
+@SHOWN
 def test_hills_explain_whole_drives_that_the_simulation_misses(tmp_path: Path, drop: str, effect: str) -> None:
-    told = over_hills(tmp_path, 1, drop).diagnosis
+    told = over_hills(tmp_path, Truth(), 1, drop).diagnosis
     assert told is not None
     assert told.verdict == "ambiguous"  # which loss it is, the drives cannot tell
     assert (effect,) in told.ambiguous
     (losses,) = [set(one) for one in told.ambiguous if "driveline_loss" in one]
     assert losses <= LOSSES
+
+
+@SHOWN
+def test_hills_alone_are_named_without_windows(tmp_path: Path, drop: str, effect: str) -> None:
+    told = over_hills(tmp_path, Truth(loss=0.0), 11, drop).diagnosis
+    assert told is not None
+    assert told.extended == (effect,)
+    assert told.causes[0].unknowns[effect].value == pytest.approx(1.0, abs=0.1)
 
 
 def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None:

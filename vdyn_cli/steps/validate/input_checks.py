@@ -45,7 +45,7 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
     )
 
 
-def foreign(setup: SimulationSetup) -> tuple[Finding, ...]:
+def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) -> tuple[Finding, ...]:
     """A finding for each drive whose torque does not explain the measured speed, with a remedy.
 
     rms(V_simulated - V_measured) > 0.12 max(|V_measured|), m/s, over all segments of the drive: one segment may hold
@@ -54,7 +54,7 @@ def foreign(setup: SimulationSetup) -> tuple[Finding, ...]:
 
     Parameters
     ----------
-    setup : simulated with its effects at their start values.
+    setup : simulated with its effects at their start values. least : share of the largest speed.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def foreign(setup: SimulationSetup) -> tuple[Finding, ...]:
         errors = [setup.first[k].values["speed"] - speed for k, speed in zip(own, speeds, strict=True)]
         largest = max(max(float(np.nanmax(np.abs(v))) for v in speeds), MOVING)
         miss = float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2))) / largest
-        if miss > STEP_POLICY.foreign_error:
+        if miss > least:
             worst = own[int(np.argmax([np.nansum(e**2) for e in errors]))]
             found.append(_foreign(setup.segments[worst], miss, len(own) > 1))
     return tuple(found)

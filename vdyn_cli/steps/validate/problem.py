@@ -25,6 +25,7 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.learned_effect import learned_effects
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
@@ -101,7 +102,9 @@ class ValidateProblem(SimulatedProblem):
         if s.windows:
             return shown_roads(self.logs, elevations=False) if s.windows.powered else DriveRoads()
         found = shown_roads(self.logs)
-        return found if found.inputs and foreign(replace(self, level=True).baseline) else DriveRoads()
+        if not found.inputs or not foreign(replace(self, level=True).baseline, STEP_POLICY.hills_error):
+            return DriveRoads()
+        return found
 
     @cached_property
     def segmented(self) -> tuple[tuple[DriveSegment, ...], tuple[Finding, ...]]:
