@@ -268,6 +268,7 @@ def test_a_coast_down_of_every_format_is_described(kind: str, tmp_path: Path) ->
         ("Time [s],Speed [N m]", "is in N m, which is no unit of the same kind as m/s"),
         ("Time [s],Speed [km/s]", "which no vehicle has"),
         ("Time [s],Wheel Speed [km/h]", "no column has such a name"),
+        ("Time [s],Speed (motor) [km/h]", "no column has such a name"),
         ("Time [s],GPS Speed [km/h],CAN Speed [km/h]", "between 'GPS Speed [km/h]' (50 to 56 km/h) and"),
     ],
 )
@@ -394,6 +395,13 @@ def test_an_existing_file_is_not_overwritten(root: Path, tmp_path: Path) -> None
         run_init("tire", [root / "sample_logs" / "slip_1.csv"], str(tmp_path / "tire.yaml"), said.append)
     with pytest.raises(InputError, match="reads no logs"):
         run_init("area", [root / "sample_logs" / "slip_1.csv"], "-", said.append)
+
+
+@pytest.mark.parametrize("name", ["GPS (2D speed) [m/s]", "Speed m/s", "Speed (OBD)(m/s)", "v_GPS (m/s)"])
+def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> None:
+    rows = [f"{t:.1f},{30.0 - 0.3 * t:.2f}" for t in np.arange(0.0, 60.0, 0.1)]
+    (tmp_path / "run.csv").write_text("\n".join([f"Time [s],{name}", *rows]) + "\n")
+    assert columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])["speed"] == (name, "m/s")
 
 
 def test_a_german_abbreviation_of_speed_is_known(tmp_path: Path) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.reader import Column, clock_units
-from vdyn_cli.io.written_times import is_instant, since_first, written_seconds
+from vdyn_cli.io.written_times import is_instant, seconds_of_digits, since_first, written_seconds
 from vdyn_cli.quantities.errors import InputError
 
 N = 600
@@ -83,6 +84,8 @@ MINUTES = "Elapsed,Speed (km/h)\n" + "".join(
     f"{t // 60:02.0f}:{t % 60:05.2f},{v}\n" for t, v in zip(TIME, SPEED, strict=True)
 )
 INDEX = ",speed_kmh\n" + "".join(f"0 days 00:00:{t:09.6f},{v}\n" for t, v in zip(TIME, SPEED, strict=True))
+DIGITS = "satellites,time,velocity [km/h]\n" + rows("9,{d:%H%M%S.%f},{v:.2f}")
+COLON = "Time;v [km/h]\n" + rows("{d:%H:%M:%S}:{ms:03d};{v:.2f}")
 AGAIN = OF_DAY.splitlines(keepends=True)
 EXPORTS = {
     "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),
@@ -96,6 +99,8 @@ EXPORTS = {
     "vbox.vbo": (VBO, "time", "velocity", "km/h"),
     "aim.csv": (AIM, "Time", "Ground Speed", "km/h"),
     "calibration.ascii": (CALIBRATION, "time", "VehV_v\\ETKC:1", "km/h"),
+    "digits.csv": (DIGITS, "time", "velocity [km/h]", "km/h"),
+    "colon.csv": (COLON, "Time", "v [km/h]", "km/h"),
     "minutes.csv": (MINUTES, "Elapsed", "Speed (km/h)", "km/h"),
     "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }
@@ -122,6 +127,18 @@ def test_units_stand_with_the_names_in_the_cells_of_a_header(tmp_path: Path) -> 
     log = read_log(path, {"time": Column("Interval", "ms", "s"), "speed": Column("Speed", "km/h", "m/s")})
     assert log.time == pytest.approx(4.0 + TIME)
     assert log["speed"] == pytest.approx(SPEED / 3.6)
+
+
+@pytest.mark.parametrize("values", [TIME, TIME + 40.0, TIME + 1e5, TIME[::20] * 20.0, 100.0 * TIME])
+def test_other_clocks_are_no_digits_of_a_time_of_day(values: NDArray[np.float64]) -> None:
+    assert seconds_of_digits(values) is None
+
+
+def test_a_spreadsheet_counts_days_since_1900(tmp_path: Path) -> None:
+    path = tmp_path / "serial.csv"
+    path.write_text("Timestamp,v\n" + "".join(f"{46154 + t / 86400:.9f},{t}\n" for t in TIME))
+    (clock,) = [f for f in survey(path) if f.state == "clock"]
+    assert clock_units(clock.info.rate, clock.lowest) == ["day"]
 
 
 def test_an_index_without_a_name_is_a_clock(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ _CLOCK = re.compile(
 )
 # Rates, Hz, that loggers of road tests have: a unit of time is decided where only one gives such a rate.
 _RATES = (0.5, 5_000.0)
+_SERIAL = (20_000.0, 80_000.0)  # days since 1900 as spreadsheets count them: the years 1954 to 2119
 _UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
 _TIME_UNITS = frozenset(["s", "sec", "secs", "second", "seconds", "ms", "msec", "us", "usec", "min"])
 
@@ -163,6 +164,8 @@ def clock_units(rate: float, first: float = 0.0) -> list[str]:
     first : its first value, which decides between two units where in one of them it counts from 1970.
     """
     units = [u for u in ("s", "ms", "us", "ns") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
+    if not units and _SERIAL[0] <= first <= _SERIAL[1] and _RATES[0] <= rate / 86400.0 <= _RATES[1]:
+        return ["day"]
     since_1970 = [u for u in units if _UNIX[0] <= to_si(first, u, "s") <= _UNIX[1]]
     return since_1970 or units
 

@@ -11,12 +11,13 @@ from vdyn_cli.quantities.arrays import Array
 
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
+_MOST_STEPS = 5.0  # usual steps of a clock over a full minute
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}|\d+ days?"
 # Without seconds only behind a date or before AM and PM: 10:23 alone may be minutes and seconds.
 _INSTANT = re.compile(
     rf"(?:({_DATE})[ T]+)?"
-    r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?)|(?=\s*[AaPp][Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
+    r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?)|(?=\s*[AaPp][Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
     r"\s*([AaPp][Mm])?" + _ZONE
 )
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # and seconds with their fraction, which hours and minutes lack
@@ -49,7 +50,7 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
 
     parts = pd.Series(cells, dtype=object).str.strip().str.extract(f"^{_INSTANT.pattern}$")
     hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
-    seconds = pd.to_numeric(parts[3].str.replace(",", "."), errors="coerce").fillna(0.0).to_numpy(float)
+    seconds = pd.to_numeric(parts[3].str.replace("[,:]", ".", regex=True), errors="coerce").fillna(0.0).to_numpy(float)
     half = parts[4].str.lower()
     hours = np.where(half.notna(), hours % 12 + 12 * (half == "pm"), hours)
     counted: Array = _days(parts[0]) * _DAY + 3600.0 * hours + 60.0 * minutes + seconds
@@ -58,6 +59,27 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
         first, last = (pd.to_numeric(short[i].str.replace(",", "."), errors="coerce").to_numpy(float) for i in (0, 1))
         counted = np.where(np.isnan(counted), 60.0 * first + last, counted)
     return counted
+
+
+def seconds_of_digits(values: Array) -> Array | None:
+    """Seconds since midnight of a clock (n,) that is written in digits, ``hhmmss.ss``; None of any other.
+
+    Such a clock jumps by 40 s more at each full minute, from 59.95 to 100.00, and no other does so there alone.
+    """
+    written = np.flatnonzero(np.isfinite(values))
+    digits = values[written]
+    hours, rest = np.divmod(digits, 10_000.0)
+    minutes, seconds = np.divmod(rest, 100.0)
+    if digits.size < 2 or not ((hours >= 0.0) & (hours < 24.0) & (minutes < 60.0) & (seconds < 60.0)).all():
+        return None
+    counted = 3600.0 * hours + 60.0 * minutes + seconds
+    full = np.flatnonzero(np.diff(np.floor(digits / 100.0)) != 0.0)
+    steps = np.diff(since_first(counted))
+    if not full.size or np.max(steps[full]) > _MOST_STEPS * np.median(steps):
+        return None
+    found = np.full(values.shape, np.nan)
+    found[written] = counted
+    return found
 
 
 def _days(dates: object) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.file_units import is_unit
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 
@@ -238,7 +239,13 @@ def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelF
 
 def _words(name: str) -> tuple[Words, str]:
     """The words of a name in the spelling of the rules, and the unit that its last word states."""
-    plain = re.sub(r"[\[({][^\[\](){}]*[\])}]|#\d+$", " ", name)
+    plain = re.sub(
+        r"[\[({]([^\[\](){}]*)[\])}]", lambda bracket: " " if is_unit(bracket[1]) else f" {bracket[1]} ", name
+    )
+    plain = re.sub(r"#\d+\s*$", "", plain).strip()
+    before, _, last = plain.rpartition(" ")
+    if before and "/" in last and is_unit(last):
+        return _words(before)[0], last
     split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
     lower = [w.lower() for w in split]
     suffix = _SUFFIX.get(lower[-1], "") if len(lower) > 1 else ""

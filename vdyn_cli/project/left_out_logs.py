@@ -35,7 +35,7 @@ class GuessedLog:
         own, others = self.guesses, other.guesses
         there = [c for c in channels if own[c].facts is not None and others[c].facts is not None]
         columns = [f'{c}: "{own[c].column}"' for c in there if own[c].column != others[c].column]
-        units = [f"{c}: {own[c].unit}" for c in there if own[c].unit != others[c].unit]
+        units = [f'{c}: "{own[c].unit}"' for c in there if own[c].unit not in ("?", others[c].unit)]
         keys = (("columns", columns), ("units", units))
         return "".join(f", {key}: {{{', '.join(found)}}}" for key, found in keys if found)
 

@@ -21,6 +21,7 @@ from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, Inp
 # of columns.
 _HEADS = ((1 << 15, 250), (1 << 16, 1000), (1 << 20, 1000))
 _MOST_HEADS = 5  # rows of text above the numbers among which the header is searched
+_MOST_BLOCKS = 10  # of rows of numbers, such as the times of laps among settings, below which a header is searched
 _FEWEST_COUNTED = 3  # columns; 1 and 2 may be a sample
 _FEWEST_UNITS = 0.3  # of the cells of a row between header and numbers that make it a row of units
 _SHOWN = 200  # rows that show the decimal mark
@@ -219,13 +220,14 @@ def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Seque
     rows = [i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)]
     widths = Counter(len(records[i].fields) for i in rows)
     usual = max(widths, key=lambda w: widths[w], default=0)
-    written = [i for i, r in enumerate(records) if any(map(is_written, r.fields))]
-    below = dict(pairwise(written))
-    # A setting of several numbers, such as the times of laps, has no numbers in the row below.
     numeric = set(rows)
-    rows = [i for i in rows if below.get(i, i) in numeric] or rows
-    firsts = [next((i for i in rows if len(records[i].fields) in (usual, n)), None) for n in (usual, *widths)]
-    headers = (_header_above(first, records, cells, wanted) for first in dict.fromkeys(firsts) if first is not None)
+    written = [i for i, r in enumerate(records) if any(map(is_written, r.fields))]
+    begins = [i for above, i in pairwise([-1, *written]) if i in numeric and above not in numeric]
+    below = dict(pairwise(written))
+    begins = [i for i in begins if below.get(i, i) in numeric] or begins
+    firsts = [i for i in begins if len(records[i].fields) == usual][:_MOST_BLOCKS]
+    firsts += [next(i for i in rows if len(records[i].fields) in (usual, n)) for n in widths]
+    headers = (_header_above(first, records, cells, wanted) for first in dict.fromkeys(firsts))
     return next((at for at in headers if at is not None), None)
 
 
@@ -238,7 +240,7 @@ def _header_above(first: int, records: list[_Record], cells: list[list[str]], wa
             continue  # loggers leave lines empty between header, units and numbers
         if not cells[i] or len(rows) == _MOST_HEADS:
             break
-        if abs(len(cells[i]) - width) > 1:
+        if abs(len(cells[i]) - width) > 1 or (len(cells[i]) < width and any(map(is_number, cells[i]))):
             if rows and _holds_units(cells[rows[-1]]) and width / 2 < len(cells[i]) < width:
                 rows.append(i)  # the units row names further columns
             break

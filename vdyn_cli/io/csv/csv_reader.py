@@ -22,6 +22,7 @@ from vdyn_cli.io.quality.log_checks import checked
 from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded, channel_info, has_usual_rate, is_clock, rises
 from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.io.split_times import split_instants
+from vdyn_cli.io.written_times import seconds_of_digits, since_first
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
@@ -54,13 +55,18 @@ class CsvReader:
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
         units = {i: unit_in_header(layout, i) for i in names}
         timed = [i for i, cell in names.items() if i not in text and is_clock(cell, units[i])]
+        begins = dict(numbers.begins)
+        for i in (i for i in timed if not units[i]):
+            if (of_day := seconds_of_digits(numbers.columns[i])) is not None:
+                numbers.columns[i], units[i] = since_first(of_day), "s"
+                begins[i] = float(of_day[np.isfinite(of_day)][0])
         order = sorted(timed, key=lambda i: (not has_usual_rate(numbers.columns[i], units[i]), not is_clock(names[i])))
         clocks = [i for i in order if rises(numbers.columns[i])]
         time = _seconds(numbers.columns[clocks[0]], units[clocks[0]]) if clocks else None
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
             info = channel_info(name, units[i], time, values)
-            yield Recorded(replace(info, begin=numbers.begins.get(i, math.nan)), time, values)
+            yield Recorded(replace(info, begin=begins.get(i, math.nan)), time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
@@ -79,6 +85,10 @@ class CsvReader:
         raise_all(rows.problems)
         raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
         columns = {channel: layout.header[at] for channel, at in position.items()}
+        if mapping["time"].unit == "s" and (of_day := seconds_of_digits(raw["time"])) is not None:
+            raw["time"] = since_first(of_day)
+            what = "channel 'time' is read as hours, minutes and seconds in digits, hhmmss.ss"
+            findings.append(Finding(f"{name}, column '{columns['time']}'", what, minor=True))
         place = f"{name}, column '{columns['time']}'"
         written = _rising(raw, rows.kept, numbers.lines, mapping["time"], options, place)
         numbers.columns.clear()
