@@ -1,4 +1,4 @@
-"""``vdyn check``: which runs to keep, which to repeat, and why; the exit code says it, too."""
+"""``vdyn check``: runs to keep or to repeat, with the reason and the exit code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``vdyn compare``: which parameters of two files moved beyond both uncertainties."""
+"""``vdyn compare``: parameters that differ between two files by more than both uncertainties."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``vdyn init``: right on every known log, or undecided; what it writes can be filled in and run."""
+"""``vdyn init``: correct or undecided for every known log; its drafts can be completed and run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a step does, on one line of a terminal."""
+"""The progress line on a terminal."""
 
 from __future__ import annotations
 

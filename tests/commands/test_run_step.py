@@ -1,4 +1,4 @@
-"""What a step prints on the console."""
+"""Console output of a step."""
 
 from __future__ import annotations
 

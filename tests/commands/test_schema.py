@@ -1,4 +1,4 @@
-"""Schemas: each key explains itself, the shipped descriptions follow them, and so do results."""
+"""Schemas: each key has a description, and the shipped descriptions and the results are valid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Strict descriptions: everything wrong at once, with file, line and remedy."""
+"""Strict descriptions: all errors are reported together, with file, line and remedy."""
 
 from __future__ import annotations
 

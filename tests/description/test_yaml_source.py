@@ -1,4 +1,4 @@
-"""YAML as data with places; bombs, nesting and repeats refused."""
+"""YAML as data with line numbers; alias bombs, deep nesting and repeated keys are refused."""
 
 from __future__ import annotations
 

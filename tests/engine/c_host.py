@@ -1,4 +1,4 @@
-"""Compiling a printed model and driving it from Python, as a test builder would from C."""
+"""Compilation of an exported C model, and its simulation from Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects for the engine's tests, beside the catalogue."""
+"""Effects for the engine's tests that are not in the catalog."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which effects a model can take."""
+"""The effects that apply to a model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Machine code against CasADi's virtual machine: the same values, bit for bit, for everything that laws may use."""
+"""Machine code and CasADi's virtual machine give the same values, bit for bit, for all functions of laws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Printed C against the simulation of the same model: the same values, bit for bit."""
+"""Exported C and the simulation of the same model give the same values, bit for bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulation in pieces: the same numbers, and memory that the length of the log does not move."""
+"""Simulation in chunks: the same numbers, and memory that does not depend on the length of the log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is computed once, in every stage, and for the readings alone."""
+"""Values computed once, in every stage, and only for the readings."""
 
 from __future__ import annotations
 

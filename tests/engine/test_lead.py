@@ -1,4 +1,4 @@
-"""Inputs that were logged late are read ahead, and those before a low-pass lag, with exact derivatives."""
+"""Corrections of inputs that are logged with a delay or a lag, with exact derivatives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SteadyState states and eigenvalues against hand-written matrices, closed forms and differences."""
+"""Steady states and eigenvalues compared with hand-written matrices, closed forms and finite differences."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kept machine code is used only where it is whole and the user's own; without a folder the text is compiled."""
+"""Cached machine code is used only if it is complete and only the user can write it; else the text is compiled."""
 
 from __future__ import annotations
 

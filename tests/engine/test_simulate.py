@@ -1,4 +1,4 @@
-"""The integrator and its sensitivities against independent answers."""
+"""The integrator and its sensitivities compared with independent solutions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A parameter file as the pipeline writes it, of an invented car."""
+"""A parameter file of a fictitious car, in the form that the pipeline writes."""
 
 from __future__ import annotations
 

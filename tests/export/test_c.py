@@ -1,4 +1,4 @@
-"""The exported C compiles without a warning and drives as the Python model does."""
+"""The exported C compiles without warnings and gives the results of the Python model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exported unit is valid, carries its source, and drives as the Python model does."""
+"""The exported FMU is valid, contains its source, and gives the results of the Python model."""
 
 from __future__ import annotations
 

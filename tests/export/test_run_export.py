@@ -1,4 +1,4 @@
-"""What the command says of input that is wrong, and that it writes everything or nothing."""
+"""Messages of the export command about wrong input; it writes all files or none."""
 
 from __future__ import annotations
 

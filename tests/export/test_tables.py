@@ -1,4 +1,4 @@
-"""Tire file, dynamometer's coefficients and MATLAB struct, read back."""
+"""Tire file, dynamometer coefficients and MATLAB struct, read back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A coast-down in gusts as a regression: the synthetic case on which intervals are judged.
+"""A coast-down in gusts as a regression: the synthetic case for tests of intervals.
 
 Deceleration f + c V^2 with f 0.11 m/s^2 and c 2.8e-4 1/m; the speed has white noise, and a gust that forgets itself in
 a few seconds pulls on the car by 2 c V w. The regression is whitened with a covariance that may be wrong.

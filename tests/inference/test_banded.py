@@ -1,4 +1,4 @@
-"""Noise with a banded covariance: its factor whitens, and twice solved it is the inverse."""
+"""Noise with a banded covariance: solving with its factor whitens, solving twice applies the inverse."""
 
 from __future__ import annotations
 

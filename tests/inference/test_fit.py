@@ -1,4 +1,4 @@
-"""The fit against dense linear algebra, against scipy, and against what it must refuse."""
+"""The fit compared with dense linear algebra and scipy, and the fits that it must refuse."""
 
 from __future__ import annotations
 

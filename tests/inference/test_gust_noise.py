@@ -1,4 +1,4 @@
-"""What gusts do to a simulated speed, against many simulated gusts; and their sizes, found again."""
+"""Covariance of a speed in gusts compared with many simulated gusts, and recovery of the gusts' amplitudes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the data leave open is said in words."""
+"""Messages about unknowns that are not identifiable."""
 
 from __future__ import annotations
 

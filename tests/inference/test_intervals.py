@@ -1,4 +1,4 @@
-"""Intervals by unit of evidence: against refits, against their own expectation, and by coverage."""
+"""Intervals from independent units compared with refits and expectation, and their coverage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The iteration and its linear algebra against dense solutions of random problems."""
+"""The iteration and its linear algebra compared with dense solutions of random problems."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_linear_problems_of_any_shape(seed: int) -> None:
 
 @dataclass(frozen=True)
 class Counted:
-    """Rows that count how often their derivatives are asked for, and give their residuals alone."""
+    """Rows that count the requests for derivatives, and can return their residuals alone."""
 
     rows: Callable[[int, np.ndarray], Rows]
     linearized: list[int]

@@ -1,4 +1,4 @@
-"""The interval of a mixture of answers."""
+"""The interval of a mixture of normal distributions."""
 
 from __future__ import annotations
 

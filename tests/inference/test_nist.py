@@ -1,4 +1,4 @@
-"""The 27 non-linear regression problems that NIST certifies: values, standard errors, sum of squares."""
+"""NIST's 27 certified nonlinear regression problems: values, standard errors, sum of squares."""
 
 from __future__ import annotations
 

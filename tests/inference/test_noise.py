@@ -1,4 +1,4 @@
-"""The white level of a trace, and rows made white."""
+"""The level of white noise in a trace, and whitening of rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A prior's own uncertainty is in the interval, where no scatter within the data could show it."""
+"""Intervals include the uncertainty of priors, which the scatter within the data does not contain."""
 
 from __future__ import annotations
 

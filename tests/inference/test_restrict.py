@@ -1,4 +1,4 @@
-"""One model with every cause in it: what is held is as if it had never been there."""
+"""Nested regressions: an effect that is held at zero has no influence."""
 
 from __future__ import annotations
 

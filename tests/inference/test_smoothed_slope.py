@@ -1,4 +1,4 @@
-"""Smoothed slopes against the slopes that were there."""
+"""Smoothed slopes compared with the true ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Findings of several logs that say the same are told once."""
+"""Equal findings of several logs are reported once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs: the same type for measurements and simulations, never edited in place."""
+"""Logs: the same type for measurements and simulations, never modified in place."""
 
 from __future__ import annotations
 

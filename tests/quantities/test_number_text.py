@@ -1,4 +1,4 @@
-"""Numbers with the digits that their uncertainty leaves."""
+"""Numbers rounded according to their uncertainty."""
 
 from __future__ import annotations
 

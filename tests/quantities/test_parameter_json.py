@@ -1,4 +1,4 @@
-"""Parameter files that a user wrote or edited: units are converted, and what no vehicle has is refused."""
+"""Parameter files that a user wrote or edited: units are converted, and impossible values are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parameter sets: there and back through JSON, later ones in place of earlier ones, what is missing said at once."""
+"""Parameter sets: conversion to and from JSON, updates, and one message about all missing parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units at the border: spellings of test benches, offsets, dimensions, refusals."""
+"""Conversion of units: spellings of test benches, offsets, dimensions, refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Headless Chromium over its debugging pipe: opens a page, and tells what the page said, fetched and looks like."""
+"""Headless Chromium over its debugging pipe: opens a page, and returns its messages, requests and layout."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Synthetic results that look like coast-downs, bump crossings and tire sweeps: what the reports are tested with."""
+"""Synthetic results of coast-downs, bump crossings and tire sweeps for tests of the reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reports as a reader's browser shows them. Skipped where no Chromium is installed."""
+"""Reports in a browser; skipped if Chromium is not installed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thinning keeps what the eye would see."""
+"""Decimation preserves the visible features of lines and points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The diagnosis as words and tables: what a reader is told, in which digits, and what is left out."""
+"""Sentences and tables of the diagnosis on the page: content and rounding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures drawn from data: any data, same text twice, small, and no text that becomes a tag."""
+"""Figures from any data: the same data give the same text, the text is small, and labels are escaped."""
 
 from __future__ import annotations
 

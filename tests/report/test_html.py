@@ -1,4 +1,4 @@
-"""Pages: complete, the same twice, and safe with whatever a file, a channel or a JSON may be called or hold."""
+"""Pages are complete and reproducible, and safe with any names and contents of files, channels and JSON."""
 
 from __future__ import annotations
 

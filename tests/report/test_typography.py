@@ -1,4 +1,4 @@
-"""Numbers, units and names as the page shows them."""
+"""Numbers, units and names on a page."""
 
 from __future__ import annotations
 

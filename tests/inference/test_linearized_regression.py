@@ -1,4 +1,4 @@
-"""A regression frozen to straight lines: the same fit where lines are straight, and known quantities without an end."""
+"""Linearized regressions: the same fit for linear models, and nuisance parameters without bounds."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_frozen_is_the_same_fit():
 
 
 def test_frozen_knows_as_much_of_the_noise():
-    """Triangles stand for all the rows that were folded."""
+    """QR factors count as many rows as they were computed from."""
     plain, straight = solve(line(3.0, 2.0, None)), solve(linearized(line(3.0, 2.0, None)))
     assert straight.classical_covariance == pytest.approx(plain.classical_covariance, rel=1e-6)
 
