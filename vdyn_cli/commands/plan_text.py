@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from vdyn_cli.commands.run_check import table
 from vdyn_cli.commands.standard_output import write_out
+from vdyn_cli.commands.text_columns import text_columns
 from vdyn_cli.io.files import write_together
 from vdyn_cli.project.day_plan import plan
 from vdyn_cli.project.result_document import to_json
@@ -57,23 +57,23 @@ def plan_lines(document: PlanDocument) -> Iterator[str]:
 def _accuracy_lines(document: PlanDocument, channels: str) -> Iterator[str]:
     yield f"\nExpected accuracy of {count(document.runs, 'run')} with the channels {channels}"
     header = ("parameter", "value", "standard error", "95 %", "", "unit", "")
-    yield from table(header, [_row(p) for p in document.parameters])
+    yield from text_columns(header, [_row(p) for p in document.parameters])
 
 
 def _effect_lines(document: PlanDocument) -> Iterator[str]:
     if document.detectable:
         yield "\nCandidate effects that these runs can detect, with the smallest detectable amplitude"
-        yield from table(
+        yield from text_columns(
             ("effect", "amplitude", "unit"),
             [(d.effect, two_digits(d.amplitude), d.unit or "1") for d in document.detectable],
         )
     if document.not_testable:
         yield "\nCandidate effects that these runs cannot detect"
-        yield from table(("effect", "reason"), [(n.effect, n.because) for n in document.not_testable])
+        yield from text_columns(("effect", "reason"), [(n.effect, n.because) for n in document.not_testable])
     if document.confused:
         yield "\nPairs that these runs cannot separate (t: standard errors, at half of the plausible range)"
         rows = [(f"{p.effects[0]} and {p.effects[1]}", f"{p.t:.1f}") for p in document.confused[:SHOWN]]
-        yield from table(("pair", "t"), rows)
+        yield from text_columns(("pair", "t"), rows)
         if len(document.confused) > SHOWN:
             yield f"  and {len(document.confused) - SHOWN} more, in the JSON"
 
@@ -85,7 +85,7 @@ def _assumed_lines(document: PlanDocument) -> Iterator[str]:
             (a.name, f"{a.value:.4g}", a.unit or "1", "stated" if a.stated else "default", a.meaning)
             for a in document.assumed
         ]
-        yield from table(("key", "value", "unit", "", ""), rows)
+        yield from text_columns(("key", "value", "unit", "", ""), rows)
 
 
 def _row(p: PlannedParameter) -> tuple[str, ...]:

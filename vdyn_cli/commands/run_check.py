@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from vdyn_cli.commands.standard_output import write_out
+from vdyn_cli.commands.text_columns import text_columns
 from vdyn_cli.project.channel_sources import logged
 from vdyn_cli.project.check import check
 from vdyn_cli.project.result_document import to_json
@@ -65,13 +66,13 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
             )
             for f in document.flags
         ]
-        yield from table(("run", "channel", "test", "", "from [s]", "to [s]", "segments", "of the run"), rows)
+        yield from text_columns(("run", "channel", "test", "", "from [s]", "to [s]", "segments", "of the run"), rows)
     if document.redundancy:
         yield "\nRedundant channels"
-        yield from table(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
+        yield from text_columns(("pair", "", "runs", "first over second"), list(_pair_rows(document.redundancy)))
     if document.clocks:
         yield "\nClocks of several loggers"
-        yield from table(
+        yield from text_columns(
             ("logger", "against", "by", "delay [ms]", "drift [ppm]", ""), [_clock_row(c) for c in document.clocks]
         )
     if document.coasts is not None:
@@ -117,17 +118,17 @@ def _coast_lines(coasts: CoastBalance) -> Iterator[str]:
             )
             for r in coasts.runs
         ]
-        yield from table(("run", "direction", "start [s]", "[m/s^2]", "without", "", ""), rows)
+        yield from text_columns(("run", "direction", "start [s]", "[m/s^2]", "without", "", ""), rows)
     if coasts.accuracy:
         yield "\nStatistical accuracy p of the pairs' coast times (+-5 km/h)"
-        yield from table(
+        yield from text_columns(
             ("[km/h]", "time [s]", "UN R83", "WLTP"),
             [(f"{a.speed:.0f}", f"{a.time:.2f}", _percent(a.r83), _percent(a.wltp)) for a in coasts.accuracy],
         )
     yield "\nLimits of regulations"
     checked = [x for x in coasts.limits if x.outcome != "not checked"]
     cells = sorted(((x.outcome, x.regulation, x.clause, x.limit, x.found) for x in checked), reverse=True)
-    yield from table(("", "regulation", "clause", "limit", "this test"), cells)
+    yield from text_columns(("", "regulation", "clause", "limit", "this test"), cells)
     because = Counter(x.found.partition(":")[0] for x in coasts.limits if x.outcome == "not checked")
     if because:
         reasons = "; ".join(f"{why} ({n})" for why, n in because.items())
@@ -159,12 +160,3 @@ def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]
 
 def _percent(value: float | None) -> str:
     return "-" if value is None else f"{100 * value:.1f} %"
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Lines of left-aligned columns, two spaces apart, without columns that have no text."""
-    used = [i for i in range(len(header)) if any(row[i] for row in rows)]
-    lines = [tuple(header[i] for i in used), *(tuple(row[i] for i in used) for row in rows)]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(used))]
-    for line in lines:
-        yield "  " + "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip()

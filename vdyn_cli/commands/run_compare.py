@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from vdyn_cli.commands.run_check import table
+from vdyn_cli.commands.text_columns import text_columns
 from vdyn_cli.project.parameter_comparison import compare_documents
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.number_text import number, two_digits
@@ -40,7 +40,7 @@ def comparison_lines(document: ComparisonDocument) -> Iterator[str]:
                 *(f"{one.z:+.1f}" if one.z else "-", "yes" if one.moved else "no"),
             )
         )
-    yield from table(header, rows)
+    yield from text_columns(header, rows)
     for title, names in (
         ("Only in " + document.old, document.only_old),
         ("Only in " + document.new, document.only_new),
