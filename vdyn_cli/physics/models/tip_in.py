@@ -15,6 +15,7 @@ from vdyn_cli.quantities.arrays import Array
 
 STEP = 1e-3  # s
 BEFORE = 0.2  # s of cruise before the pedal moves
+HOLD = 2.0  # s of constant torque after each movement
 SETTLED = 0.3  # s at the end of each phase whose mean is the final value
 RINGING = 0.6  # s after the pedal has moved from which frequency and damping are estimated
 SPARSE = 5  # every fifth sample is used for that
@@ -35,13 +36,11 @@ class Phase:
 
     Parameters
     ----------
-    shaft_peak : N m, peak of each half-shaft's torque, by side.
-    overshoot : of each half-shaft: peak minus final torque, as a share of the change, by side.
+    overshoot : peak minus final torque of each half-shaft, as a share of the change, by side.
     jerk_peak : m/s^3, largest magnitude, with its sign.
     swing : oscillation of each half-shaft's torque, by side; None where there is none.
     """
 
-    shaft_peak: Mapping[str, float]
     overshoot: Mapping[str, float]
     jerk_peak: float
     swing: Mapping[str, Swing | None]
@@ -64,7 +63,6 @@ class TipIn:
     back_out: Phase
 
 
-# Seven parameters: the car, its driven axle, and the pedal
 def tip_in(
     parameters: Mapping[str, float],
     speed: float,
@@ -72,7 +70,6 @@ def tip_in(
     driven: Driven = "front",
     differential: Differential = "open",
     rise: float = 0.05,
-    hold: float = 2.0,
 ) -> TipIn:
     """Simulate a tip-in from a steady cruise, and the back-out after it.
 
@@ -82,7 +79,7 @@ def tip_in(
     speed : m/s, of the cruise.
     torque_step : N m at the planetary output, in addition to the torque of the cruise.
     driven, differential : as of ``models.vehicle``; where both axles are driven the half-shafts are the front axle's.
-    rise, hold : s, duration of a torque ramp, and of the constant torque after it.
+    rise : s, duration of a torque ramp.
 
     Raises
     ------
@@ -94,15 +91,15 @@ def tip_in(
     small steps they can be compared with the eigenmodes.
     """
     state, model = cruise(parameters, speed, driven, differential), vehicle(driven, differential=differential)
-    moves = (BEFORE, BEFORE + rise + hold)
-    n = round((moves[1] + rise + hold) / STEP) + 1
+    moves = (BEFORE, BEFORE + rise + HOLD)
+    n = round((moves[1] + rise + HOLD) / STEP) + 1
     time: Array = np.linspace(0.0, (n - 1) * STEP, n)
     knots = [moves[0], moves[0] + rise, moves[1], moves[1] + rise]
     torque = state.inputs["drive_torque"] + np.interp(time, knots, [0.0, torque_step, torque_step, 0.0])
     context = {"heading": 1.0, "temperature": 293.15}
     run = Drive(time, {**state.inputs, "drive_torque": torque}, state.states, {}, context)
     outputs = Simulator(model, {name: parameters[name] for name in model.parameters})(run).outputs
-    phases = [_phase(time, outputs, begin, begin + rise, begin + rise + hold) for begin in moves]
+    phases = [_phase(time, outputs, begin, begin + rise, begin + rise + HOLD) for begin in moves]
     return TipIn(time - BEFORE, {"drive_torque": torque, **outputs}, *phases)
 
 
@@ -111,16 +108,15 @@ def _phase(time: Array, outputs: Mapping[str, Array], begin: float, moved: float
     there = (time > begin - STEP / 2) & (time < end + STEP / 2)
     rung = (time > moved + STEP / 2) & (time < moved + RINGING)
     last = time > end - SETTLED
-    peak, overshoot, swing = {}, {}, {}
+    overshoot, swing = {}, {}
     for side in ("left", "right"):
         trace = outputs[f"shaft_torque_{side}"]
         before, settled = trace[there][0], float(np.mean(trace[there & last]))
         way = np.sign(settled - before)
-        peak[side] = float(way * np.max(way * trace[there]))
-        overshoot[side] = float((peak[side] - settled) / (settled - before))
+        overshoot[side] = float((way * np.max(way * trace[there]) - settled) / (settled - before))
         swing[side] = ringing(trace[rung][::SPARSE], SPARSE * STEP)
     jerk = outputs["jerk"][there]
-    return Phase(peak, overshoot, float(jerk[np.argmax(np.abs(jerk))]), swing)
+    return Phase(overshoot, float(jerk[np.argmax(np.abs(jerk))]), swing)
 
 
 def ringing(trace: Array, step: float) -> Swing | None:

@@ -25,6 +25,7 @@ from vdyn_cli.steps.coastdown.segments import (
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which a deceleration is averaged
+ROUNDS = 30  # of reweighting in a fit with least absolute deviations
 
 
 @dataclass(frozen=True)
@@ -188,10 +189,10 @@ def _deceleration(segment: CoastSegment, known: Array) -> tuple[Array, Array, Ar
     return middles[0], middles[1], middles[2] - np.diff(speed) / np.diff(time)
 
 
-def _least_absolute_deviations(design: Array, values: Array, rounds: int = 30) -> Array:
+def _least_absolute_deviations(design: Array, values: Array) -> Array:
     """Coefficients of least absolute deviations, by iteratively reweighted least squares."""
     weight = np.ones(values.size)
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         root = np.sqrt(weight)
         law = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
         weight = 1.0 / np.maximum(np.abs(values - design @ law), 1e-3)

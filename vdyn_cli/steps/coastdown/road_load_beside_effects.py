@@ -36,7 +36,6 @@ def regression_with_effects(
     campaign: Campaign,
     effects: Sequence[Correction],
     extra: Sequence[Unknown],
-    rounds: int = ROUNDS,
     base: Regression | None = None,
 ) -> Regression:
     """The regression at the baseline's fit with candidate effects, and noise that does not absorb their signals.
@@ -53,7 +52,7 @@ def regression_with_effects(
 
     Parameters
     ----------
-    effects, extra, rounds : as in ``fit_road_load``.
+    effects, extra : as in ``fit_road_load``.
     base : the campaign's ``weighted_start``, if known; it does not depend on ``shown_roughness``.
 
     Raises
@@ -81,7 +80,7 @@ def regression_with_effects(
         old, new = rows_of(before).sizes, rows_of(after).sizes
         return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
 
-    settled = until_settled(resize, level, rounds, SIZES_SETTLED).state
+    settled = until_settled(resize, level, ROUNDS, SIZES_SETTLED).state
     sized, starts = rows_of(settled), {u.name: u.start for u in settled.shared}
     road = np.array([values[n] for n in sized.road])
     if chdtrc(road.size, float(road @ road)) < IMPLAUSIBLE:
