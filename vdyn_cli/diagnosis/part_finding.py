@@ -164,7 +164,7 @@ def _rivals(search: PartSearch, best: FittedParts) -> tuple[str, ...]:
     found = [some[0].group for some, e in search.gains if some[0].group != part.group and e.gain > least]
     candidates = search.strategy.model.setup.candidates
     found += [n for n, e in search.rivals.items() if not part.concerns(candidates[n]) and e.gain > least]
-    return tuple(dict.fromkeys([*found, *part.alike]))
+    return tuple(dict.fromkeys([*found, *part.inseparable]))
 
 
 def _margin(gain: float) -> float:

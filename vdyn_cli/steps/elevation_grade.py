@@ -7,7 +7,8 @@ measures its integral::
     z_j = z_0 + sum_(i <= j) d i_i + e_j
 
 The prior's spectrum and amplitude maximize the likelihood of all runs together. The grade is then scaled by the share
-of it that the runs' decelerations show (``felt_road``), because errors of the elevation do not decelerate the car.
+of it that the runs' decelerations show (``coastdown.grade_agreement``), because errors of the elevation do not
+decelerate the car.
 """
 
 from __future__ import annotations

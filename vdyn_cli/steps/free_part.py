@@ -43,11 +43,11 @@ class Part:
         can absorb part of the addition, so only the sum of law and addition is determined. None for a sensor.
     own : the unknowns that ``arguments`` reads; the law is nearly linear in them.
     called : name of the part where it represents more than one law; empty: the element's name.
-    kin : further laws whose effects belong to this part.
+    related : further laws whose effects belong to this part.
     reads : computes the coordinate from the law's signals, where it is not one of them.
     factor : a signal that multiplies the addition ("heading": it changes sign with the direction of driving).
     sensor : whether the addition is the error of a reading.
-    alike : names of parts that these logs cannot separate from this one.
+    inseparable : names of parts that these logs cannot separate from this one.
     order : highest order of the cosines; lower where the data have too few points for narrow shapes.
     """
 
@@ -66,11 +66,11 @@ class Part:
     arguments: Arguments | None = None
     own: tuple[str, ...] = ()
     called: str = ""
-    kin: tuple[str, ...] = ()
+    related: tuple[str, ...] = ()
     reads: Callable[[Signals], Number] | None = None
     factor: str = ""
     sensor: bool = False
-    alike: tuple[str, ...] = ()
+    inseparable: tuple[str, ...] = ()
     order: int = ORDER
 
     @property
@@ -150,7 +150,7 @@ class Part:
 
     def concerns(self, one: Effect) -> bool:
         """Whether an effect corrects the part's law, or one of those that the part represents."""
-        return bool({self.element, *self.kin} & set(one.on))
+        return bool({self.element, *self.related} & set(one.on))
 
     def cosines(self, x: Any) -> list[Any]:
         """The cosines at a value or symbol of the coordinate, in the order of ``orders``."""

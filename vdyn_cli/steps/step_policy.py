@@ -113,19 +113,19 @@ class StepPolicy:
         10.0, "likelihood ratio", "from which the two directions do not share one road",
         'Jeffreys, Theory of Probability, 1961, calls it "strong" evidence.',
     )  # fmt: skip
-    elevation_felt: float = threshold(
+    elevation_shown: float = threshold(
         3.0, "standard errors", "from zero of the share of a logged elevation that decelerations show, to use it",
         "With less, a third of the grade would be noise of the elevation.",
     )  # fmt: skip
-    felt_doubt: float = threshold(
+    grade_doubt: float = threshold(
         3.0, "standard errors", "from one of the share of a stated grade that decelerations show, to doubt the grade",
         "The confidence of other doubts about the data: by chance once in 400.",
     )  # fmt: skip
-    felt_material: float = threshold(
+    grade_material: float = threshold(
         0.2, "share of the grade", "least such difference that is reported",
         "Rotating mass and wind cause smaller differences.",
     )  # fmt: skip
-    felt_clear: float = threshold(
+    grade_clear: float = threshold(
         0.3, "share of the grade", "standard error of this share above which the grade is not judged",
         "A share of zero is then within three standard errors of one.",
     )  # fmt: skip

@@ -19,7 +19,7 @@ from vdyn_cli.steps.coastdown.road_position import road_ends
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.shared_road import RoadLayout, road_layout
 
-AccelerometerUse = Literal["none", "beside", "alone"]
+AccelerometerUse = Literal["none", "with_speed", "alone"]
 
 BIN_WIDTH = 2.0  # s: a quarter of the usual gust; averages out that torque and force are not sampled simultaneously
 FEWEST_BINS, MOST_BINS = 8, 200  # of a run: the covariance stays small
@@ -34,7 +34,7 @@ class Campaign:
     drive : which signal of the drive is measured.
     values : the model's parameters in SI.
     unknowns : shared unknowns, named as the model's parameters; those known with an uncertainty have a prior.
-    accelerometer : "none", fitted "beside" the speed, or "alone".
+    accelerometer : "none", or fitted "with_speed" or "alone".
     white : plain least squares, with sensor noise only.
     levels : white noise in the samples of each run's channels, in the channel's unit.
     road : first and last road coordinate, m; None unless every run's position on the road is known.
@@ -124,7 +124,9 @@ class Campaign:
     @property
     def channels(self) -> tuple[str, ...]:
         """The fitted channels, in the order of the rows."""
-        return {"none": ("speed",), "beside": ("speed", "acceleration"), "alone": ("acceleration",)}[self.accelerometer]
+        return {"none": ("speed",), "with_speed": ("speed", "acceleration"), "alone": ("acceleration",)}[
+            self.accelerometer
+        ]
 
     @property
     def speed_fitted(self) -> bool:

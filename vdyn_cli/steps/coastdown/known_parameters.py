@@ -102,7 +102,7 @@ def campaign_unknowns(
             mean, std = known[name].value, known[name].std
             low, high = max(mean - PRIOR_REACH * std, 0.1 * mean), mean + PRIOR_REACH * std
             found.append(Unknown(name, mean, low, high, "", (mean, std), nuisance=True))
-    if use == "beside":
+    if use == "with_speed":
         found.append(Unknown("accelerometer_zero", 0.0, -3.0, 3.0, "m/s^2", nuisance=True))
         if both_ways:
             found.append(Unknown("road_slope", 0.0, -0.2, 0.2, nuisance=True))

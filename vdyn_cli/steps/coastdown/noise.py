@@ -28,7 +28,7 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
         return gust_covariance.white_noise(surroundings, campaign.channels)
     law = {
         "none": gust_covariance.speed_noise,
-        "beside": gust_covariance.speed_and_force_noise,
+        "with_speed": gust_covariance.speed_and_force_noise,
         "alone": gust_covariance.force_noise,
     }[campaign.accelerometer]
     found = law(surroundings)

@@ -43,19 +43,19 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
         Part(
             "driveline", "", "speed", speed, FORCE, "N", "m/s", "the resistance to motion", "speed", anchored=False,
             law=_resistance, arguments=arguments, own=tuple(n for n in OWN if n in names), called="road_load",
-            kin=RESISTANCES,
+            related=RESISTANCES,
         ),
         Part(
             "driveline", "", "run_time", within, FORCE, "N", "s", "the resistance to motion", "time since the start",
-            anchored=False, law=_rolling, arguments=arguments, own=rolling, called="road_load", kin=RESISTANCES,
-            alike=road,
+            anchored=False, law=_rolling, arguments=arguments, own=rolling, called="road_load", related=RESISTANCES,
+            inseparable=road,
         ),
     ]  # fmt: skip
     if any(r.start != runs[0].start for r in runs):  # else the time of day is not known
         found.append(
             Part(
                 "driveline", "", "elapsed", day, FORCE, "N", "s", "the resistance to motion", "time of day",
-                anchored=False, law=_rolling, arguments=arguments, own=rolling, called="road_load", kin=RESISTANCES,
+                anchored=False, law=_rolling, arguments=arguments, own=rolling, called="road_load", related=RESISTANCES,
             )
         )  # fmt: skip
     if {1.0, -1.0} <= {r.heading for r in runs}:
@@ -63,7 +63,7 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
             Part(
                 "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that changes sign with the direction",
                 "speed",
-                anchored=False, called="directional_force", kin=("air", "wind_speed", "grade", "slope"),
+                anchored=False, called="directional_force", related=("air", "wind_speed", "grade", "slope"),
                 factor="heading",
             )
         )  # fmt: skip

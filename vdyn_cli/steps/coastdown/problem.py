@@ -20,8 +20,8 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Campaign, road_of
-from vdyn_cli.steps.coastdown.felt_road import felt_grades, grade_findings
 from vdyn_cli.steps.coastdown.force_intervals import averaged_forces, spanning_forces
+from vdyn_cli.steps.coastdown.grade_agreement import grade_findings, scaled_grades
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
@@ -29,9 +29,9 @@ from vdyn_cli.steps.coastdown.plan import next_coasts
 from vdyn_cli.steps.coastdown.quality import quality_of
 from vdyn_cli.steps.coastdown.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.result import RoadLoadAnswer, doubts, result_of
-from vdyn_cli.steps.coastdown.road_load_beside_effects import regression_with_effects
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
 from vdyn_cli.steps.coastdown.road_load_regression import rows_of, with_noise_of
+from vdyn_cli.steps.coastdown.road_load_with_effects import regression_with_effects
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
@@ -250,14 +250,14 @@ def _with_slopes(
     sloped = with_grades(plain, grades)
     coasts = [coast_segment(k, usable(log, drive), None, 0.0) for k, log in enumerate(sloped)]
     whole = [s for s in coasts if isinstance(s, CoastSegment)]
-    felt = felt_grades(grades, [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in whole])
+    felt = scaled_grades(grades, [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in whole])
     return (plain, (), ()) if felt is None else (with_grades(plain, felt[0]), felt[0], (felt[1],))
 
 
 def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) -> AccelerometerUse:
     if not all("acceleration" in s.log and np.ptp(s.log["acceleration"]) > 0 for s in segments):
         return "none"
-    return "alone" if spec.settings.windows == "powered" else "beside"
+    return "alone" if spec.settings.windows == "powered" else "with_speed"
 
 
 def _road_run(

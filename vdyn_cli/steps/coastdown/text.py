@@ -18,7 +18,7 @@ from vdyn_cli.steps.coastdown.segments import RejectedSegment
 UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
 FITTED = {
     "none": "The simulated speed was fitted to the measured speed, with the start speed of every run free.",
-    "beside": "Simulated speed and specific force were fitted together, with the start speed of every run and the "
+    "with_speed": "Simulated speed and specific force were fitted together, with the start speed of every run and the "
     "accelerometer's zero free; a slope acts on the speed, but not on the specific force.",
     "alone": "The specific force was fitted where the drive is above zero; each log's zero of the accelerometer was "
     "taken from the energy of the whole log.",

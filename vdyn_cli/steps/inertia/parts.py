@@ -29,7 +29,7 @@ def wheel_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
     turn = span_of([log["wheel_speed"] for log in logs], 1.0)
     spin = Part(
         "bearing", "", "wheel_speed", turn, TORQUE, "N m", "rad/s", "the bearing's drag torque", "wheel speed",
-        anchored=False, law=bearing, arguments=lambda x, values: {"bearing_torque": 0.0}, kin=("brake",),
+        anchored=False, law=bearing, arguments=lambda x, values: {"bearing_torque": 0.0}, related=("brake",),
     )  # fmt: skip
     readings = (
         sensor_part(n, span_of([log[n] for log in logs], 0.1), size, unit, what)

@@ -36,15 +36,15 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
     parts = [
         Part(
             "tire", "", "slip", slip, FORCE, "N", "", "the tire's force", "slip", anchored=False, law=tire,
-            arguments=arguments, own=SHAPE, kin=("slip", "force_x", "friction"),
+            arguments=arguments, own=SHAPE, related=("slip", "force_x", "friction"),
         ),
         Part(
             "tire", "", "load", load, FORCE, "N", "N", "the tire's force", "load", anchored=False, law=addition,
-            arguments=lambda x, values: {}, kin=("friction",),
+            arguments=lambda x, values: {}, related=("friction",),
         ),
         Part(
             "tire", "", "returning", slip, FORCE, "N", "", "the tire's force", "slip while it returns to zero",
-            law=addition, arguments=lambda x, values: {}, kin=("slip",),
+            law=addition, arguments=lambda x, values: {}, related=("slip",),
         ),
     ]  # fmt: skip
     if all("vehicle_speed" in log for log in logs):

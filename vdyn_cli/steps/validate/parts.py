@@ -51,11 +51,11 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
         ),
         Part(
             "driveline", "", "speed", speed, FORCE, "N", "m/s", "the resistance to motion", "speed", anchored=False,
-            law=_resistance, arguments=rolled, called="road_load", kin=RESISTANCES,
+            law=_resistance, arguments=rolled, called="road_load", related=RESISTANCES,
         ),
         Part(
             "driveline", "", "elapsed", time, FORCE, "N", "s", "the resistance to motion", "time of the drive",
-            anchored=False, called="road_load", kin=RESISTANCES,
+            anchored=False, called="road_load", related=RESISTANCES,
         ),
     ]  # fmt: skip
     if {1.0, -1.0} <= {s.heading for s in segments}:
@@ -63,7 +63,7 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
             Part(
                 "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that changes sign with the direction",
                 "speed",
-                anchored=False, called="directional_force", kin=("air", "wind_speed", "grade"), factor="heading",
+                anchored=False, called="directional_force", related=("air", "wind_speed", "grade"), factor="heading",
             )
         )  # fmt: skip
     return tuple(found)

@@ -27,7 +27,7 @@ BIN = 2.0  # s, as the fit averages
 FEWEST_RUNS, FEWEST_BINS = 3, 5  # two runs have no scatter, and a run fits three unknowns
 
 
-def felt_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
+def shown_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
     """Share b and its standard error; None where too few runs have a varying grade."""
     parts = [p for run in runs if (p := _rows(run)) is not None]
     if len(parts) < FEWEST_RUNS:
@@ -67,11 +67,11 @@ def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
     ----------
     where : key or file that states the grade.
     """
-    found = felt_share(runs)
-    if found is None or found[1] > STEP_POLICY.felt_clear:
+    found = shown_share(runs)
+    if found is None or found[1] > STEP_POLICY.grade_clear:
         return
     share, std = found
-    least = max(STEP_POLICY.felt_doubt * std, STEP_POLICY.felt_material)
+    least = max(STEP_POLICY.grade_doubt * std, STEP_POLICY.grade_material)
     if abs(share - 1.0) < least:
         return
     what = f"the runs' decelerations show {share:.2f} +- {std:.2f} times the stated grade"
@@ -82,7 +82,7 @@ def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
     yield Finding(where, what, "", remedy, doubt=True)
 
 
-def felt_grades(
+def scaled_grades(
     grades: Sequence[ElevationGrade], runs: Sequence[RoadRun]
 ) -> tuple[tuple[ElevationGrade, ...], Finding] | None:
     """The grades scaled by the share that the runs' decelerations show, with a finding; None where they show none.
@@ -91,8 +91,8 @@ def felt_grades(
     ----------
     runs : the coasts in the logs, with these grades.
     """
-    felt = felt_share(runs)
-    if felt is None or felt[0] < STEP_POLICY.elevation_felt * felt[1]:
+    felt = shown_share(runs)
+    if felt is None or felt[0] < STEP_POLICY.elevation_shown * felt[1]:
         return None
     steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
     what = (
