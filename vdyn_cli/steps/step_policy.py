@@ -255,45 +255,45 @@ class StepPolicy:
     )  # fmt: skip
     # Validation -------------------------------------------------------------------------------------------------------
     band_chance: float = threshold(
-        0.05, "probability", "that a right model is called wrong, all outputs together",
+        0.05, "probability", "that a correct model is called wrong, all outputs together",
         "The conventional 5 %.",
     )  # fmt: skip
     output_chance: float = threshold(
-        0.01, "p value", "of one output's time outside its band, up to which it is named",
-        "A fifth of band_chance, which holds for all outputs together.",
+        0.01, "p value", "of one output's time outside its band, up to which it is reported",
+        "A fifth of band_chance, which is for all outputs together.",
     )  # fmt: skip
     large_pull: float = threshold(
-        2.5, "standard deviations", "of a parameter's move by the drives, beyond which it is reported",
-        "1.2 % of right models reach it.",
+        2.5, "standard deviations", "of a parameter's shift by the drives, beyond which it is reported",
+        "1.2 % of correct models reach it.",
     )  # fmt: skip
     slip_stiffness: float = threshold(
         12.0, "without unit", "force of the driven tires over slip and the car's weight, of a mass on a road",
-        "Passenger car tires have 15 to 30 over their load, and driven axles carry 40 % of the weight or all of it: "
-        "6 at least, and much more where tires are hard or the stated rotating mass is also that of undriven wheels, "
-        "which do not slip. The slip for a force is between none and that of 6; half of that is expected.",
+        "Passenger car tires have 15 to 30 over their load, and driven axles carry 40 to 100 % of the weight: at least "
+        "6, and much more where tires are hard or the stated rotating mass includes undriven wheels, which do not "
+        "slip. The slip for a force is between zero and that of 6; half of that is expected.",
     )  # fmt: skip
     slip_spread: float = threshold(
         0.58, "share", "standard deviation of the lag that follows from slip_stiffness",
-        "Evenly distributed between none and twice the expected one: 1/sqrt(3).",
+        "Uniformly distributed between zero and twice the expected one: 1/sqrt(3).",
     )  # fmt: skip
     foreign_error: float = threshold(
         0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",
-        "A road load known to 10 % and a torque known to 5 % miss half of that.",
+        "Errors of 10 % of the road load and 5 % of the torque cause half of that.",
     )  # fmt: skip
     hills_error: float = threshold(
         0.06, "share of the largest speed", "rms error of a simulated speed, above which sensors' hills are candidates",
         "A road load known to 10 % and a torque known to 5 % miss as much; most often the rest is hills.",
     )  # fmt: skip
     foreign_std: float = threshold(
-        3.0, "standard deviations", "of a right model's error that it must exceed, too",
+        3.0, "standard deviations", "of a correct model's error that it must also exceed",
         "One error in 400 is as large.",
     )  # fmt: skip
     brake_least: float = threshold(
-        0.12, "m/s^2", "of deceleration that nothing logged explains, from which a brake without a channel is seen",
-        "A light touch of a brake; gusts reach 0.02, and hills move the driven samples as well.",
+        0.12, "m/s^2", "of deceleration that no channel explains, from which braking without a channel is detected",
+        "Light braking; gusts reach 0.02, and hills also affect the driven samples.",
     )  # fmt: skip
     brake_beyond: float = threshold(
-        4.0, "standard deviations", "of the driven samples that it must exceed, too",
+        4.0, "standard deviations", "of the driven samples that it must also exceed",
         "A normal sample exceeds it once in 30 000.",
     )  # fmt: skip
     brake_shortest: float = threshold(

@@ -1,4 +1,4 @@
-"""How far the result moves if a known number is wrong: masses, inertia, lengths, and the bump's size."""
+"""Sensitivity of the result to the known numbers: masses, inertia, lengths, and the bump's size."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.half_car import GIVEN, SOUGHT
 from vdyn_cli.steps.bump.half_car_fit import BumpFit, BumpRows
 
-NOT_LISTED = ("antenna_offset", "outboard_mass")  # zero in most tests, so that 1 % of them is nothing
+NOT_LISTED = ("antenna_offset", "outboard_mass")  # zero in most tests, so that a relative change has no meaning
 
 
 def sensitivity_to_known(fit: BumpFit, solution: Solution) -> dict[str, dict[str, float]]:
-    """Total derivatives d sought / d known at the solution, every other unknown following, by known number.
+    """Total derivatives d sought / d known at the solution, by known number, including changes of other unknowns.
 
-    With J the whitened derivatives to all unknowns, P the priors' weights and d those to a known number,
-    slope = -(J'J + P)^-1 J'd; where the number is itself an unknown under a prior, (J'J + P)^-1 P.
+    With J the whitened derivatives by all unknowns, P the priors' weights and d the derivatives by a known number,
+    slope = -(J'J + P)^-1 J'd; where the number is itself an unknown with a prior, (J'J + P)^-1 P.
     """
     s, m, g = len(fit.shared), len(fit.own), len(fit.crossings)
     names = [n for n in GIVEN if n not in NOT_LISTED]

@@ -72,6 +72,6 @@ def _report(path: Path) -> tuple[ReportedRun, ...]:
     try:
         with open_source(path) as source:
             lines = b"".join(source.blocks).decode(source.encoding, "replace").splitlines()
-    except InputError:  # no text: a log of another format, or none
+    except InputError:  # not a text file
         return ()
     return read_report(lines)

@@ -17,7 +17,7 @@ from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 Role = Literal["measured", "accent", "muted"]
 
 WAYS: tuple[tuple[float, str, Role], ...] = ((1.0, "out", "measured"), (-1.0, "back", "accent"), (0.0, "all", "muted"))
-ELLIPSE = 2.447746830680816  # standard deviations in two dimensions that hold 95 %
+ELLIPSE = 2.447746830680816  # radius of the 95 % region in two dimensions, standard deviations
 
 
 def comparisons(fit: RoadLoadFit) -> tuple[Comparison, ...]:

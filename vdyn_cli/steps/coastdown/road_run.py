@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 
-LOWEST_LEVEL = 1e-4  # in SI, smallest white noise of a channel: a simulated log has none
+LOWEST_LEVEL = 1e-4  # in SI, least white noise of a channel, because a simulated log has none
 # m/s, error of the speed at which a timer records a split time: loggers state it to 0.1 km/h. The fit scales it to
 # the residuals (gust_covariance: speed_noise).
 SPLIT_LEVEL = 0.028

@@ -122,7 +122,7 @@ def coast_segment(
 
 
 def further_coasts(log: Log, used: CoastSegment) -> list[RejectedSegment]:
-    """Further coasts of a log, with at least half the speed range and half the duration of the used one."""
+    """Findings on further coasts of a log, with at least half the speed range and duration of the used one."""
     first, last = float(used.log.time[0]), float(used.log.time[-1])
     speed = used.log["speed"]
     window, shortest = (float(speed.max()), float(speed.min())), 0.5 * (last - first)

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 WIND_LIMIT = 16 / 3.6  # m/s, mean wind of a run; SAE J1263
 LIKELY_KMH = 45.0  # m/s, 162 km/h: coast-downs begin below (J2263: 115 km/h; GTR 15: 140 km/h)
-MINIMUM_LENGTH = 10.0  # s, of a part of a log: below, it holds too few gusts of 8 s to average them
+MINIMUM_LENGTH = 10.0  # s, of a part of a log: a shorter one contains too few gusts of 8 s to average them
 
 Speed = Annotated[Given, Si("m/s", 0, 150)]
 Windows = Literal["auto", "coast", "all", "powered"]

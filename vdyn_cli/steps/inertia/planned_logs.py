@@ -38,12 +38,12 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
 
     Raises
     ------
-    InputError : a pendulum beside the drives. MissingParameterError : mass or radius of the wheel is not known.
+    InputError : the description has a pendulum. MissingParameterError : mass or radius of the wheel is not known.
     """
     spec = day.spec
     assert isinstance(spec, InertiaSpec)
     if spec.pendulum is not None:
-        remedy = "record one swing of the wheel: 'vdyn inertia' needs one log, and states its error"
+        remedy = "record one oscillation of the wheel: 'vdyn inertia' needs one log, and states its error"
         raise InputError(Finding("pendulum", "a pendulum cannot be planned", remedy=remedy))
     day.known.require("wheel_mass", "wheel_radius", where="inertia")
     return tuple(_log(day, spec, k) for k in range(len(spec.runs)))

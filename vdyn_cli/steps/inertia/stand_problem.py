@@ -116,7 +116,7 @@ def prepare_stand(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> 
 
     Raises
     ------
-    InputError : no run, a pendulum beside it, a wrong sign, a run that is too short or without changes of torque.
+    InputError : no run, a pendulum in the description, a wrong sign, a run that is too short or of constant torque.
     """
     if spec.pendulum is not None:
         what = "a wheel on a stand and a pendulum are two tests"

@@ -36,7 +36,7 @@ def friction_over_slip(curve: FittedCurve) -> Figure:
         series.append(Series("peak", at, fit.force(at, load, values) / load, "points", role="accent"))
     caption = (
         "Friction over slip. Good: the points scatter evenly about the line on both sides of zero and beyond the peak. "
-        "Bad: a cloud that crosses zero beside the origin (wheel radius or force zero), one branch above the other "
+        "Bad: a cloud that does not pass through the origin (wheel radius or force zero), one branch above the other "
         "(load or speed changes the friction), or points that end before the peak."
     )
     return Figure("curve", "Friction over slip", caption, "slip", "Fx / Fz", tuple(series))
