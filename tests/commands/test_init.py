@@ -190,6 +190,18 @@ def test_each_run_has_a_log_of_each_logger(tmp_path: Path, begins: Sequence[floa
     assert not any("direction" in key for key in found.undecided)
 
 
+def test_files_of_one_folder_are_of_one_run(tmp_path: Path) -> None:
+    """A phone's app writes a folder for each recording, with a file of the same name for each sensor."""
+    paths = []
+    for path in write_loggers(tmp_path, (0.0,) * 4, "{logger}_run{run}.csv"):
+        logger, run = path.stem.split("_")
+        (tmp_path / f"recording {run}").mkdir(exist_ok=True)
+        paths.append(path.rename(tmp_path / f"recording {run}" / f"{logger}.csv"))
+    runs = draft("coastdown", *paths)[1]["runs"]
+    assert len(runs) == 4
+    assert all(len({Path(log).parent for log in run["logs"]}) == 1 == len(run["logs"]) - 1 for run in runs)
+
+
 @pytest.mark.parametrize("lost", ["can_run2.csv", "vbox3_run4.csv"])
 def test_a_log_without_the_other_logger_s_is_left_out(tmp_path: Path, lost: str) -> None:
     paths = [p for p in write_loggers(tmp_path, (0.0,) * 4, "{logger}_run{run}.csv") if p.name != lost]

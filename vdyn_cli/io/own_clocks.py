@@ -25,9 +25,10 @@ def slower_rows(time: Array, values: Array) -> Rows | None:
     Every k-th row, k > 1, or by a clock of its own between the rows of other channels. Gaps, and values that are
     missing by chance, are no slower clock.
     """
-    rows = np.flatnonzero(np.isfinite(values))
-    if rows.size == values.size or rows.size < _FEWEST:
+    written = np.isfinite(values)
+    if written.all() or np.count_nonzero(written) < _FEWEST:
         return None
+    rows = np.flatnonzero(written)
     steps = np.diff(rows)
     usual = float(np.median(steps))
     if usual >= 2.0:

@@ -11,6 +11,7 @@ from vdyn_cli.quantities.arrays import Array
 
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
+_CHUNK = 100_000
 _MOST_STEPS = 5.0  # usual steps of a clock over a full minute
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}|\d+ days?"
@@ -66,6 +67,9 @@ def seconds_of_digits(values: Array) -> Array | None:
 
     Such a clock jumps by 40 s more at each full minute, from 59.95 to 100.00, and no other does so there alone.
     """
+    for first in range(0, values.size, _CHUNK):  # a clock in s ends this after a minute
+        if (values[first : first + _CHUNK] % 100.0 >= 60.0).any():
+            return None
     written = np.flatnonzero(np.isfinite(values))
     digits = values[written]
     hours, rest = np.divmod(digits, 10_000.0)

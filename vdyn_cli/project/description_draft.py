@@ -295,7 +295,7 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
     for k, log in enumerate(runs[0]):
         if k not in useful:
             reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
-            names = ", ".join(run[k].path.name for run in runs)
+            names = ", ".join(dict.fromkeys(run[k].path.name for run in runs))
             lines.append(f"# left out: {names}, " + ("; ".join(reasons) or "no column fits this step"))
     return lines, mapped, undecided
 

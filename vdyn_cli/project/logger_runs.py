@@ -80,7 +80,7 @@ def _partners(logs: Sequence[GuessedLog], others: Sequence[GuessedLog]) -> dict[
     ways: list[list[list[GuessedLog]]] = []
     if _runs_on(logs) and _runs_on(others):
         ways.append([[other for other in others if _common(log, other) > _SAME_RUN] for log in logs])
-    for keys in (_numbers, _letters):
+    for keys in (_folders, _numbers, _letters):
         named = list(zip(keys(others), others, strict=True))
         ways.append([[other for key, other in named if key == mine] for mine in keys(logs)])
     fewest = min(len(logs), len(others))
@@ -104,6 +104,11 @@ def _common(log: GuessedLog, other: GuessedLog) -> float:
     """The time that both have, as a share of the longer one's."""
     (a, b), (c, d) = _span(log), _span(other)
     return (min(b, d) - max(a, c)) / max(b - a, d - c)
+
+
+def _folders(logs: Sequence[GuessedLog]) -> list[str]:
+    """The folder of each file: apps write one for each recording, with a file for each sensor."""
+    return [str(log.path.parent) for log in logs]
 
 
 def _numbers(logs: Sequence[GuessedLog]) -> list[tuple[int, ...]]:
