@@ -119,6 +119,8 @@ def test_values_of_a_document_in_words(value: object, shown: str) -> None:
         ("coast_1 out", "coast_1 out"),
         ("out/back", "out/back"),
         ("logs/report.csv (12)", "report (12)"),
+        ("../a/run 3.vbo", "run 3"),
+        ("app/recording 2/Location.csv", "recording 2/Location"),
     ],
 )
 def test_runs_are_called_by_their_file(path: str, name: str) -> None:

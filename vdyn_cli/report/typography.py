@@ -170,13 +170,23 @@ def name(identifier: str) -> str:
     return re.sub(r"\b(cg|epa|gps|imu|wltp|rms)\b", lambda m: m[1].upper(), text)
 
 
-_LOG = re.compile(r"(?:.*[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|mf4)(?:\.gz)?( \([^/\\]*\))?", re.IGNORECASE)
+_LOG = re.compile(
+    r"(?:(?:.*[/\\])?([^/\\]+)[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|ascii|log|mf4|mdf|vbo|lvm|mat|parquet)(?:\.gz)?"
+    r"( \([^/\\]*\))?",
+    re.IGNORECASE,
+)
 
 
 def run_name(text: str) -> str:
-    """The file name of a log's path without suffix, with the column of a table in brackets; other texts unchanged."""
+    """The file name of a log's path without suffix, with the column of a table in brackets; other texts unchanged.
+
+    A name without a number, such as an app writes in the folder of each recording, has its numbered folder before it.
+    """
     match = _LOG.fullmatch(text.strip())
-    return match[1] + (match[2] or "") if match else text
+    if not match:
+        return text
+    numbered = re.search(r"\d", match[1] or "") and not re.search(r"\d", match[2])
+    return (f"{match[1]}/" if numbered else "") + match[2] + (match[3] or "")
 
 
 def title(identifier: str) -> str:
