@@ -15,9 +15,9 @@ from vdyn_cli.project.execute import RefusedResultError, execute
 SEED = 110  # development's, not the table's
 
 
-def document(folder: Path, faults: dict[str, float]) -> tuple[dict[str, Any], bool]:
+def document(folder: Path, faults: dict[str, float], seed: int = SEED) -> tuple[dict[str, Any], bool]:
     """The document of a validation, and whether it is published."""
-    path = description(folder, SEED, faults)
+    path = description(folder, seed, faults)
     try:
         return dict(execute("validate", path).document), True
     except RefusedResultError as refused:
@@ -45,21 +45,26 @@ def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> 
     assert low < 0.6 < high
 
 
-@pytest.mark.slow  # a whole diagnosis
-def test_a_loss_of_another_law_than_the_catalogue_s_is_named_with_the_driveline_s_curve(tmp_path: Path) -> None:
-    """The plant's gears lose in proportion to |T|^0.8, the catalogue's to |T|."""
-    found, published = document(tmp_path, {"gear_loss": 0.09})
+@pytest.mark.slow  # eight whole diagnoses
+def test_losses_of_another_law_than_the_catalogue_s_are_named_with_the_driveline_s_curve(tmp_path: Path) -> None:
+    """The plant's gears lose in proportion to |T|^0.8, the catalogue's to |T|: the curve holds most of it."""
+    shares = [covered_loss(tmp_path, seed) for seed in range(SEED, SEED + 8)]
+    assert np.median(shares) > 0.8
+
+
+def covered_loss(folder: Path, seed: int) -> float:
+    """The share of the driveline's curve whose interval holds the vehicle's loss."""
+    found, published = document(folder, {"gear_loss": 0.09}, seed)
     assert published
     (cause,), part = found["diagnosis"]["causes"], found["diagnosis"]["part"]
     assert cause["effect"] == "driveline_loss"
     assert (part["element"], part["coordinate"], part["explains"]) == ("driveline", "drive_torque", True)
-    car = light_ev.drawn(SEED)
+    car = light_ev.drawn(seed)
     force = car.gear_ratio * car.efficiency * car.largest_torque / car.wheel_radius
     lost = [0.09 * force * abs(p["at"] / car.largest_torque) ** light_ev.LOSS_POWER for p in part["curve"]]
     without = [p["at"] / car.largest_torque * force for p in part["curve"]]
     ends = np.array([p["interval95"] for p in part["curve"]]) - np.array(without)[:, None]
-    covered = (ends[:, 0] <= -np.array(lost)) & (-np.array(lost) <= ends[:, 1])
-    assert covered.mean() > 0.8
+    return float(np.mean((ends[:, 0] <= -np.array(lost)) & (-np.array(lost) <= ends[:, 1])))
 
 
 @pytest.mark.slow  # a whole diagnosis of 3 s

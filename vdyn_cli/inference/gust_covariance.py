@@ -99,6 +99,11 @@ class RunNoise:
         names = [n for p in self.parts for n in ((p.size, p.time) if isinstance(p, Colored) else (p.source,))]
         return tuple(dict.fromkeys(names))
 
+    @property
+    def steady(self) -> dict[str, Array]:
+        """Response (n,) of the rows to a unit of each source that lasts for the whole run."""
+        return {p.source: p.response for p in self.parts if isinstance(p, SteadyComponent)}
+
     def covariance(self, sizes: Mapping[str, float]) -> Array:
         """Covariance (n, n) of the rows for these amplitudes and times."""
         total = self.known + np.zeros((self.push.size, self.push.size))

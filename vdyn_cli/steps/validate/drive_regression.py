@@ -66,7 +66,7 @@ class _DriveRows:
         parts = [self._zero(self.drives[run], at, names)] if ZERO in at else []
         for k in self.drives[run]:
             local = np.r_[base, setup.vector.start_speed(k)[0], np.zeros(len(setup.vector.own) - 1)]
-            parts.append(_without_start(self.whitened(k, local), len(setup.vector.shared), columns))
+            parts.append(without_start(self.whitened(k, local), len(setup.vector.shared), columns))
         return Rows(
             np.concatenate([p.residual for p in parts]),
             np.vstack([p.jacobian for p in parts]),
@@ -122,8 +122,13 @@ def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSe
     return replace(setup, effects=(MEAN_SLOPE, *setup.effects), extra=(*setup.extra, slope))
 
 
-def _without_start(rows: Rows, start: int, columns: list[int]) -> Rows:
-    """The rows with the start's column projected out, over the requested columns (-1: zeros)."""
+def without_start(rows: Rows, start: int, columns: list[int]) -> Rows:
+    """The rows with the start's column projected out, over the requested columns (-1: zeros).
+
+    Parameters
+    ----------
+    start : index of the start's column.
+    """
     c = rows.jacobian[:, start]
     unit, there = c / np.linalg.norm(c), np.array(columns) >= 0
     matrix = np.column_stack([rows.jacobian[:, columns] * there, rows.residual])

@@ -58,6 +58,7 @@ from vdyn_cli.steps.validate.slip_lag import with_slip_lag
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
+from vdyn_cli.steps.validate.whole_drives import is_cut, whole_drives
 
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
@@ -335,7 +336,8 @@ def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tup
 def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
     """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
     if not on_open_road(problem):
-        return whiten_drives(with_slip_lag(with_best_zeros(setup, problem.reference)), calm=True).regression
+        made = with_slip_lag(with_best_zeros(setup, problem.reference))
+        return whole_drives(made) if is_cut(made) else whiten_drives(made, calm=True).regression
     s = problem.spec.settings
     zeros = tuple(road.zero for road in problem.roads.felt)
     spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)

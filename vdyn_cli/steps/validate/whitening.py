@@ -38,6 +38,8 @@ class SegmentWhitening:
     factor : Cholesky factor of the slow rows' covariance. prewhitener : of the fast rows.
     oscillation : rows in which half-shafts oscillate, where fast rows average over that.
     caution : standard deviation of fast rows over that of their sensors.
+    steady : (slow rows, sources), response to one standard deviation of the winds, slopes and forces that last for the
+        whole drive (``steady_sources``), where these are not in the factor; else empty.
     """
 
     layout: RowLayout
@@ -46,6 +48,13 @@ class SegmentWhitening:
     prewhitener: Prewhitener
     oscillation: ShaftOscillation | None
     caution: float
+    steady: Array
+    steady_sources: tuple[str, ...]
+
+    @cached_property
+    def white_steady(self) -> Array:
+        """The same response in whitened rows."""
+        return np.asarray(np.linalg.solve(self.factor, self.steady))
 
     def rows(self, error: Mapping[str, Array], slopes: Mapping[str, Array] | None) -> Rows:
         """Whitened rows of errors, each (n,), and of their derivatives, each (n, k), by the same linear maps."""
@@ -157,7 +166,7 @@ def errors(setup: SimulationSetup, run: int, outcome: SimulatedSegment) -> dict[
     return {n: outcome.values[n] - measured[n] for n in setup.sensors.channels if n in measured}
 
 
-def whiten_drives(setup: SimulationSetup, calm: bool = False) -> WhitenedDrives:
+def whiten_drives(setup: SimulationSetup, calm: bool = False, steady_apart: bool = False) -> WhitenedDrives:
     """Simulate at the start values and estimate the noise of every row, with all unknowns free.
 
     Parameters
@@ -165,6 +174,7 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False) -> WhitenedDrives:
     calm : average the fast rows over ``CALM``. The noise of the torque sensor shakes the simulated shafts as no real
         torque does, and whatever calms them (more damping, more inertia) then seems to be needed: sums of squares
         of such noise do not average out. What is slower than the shafts is free of that.
+    steady_apart : leave out of the factor what lasts for a whole drive, and keep its response beside it.
 
     Raises
     ------
@@ -185,11 +195,16 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False) -> WhitenedDrives:
     whitenings = []
     for k, (s, p, level) in enumerate(zip(setup.segments, layouts, levels, strict=True)):
         slow = noise.slow_noise(s, p, p.bins, values, level)
-        factor = np.asarray(np.linalg.cholesky(slow.covariance(sizes) + RIDGE * np.eye(slow.push.size)))
+        lasting = slow.steady if steady_apart else {}
+        covariance = slow.covariance({n: 0.0 if n in lasting else size for n, size in sizes.items()})
+        factor = np.asarray(np.linalg.cholesky(covariance + RIDGE * np.eye(slow.push.size)))
+        steady = np.array([sizes[n] * response for n, response in lasting.items()]).reshape(-1, slow.push.size).T
         sample = p.fast({n: v[:, None] for n, v in perturbed[k].items()})[:, :, 0]
         torques = setup.inputs.torques[k].denoised.values
         oscillation = shaft_oscillation(s, p, torques, perturbed[k], level) if oscillating else None
-        whitenings.append(SegmentWhitening(p, level, factor, prewhitener(sample, lags), oscillation, caution))
+        whitenings.append(
+            SegmentWhitening(p, level, factor, prewhitener(sample, lags), oscillation, caution, steady, tuple(lasting))
+        )
     return WhitenedDrives(setup, tuple(whitenings), sizes)
 
 
