@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes for a bump test beside the channels: keys that no log contains."""
+"""Lines that ``vdyn init`` adds to the channels of a bump test: keys that no log contains."""
 
 DRAFT = """\
 vehicle:

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes for a test of the center of gravity beside the channels: keys that no log contains."""
+"""Lines that ``vdyn init`` adds to the channels of a center of gravity test: keys that no log contains."""
 
 DRAFT = """\
 vehicle:

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes for a coast-down beside the channels: keys that no log contains, and a report's runs."""
+"""Lines that ``vdyn init`` adds to the channels of a coast-down: keys that no log contains, and a report's runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The instant at which the driver lets go after holding a speed; rows before it are not part of the coast.
+"""The instant at which the driver releases the pedal after holding a speed; rows before it are not part of the coast.
 
 Half a second of held speed at the start of a coast looks like zero resistance at the highest speed. A held speed
 wanders, so neither its maximum nor its noise marks the release T. The speed around it is fitted piecewise::

@@ -161,7 +161,7 @@ class FitQuality:
         )
 
     def figure(self, load: RoadLoad) -> Figure | None:
-        """Force from the measured decelerations beside the fitted road load."""
+        """Force from the measured decelerations and fitted road load, over speed."""
         local = self.local
         if local is None:
             return None

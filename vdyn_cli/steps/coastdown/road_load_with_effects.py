@@ -27,7 +27,7 @@ from vdyn_cli.steps.coastdown.road_load_regression import (
 )
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, RoadLoadRows
 
-NEAR = 0.1  # relative prior std of the baseline's unknowns beside all candidates, which describe larger changes
+NEAR = 0.1  # relative prior std of the baseline's unknowns besides the candidates, which describe larger changes
 SIZES_SETTLED = 0.05  # largest change of the logarithm of a noise amplitude in a settled round
 IMPLAUSIBLE = 1e-3  # p value below which the baseline's road does not have the shown roughness
 

@@ -153,7 +153,7 @@ def forces(loads: Mapping[str, RoadLoad], speeds: Sequence[float]) -> Table:
 
 
 def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
-    """Table of coast-down times with the accuracies of the standards, and their force beside the fitted one.
+    """Table of coast-down times with the accuracies of the standards, and their force and the fitted one.
 
     Parameters
     ----------

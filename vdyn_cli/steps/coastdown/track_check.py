@@ -303,5 +303,5 @@ def _sentences(b: CoastBalance) -> list[str]:
         strongest = max(measured, key=lambda r: abs(r.wind_mean or 0.0))
         lines.append(f"strongest mean wind {strongest.wind_mean:+.1f} m/s along the road ({strongest.run})")
     else:
-        lines.append("wind is not measured: it is judged by the scatter and the directions only")
+        lines.append("wind is not measured: only the scatter and the directions of the runs show it")
     return lines

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes for a wheel inertia test beside the channels: keys that no log contains."""
+"""Lines that ``vdyn init`` adds to the channels of a wheel inertia test: keys that no log contains."""
 
 DRAFT = """\
 # manoeuvre: stand           # a free wheel that a torque spins up and down; then map drive_torque or hub_torque

@@ -167,7 +167,7 @@ def free_swing(recording: Recording) -> FreeSwing:
     """
     recording, guess = _first_guess(recording)
     noise = white_level(recording.values, recording.time)
-    # The residual with viscous friction alone is the scale by which the other kinds of friction are judged.
+    # The residual with viscous friction alone is the scale for the residuals with other kinds of friction.
     viscous = FreeSwing(recording, guess, noise)
     left = solve(viscous.regression(friction=())).residuals[0]
     swing = replace(viscous, scale=max(noise, noise * float(np.sqrt(np.mean(left**2)))))

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes for a shaft test beside the channels: keys that no log contains."""
+"""Lines that ``vdyn init`` adds to the channels of a shaft test: keys that no log contains."""
 
 DRAFT = """\
 shear_modulus: "?"          # of the material, such as 79.3 +- 0.3 GPa

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes for slip sweeps beside the channels: keys that no log contains."""
+"""Lines that ``vdyn init`` adds to the channels of slip sweeps: keys that no log contains."""
 
 DRAFT = """\
 vehicle:
