@@ -416,6 +416,13 @@ def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> No
     assert columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])["speed"] == (name, "m/s")
 
 
+@pytest.mark.parametrize("first", ["Elapsed Distance", "elapsed_km", "Elapsed Energy [kWh]"])
+def test_what_else_elapses_is_no_clock(first: str, tmp_path: Path) -> None:
+    rows = [f"{2.0 * t:.2f},{t:.1f},{30.0 - 0.3 * t:.2f}" for t in np.arange(0.0, 60.0, 0.1)]
+    (tmp_path / "run.csv").write_text("\n".join([f"{first},Elapsed (s),Speed m/s", *rows]) + "\n")
+    assert draft("coastdown", tmp_path / "run.csv")[1]["channels"]["time"]["column"] == "Elapsed (s)"
+
+
 def test_a_german_abbreviation_of_speed_is_known(tmp_path: Path) -> None:
     rows = "".join(f"{100 * k};{60.0 - 0.1 * k:.1f}\n".replace(".", ",") for k in range(200))
     (tmp_path / "lauf.csv").write_text("Zeit [ms];GPS-Geschw. [mph]\n" + rows)

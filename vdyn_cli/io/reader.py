@@ -16,7 +16,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
 _CLOCK = re.compile(
-    r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|(seconds[ _])?elapsed|"
+    r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|"
+    r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
     r"(\w+[ _.])?time[ _]?stamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )

@@ -12,6 +12,7 @@ from vdyn_cli.quantities.arrays import Array
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
 _CHUNK = 100_000
+_LONGEST_STEP = 1.0  # s; a clock in s with longer steps may pass over 60 to 99
 _MOST_STEPS = 5.0  # usual steps of a clock over a full minute
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}|\d+ days?"
@@ -79,7 +80,8 @@ def seconds_of_digits(values: Array) -> Array | None:
     counted = 3600.0 * hours + 60.0 * minutes + seconds
     full = np.flatnonzero(np.diff(np.floor(digits / 100.0)) != 0.0)
     steps = np.diff(since_first(counted))
-    if not full.size or np.max(steps[full]) > _MOST_STEPS * np.median(steps):
+    usual = float(np.median(steps))
+    if not full.size or usual > _LONGEST_STEP or np.max(steps[full]) > _MOST_STEPS * usual:
         return None
     found = np.full(values.shape, np.nan)
     found[written] = counted

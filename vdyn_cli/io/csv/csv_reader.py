@@ -85,7 +85,8 @@ class CsvReader:
         raise_all(rows.problems)
         raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
         columns = {channel: layout.header[at] for channel, at in position.items()}
-        if mapping["time"].unit == "s" and (of_day := seconds_of_digits(raw["time"])) is not None:
+        logged = options.split_times is None and mapping["time"].unit == "s"
+        if logged and (of_day := seconds_of_digits(raw["time"])) is not None:
             raw["time"] = since_first(of_day)
             what = "channel 'time' is read as hours, minutes and seconds in digits, hhmmss.ss"
             findings.append(Finding(f"{name}, column '{columns['time']}'", what, minor=True))
