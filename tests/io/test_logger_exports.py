@@ -129,7 +129,9 @@ def test_units_stand_with_the_names_in_the_cells_of_a_header(tmp_path: Path) -> 
     assert log["speed"] == pytest.approx(SPEED / 3.6)
 
 
-@pytest.mark.parametrize("values", [TIME, TIME + 40.0, TIME + 1e5, TIME[::20] * 20.0, 100.0 * TIME])
+@pytest.mark.parametrize(
+    "values", [TIME, TIME + 40.0, TIME + 1e5, TIME[::20] * 20.0, 100.0 * TIME, np.array([0.0, 55.2, 101.0, 120.3])]
+)
 def test_other_clocks_are_no_digits_of_a_time_of_day(values: NDArray[np.float64]) -> None:
     assert seconds_of_digits(values) is None
 
@@ -181,6 +183,22 @@ def test_a_trace_of_bus_frames_is_to_be_decoded_first(tmp_path: Path, name: str,
     (tmp_path / name).write_text(content + "0.001 1 1A0 Rx d 8 00 01 02 03 04 05 06 07\n" * 9)
     with pytest.raises(InputError, match=rf"is a trace of bus frames by {tool}(?s:.*)DBC or ARXML"):
         survey(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('<?xml version="1.0"?>\n<gpx version="1.1"><trk><trkseg>\n', "is XML, such as a GPX track"),
+        ('[\n {\n  "t": 0.0,\n  "v": 30.0\n }\n]\n', "is JSON, not a table"),
+        ("$GPRMC,100000.00,A,4806.0000,N,01130.0000,E,58.00,90.0,120526,,,A*6C\n", "NMEA sentences"),
+        ("<!DOCTYPE html>\n<html><body>Please, log in</body></html>\n", "is a web page"),
+        ("version https://git-lfs.github.com/spec/v1\noid sha256:4d\nsize 12345\n", "git lfs pull"),
+    ],
+)
+def test_text_without_a_table_is_called_what_it_is(tmp_path: Path, content: str, message: str) -> None:
+    (tmp_path / "log.csv").write_text(content * 3)
+    with pytest.raises(InputError, match=message):
+        survey(tmp_path / "log.csv")
 
 
 def test_the_clock_of_a_long_table_has_its_unit(tmp_path: Path) -> None:

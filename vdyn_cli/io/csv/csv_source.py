@@ -40,16 +40,28 @@ _FORMATS = {
     b"\x89PNG": "a picture",
     b"LOGG": "a trace of bus frames by Vector (.blf)",
 }
-# Text that holds the bytes of each message, which mean nothing without the description of the bus.
-_FRAMES = (
-    (re.compile(rb"date [^\n]{8,60}\r?\n\s*base (hex|dec)\s+timestamps"), "by Vector (.asc)"),
-    (re.compile(rb";\$FILEVERSION="), "by PEAK (.trc)"),
-    (re.compile(rb"\s*\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]+#"), "by candump"),
-    (re.compile(rb"\*\*\*BUSMASTER"), "by BUSMASTER"),
+# Text that holds the bytes of each message, which mean nothing without the description of the bus; and text without
+# a table.
+_DECODE = "decode it with the DBC or ARXML file of the bus first, and save its signals as MF4 or CSV"
+_CONVERT = "convert it to CSV, with a column for each channel"
+_TEXTS = (
+    (rb"date [^\n]{8,60}\r?\n\s*base (hex|dec)\s+timestamps", "a trace of bus frames by Vector (.asc)", _DECODE),
+    (rb";\$FILEVERSION=", "a trace of bus frames by PEAK (.trc)", _DECODE),
+    (rb"\s*\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]+#", "a trace of bus frames by candump", _DECODE),
+    (rb"\*\*\*BUSMASTER", "a trace of bus frames by BUSMASTER", _DECODE),
+    (rb"\$[A-Z]{5},\d", "a receiver's NMEA sentences, not a table", _CONVERT),
+    (rb"\s*(\[\s*)?\{\s*\"", "JSON, not a table", _CONVERT),
+    (
+        rb"(?i)\s*(<!doctype html|<html)",
+        "a web page, not a log",
+        "download the log again; the page may ask for a login",
+    ),
+    (rb"\s*<(\?xml|gpx|kml)", "XML, such as a GPX track, not a table", _CONVERT),
+    (rb"version https://git-lfs", "a pointer of Git LFS, not the log itself", "fetch the log with 'git lfs pull'"),
 )
 _REMEDIES = {
     "a zip archive or an Excel workbook (.xlsx)": "unpack it and name the logs in it, or save the workbook as CSV",
-    "frames": "decode it with the DBC or ARXML file of the bus first, and save its signals as MF4 or CSV",
+    "a trace of bus frames by Vector (.blf)": _DECODE,
 }
 
 
@@ -170,11 +182,11 @@ def _sniff(path: Path, first: bytes, known: str | None) -> tuple[str, int]:
     head = first[: 1 << 16]
     for magic, what in _FORMATS.items():
         if head.startswith(magic):
-            remedy = _REMEDIES.get("frames" if "frames" in what else what, "export the channels as CSV")
+            remedy = _REMEDIES.get(what, "export the channels as CSV")
             raise InputError(Finding(str(path), f"is {what}, not a text log", remedy=remedy))
-    for begin, tool in _FRAMES:
-        if begin.match(head):
-            raise InputError(Finding(str(path), f"is a trace of bus frames {tool}", remedy=_REMEDIES["frames"]))
+    for begin, what, remedy in _TEXTS:
+        if re.match(begin, head):
+            raise InputError(Finding(str(path), f"is {what}", remedy=remedy))
     nuls = head.count(0)
     if nuls > 0.2 * len(head):
         half = len(head) // 2
