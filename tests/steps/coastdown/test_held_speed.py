@@ -83,3 +83,15 @@ def test_a_log_without_a_common_row_is_rejected() -> None:
     found = coast_segment(0, Log("run", np.empty(0), {"speed": np.empty(0)}, ()), None, 8.0)
     assert isinstance(found, RejectedSegment)
     assert "no row holds a number in every channel" in found.why
+
+
+@pytest.mark.parametrize(("held", "listed"), [(10.0, True), (1.0, False)])
+def test_a_speed_that_is_held_before_the_coast_is_listed(held: float, listed: bool) -> None:
+    rng = np.random.default_rng(7)
+    time, true = driven(5.0, held, 0.05, rng)
+    log = Log("run", time, {"speed": true + 0.04 * rng.normal(size=time.size)}, ())
+    coast = coast_segment(0, log, None, 8.0)
+    assert isinstance(coast, CoastSegment)
+    assert (coast.held is not None) == listed
+    if coast.held is not None:
+        assert coast.held == (pytest.approx(5.0, abs=1.0), float(coast.log.time[0]))

@@ -24,6 +24,7 @@ HELD = 0.25  # share of DROP: drivers and cruise controls hold a speed within 0.
 # acceleration -1 or less. A third, about 0.1 m/s^2, allows a constant pedal on a slope of 1 %.
 STEADY = 1.0 / 3.0
 RELEASE = 1.0  # s, duration of releasing pedal and clutch; the release is known to a few tenths of it
+SHORTEST = 3.0  # s: shorter holds are those of any change of the pedal
 FEWEST_BINS = 5  # on either side of the release: the three unknowns of a piece, plus two
 
 
@@ -49,6 +50,18 @@ def released(log: Log, smooth: Array, top: int, end: int) -> int:
         return top
     release = max(float(log.time[top]), found or -np.inf)
     return min(int(np.searchsorted(log.time, release + RELEASE)), end)
+
+
+def held_before(time: Array, smooth: Array, top: int, start: int) -> tuple[float, float] | None:
+    """Begin and end, s, of the speed that was held before a coast; None where it was not, or below ``SHORTEST``.
+
+    Parameters
+    ----------
+    time, smooth : (n,) s and m/s. top, start : index of the highest speed, and that at which the coast begins.
+    """
+    apart = np.flatnonzero(np.abs(smooth[:top] - smooth[top]) > HELD * DROP)
+    begin = float(time[int(apart[-1]) + 1 if apart.size else 0])
+    return (begin, float(time[start])) if start > top and time[start] - begin >= SHORTEST else None
 
 
 def _breakpoint(time: Array, speed: Array, latest: float) -> float | None:

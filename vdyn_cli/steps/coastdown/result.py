@@ -270,7 +270,7 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
     """
     found = []
     if answer.coasting:  # most of an open road is left out, as the table of rejected parts shows
-        for r in answer.selection.rejected:
+        for r in (r for r in answer.selection.rejected if not r.usual):
             found.append(Finding(r.run, f"{r.start:.0f} to {r.stop:.0f} s left out: {r.why}"))
     if answer.test is None:
         remedy = "add 'environment: {temperature: ..., pressure: ...}'"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.held_speed import released
+from vdyn_cli.steps.coastdown.held_speed import held_before, released
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Mask = NDArray[np.bool_]
@@ -35,6 +35,7 @@ class CoastSegment:
     log : the segment's rows, each with a finite speed.
     part : (n,), label of the window that each row belongs to.
     split : whether the log is a table of split times, whose few rows are crossings of speed levels.
+    held : s, begin and end of a speed that was held before the coast; None where it was not, or shortly.
     """
 
     run: int
@@ -42,6 +43,7 @@ class CoastSegment:
     log: Log
     part: NDArray[np.int64]
     split: bool = False
+    held: tuple[float, float] | None = None
 
     @property
     def fewest(self) -> int:
@@ -55,12 +57,16 @@ class CoastSegment:
 
 @dataclass(frozen=True)
 class RejectedSegment:
-    """A part of a run that is left out: ``start`` and ``stop`` in s of the log's clock, and why."""
+    """A part of a run that is left out: ``start`` and ``stop`` in s of the log's clock, and why.
+
+    ``usual``: as in every test, so that it is listed and not reported.
+    """
 
     run: str
     start: float
     stop: float
     why: str
+    usual: bool = False
 
 
 def fewest_rows(split: bool) -> int:
@@ -98,8 +104,10 @@ def coast_segment(
     smooth = _smoothed(whole)
     upper, lower = window or (float(smooth.max()), float(smooth.min()))
     top, end = _passage(smooth, upper, lower)
+    held = None
     if not split:
-        top = released(whole, smooth, top, end)
+        high, top = top, released(whole, smooth, top, end)
+        held = held_before(whole.time, smooth, high, top)
     if window is None and upper - lower < STEP_POLICY.least_fall:
         why = f"not a coast-down: the speed falls by less than {STEP_POLICY.least_fall:g} m/s"
         return RejectedSegment(log.name, start, stop, why)
@@ -118,7 +126,7 @@ def coast_segment(
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
     if part.time.size < fewest_rows(split):
         return RejectedSegment(log.name, begin, finish, f"only {part.time.size} samples have a speed")
-    return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split)
+    return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split, held)
 
 
 def further_coasts(log: Log, used: CoastSegment) -> list[RejectedSegment]:

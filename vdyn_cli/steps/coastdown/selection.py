@@ -107,6 +107,8 @@ def selected(
         remedy = "check speed_window (with unit, such as [70 km/h, 25 km/h]), minimum_length and the channel map"
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
         raise ResultError(*([Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]))
+    why = "the speed is held before the coast"
+    rejected += dict.fromkeys(RejectedSegment(logs[s.run].name, *s.held, why, usual=True) for s in segments if s.held)
     return SegmentSelection(tuple(segments), tuple(rejected))
 
 

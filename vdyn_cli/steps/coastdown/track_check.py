@@ -75,7 +75,7 @@ def track_check(
         k = next((origin[i] for i, name in enumerate(names) if one.run.startswith(name)), None)
         if k is not None and all(s.run != k for s in kept):
             rejected.setdefault(k, one.why)
-        elif k is not None:
+        elif k is not None and not one.usual:
             parts.setdefault(k, []).append(f"{one.start:.0f} to {one.stop:.0f} s would be left out: {one.why}")
     if problem.campaign.drive != "coasting":
         return TrackCheck(rejected, evaluated, left_out=parts)
