@@ -34,12 +34,16 @@ class Car:
     ratio: float = 9.0
 
 
-def drives(car: Car, seed: int, count: int = 6, seconds: float = 60.0, undulation: float = 5e-4) -> Mapping[str, Array]:
+def drives(
+    car: Car, seed: int, count: int = 6, seconds: float = 60.0, undulation: float = 5e-4, cold: float = 0.0
+) -> Mapping[str, Array]:
     """time (n,) s, torque (count, n) N m of the motor, and speed (count, n) m/s, at 1 kHz, of drives there and back.
 
     Parameters
     ----------
     undulation : rms slope of the road, which each drive meets at another place.
+    cold : share by which the rolling resistance is larger at first; it decays in 600 s while the drives follow one
+        another without a pause.
     """
     rng = np.random.default_rng(seed)
     n = round(seconds / STEP)
@@ -60,7 +64,8 @@ def drives(car: Car, seed: int, count: int = 6, seconds: float = 60.0, undulatio
             1.0 + STEP / car.turning * grip
         )
         air = v + gust[:, k]
-        lost = car.mass * G * (car.rolling + slope) + 0.5 * car.density * car.drag_area * air * np.abs(air)
+        rolling = car.rolling * (1.0 + cold * np.exp(-(seconds * np.arange(count) + time[k]) / 600.0))
+        lost = car.mass * G * (rolling + slope) + 0.5 * car.density * car.drag_area * air * np.abs(air)
         v = v + STEP / car.mass * (grip * (u - v) - lost)
         x = x + STEP * v
     return {"time": time, "torque": torque, "speed": speed}

@@ -25,8 +25,8 @@ from vdyn_cli.quantities.quantity import Quantity
 def tire_warmup(rolling: Law, s: Signals, q: Signals) -> Number:
     """Tires with a higher rolling resistance while they are cold.
 
-    frr (1 + k exp(-t/T)), t since the first run of the day, or the drive, began. T is 600 s where the data do not
-    determine it.
+    frr (1 + k exp(-t/T)), t since the first run of the day began: ``elapsed``, where that is the time since the run
+    began with ``run_start`` added. T is 600 s where the data do not determine it.
     """
-    cold = exp(-s.elapsed / q.tire_warmup_time)
+    cold = exp(-(s.elapsed + s.__dict__.get("run_start", 0.0)) / q.tire_warmup_time)
     return rolling(s.but(rolling_resistance=s.rolling_resistance * (1.0 + q.tire_warmup * cold)))

@@ -70,6 +70,15 @@ def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
     assert [c.effect for c in found.causes] == ["extra_drag_area"]
 
 
+@pytest.mark.slow  # twelve minutes of driving
+def test_tires_that_warm_up_over_the_day_are_found_where_no_start_is_stated(tmp_path: Path) -> None:
+    """Each log begins at zero: the drives follow one another in their listed order."""
+    found = diagnosed(tmp_path, CAR, drives(CAR, 5, 8, 90.0, cold=0.5))
+    assert [c.effect for c in found.causes] == ["tire_warmup"]
+    low, high = found.causes[0].unknowns["tire_warmup"].interval95
+    assert low <= 0.5 <= high
+
+
 def test_a_late_torque_is_still_found(tmp_path: Path) -> None:
     logs = dict(drives(CAR, 4))
     logs["torque"] = np.roll(logs["torque"], 20, axis=1)

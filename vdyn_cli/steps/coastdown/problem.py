@@ -35,7 +35,6 @@ from vdyn_cli.steps.coastdown.road_load_with_effects import regression_with_effe
 from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
-from vdyn_cli.steps.coastdown.run_starts import run_starts
 from vdyn_cli.steps.coastdown.segments import CoastSegment, coast_segment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected, usable
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
@@ -45,6 +44,7 @@ from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades, wit
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre
+from vdyn_cli.steps.run_starts import run_starts
 
 FREE_FORCE = 100.0  # N, plausible amplitude of a free profile: two thirds of a car's rolling resistance
 NORMAL_TEMPERATURE = 293.15  # K, of runs whose temperature is unknown

@@ -24,7 +24,7 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.broken_lines import off_samples, with_corners
 from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
-from vdyn_cli.steps.validate.segments import DriveSegment, driving
+from vdyn_cli.steps.validate.segments import RUN_START, DriveSegment, driving
 
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
@@ -98,7 +98,7 @@ class DriveInputs:
             **torques.values,
         }
         inputs = {n: everything[n] for n in self.model.inputs}
-        context = {"heading": s.heading, "temperature": s.temperature}
+        context = {"heading": s.heading, "temperature": s.temperature, RUN_START: s.run_start}
         return Drive(s.time, inputs, {}, self.air(s.temperature), context, torques.corners)
 
 

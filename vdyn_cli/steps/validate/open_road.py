@@ -19,6 +19,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.drive_regression import ZERO
 from vdyn_cli.steps.validate.effect_fit import FittedEffects
 from vdyn_cli.steps.validate.road_slope import DRIVE_SLOPE, RoadProfile
+from vdyn_cli.steps.validate.segments import RUN_START
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 HOLDING_KMH = (30.0, 60.0, 90.0, 120.0)  # at which the resistance is stated
@@ -173,7 +174,7 @@ def _holding(
     names = tuple(n for n in solution.names if n in (*setup.prior.names, *(u.name for u in setup.extra)))
     values = {n: {**setup.prior.values, "wind_variance": 0.0}[n] for n in setup.model.parameters}
     simulator = Simulator(setup.model, values, names, setup.effects)
-    context = {"heading": 0.0, "temperature": temperature}
+    context = {"heading": 0.0, "temperature": temperature, RUN_START: 0.0}
     seen = []
     for torque in (0.0, PULL):
         inputs = {**dict.fromkeys(setup.model.inputs, 0.0), "elapsed": WARM, "run_time": WARM, "drive_torque": torque}

@@ -25,6 +25,7 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.learned_effect import learned_effects
+from vdyn_cli.steps.run_starts import run_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
@@ -46,6 +47,7 @@ from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, with_
 from vdyn_cli.steps.validate.result import result
 from vdyn_cli.steps.validate.segments import (
     OUTPUTS,
+    RUN_START,
     SLOWEST,
     DriveSegment,
     RunConditions,
@@ -119,7 +121,10 @@ class ValidateProblem(SimulatedProblem):
         if w:
             rule = Segmentation(s.model, w.length.value, w.powered, max(w.slowest.value, SLOWEST))
         day = _day(self)
-        conditions = [RunConditions(r.direction, r.temperature.value if r.temperature else day) for r in self.spec.runs]
+        conditions = [
+            RunConditions(r.direction, r.temperature.value if r.temperature else day, start)
+            for r, start in zip(self.spec.runs, run_starts(self.spec.runs, self.logs), strict=True)
+        ]
         logs = self.logs
         if _two_motors(self.spec, self.logs):  # the sum of both is at the half-shafts, not at the driveline's input
             logs = tuple(
@@ -130,14 +135,15 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def model(self) -> Model:
-        """What simulates the drives."""
+        """What simulates the drives; every law can read when the run began."""
         s = self.spec.settings
         if s.model == "road_load":
-            return road_load("torque", felt=bool(self.roads.felt), elevated=bool(self.roads.elevated))
+            return _timed(road_load("torque", felt=bool(self.roads.felt), elevated=bool(self.roads.elevated)))
         if _two_motors(self.spec, self.logs) and s.differential == "locked":
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
-        return vehicle(s.driven, "sides" if _two_motors(self.spec, self.logs) else "axle", differential=s.differential)
+        two = _two_motors(self.spec, self.logs)
+        return _timed(vehicle(s.driven, "sides" if two else "axle", differential=s.differential))
 
     @cached_property
     def prior(self) -> ParameterPrior:
@@ -282,6 +288,10 @@ class ValidateProblem(SimulatedProblem):
                 size, gain = (best[0], without - best[1]) if best and without - best[1] > gain else (size, gain)
             self._likely[effect.name] = size, gain
         return self._likely[effect.name]
+
+
+def _timed(model: Model) -> Model:
+    return replace(model, context=(*model.context, RUN_START))
 
 
 def on_open_road(problem: ValidateProblem) -> bool:

@@ -37,6 +37,7 @@ MARGIN = 0.5  # s left out beside brakes
 SHORTEST = 5.0  # s of a segment
 START = 1.0  # s over which start and end speeds are read
 FEWEST_PARABOLA = 8  # samples
+RUN_START = "run_start"  # s, in the context of a drive: when it began, after the first one of the day
 INPUTS = ("brake_torque", "grade", "wind_speed")  # zero where not recorded
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceleration")
@@ -55,7 +56,8 @@ class DriveSegment:
     marks : (n,) the regime of every sample.
     heading : +1 out, -1 back, 0 unknown. temperature : K.
     start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
-    since : s from the start of the drive to the first sample.
+    since : s from the start of the drive to the first sample; ``run_start``: s from the start of the day to that of the
+        drive.
     creeping : m/s, below which rows are not used.
     sampled : times and values of the inputs of a slower logger, which lie on straight lines between these.
     """
@@ -71,6 +73,7 @@ class DriveSegment:
     start: tuple[float, float]
     end: tuple[float, float]
     since: float = 0.0
+    run_start: float = 0.0
     creeping: float = CREEPING
     sampled: Mapping[str, Samples] = field(default_factory=dict)
 
@@ -114,10 +117,11 @@ class Segmentation:
 
 @dataclass(frozen=True)
 class RunConditions:
-    """Direction (out, back, None: unknown) and air temperature (K) of a run."""
+    """Direction (out, back, None: unknown), air temperature (K), and start of a run, s after that of the day."""
 
     direction: str | None = None
     temperature: float = 293.15
+    start: float = 0.0
 
 
 def drive_segments(
@@ -327,8 +331,8 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
     speed = outputs["speed"]
     start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
     marks = marked(time, speed, driving(log.channels)[part], inputs["brake_torque"])
-    since = float(time[0] - log.time[0])
-    return DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end, since)
+    made = DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end)
+    return replace(made, since=float(time[0] - log.time[0]), run_start=note.start)
 
 
 def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:

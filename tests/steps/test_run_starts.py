@@ -12,7 +12,7 @@ from tests.bench.hidden_logs import Scenario, make
 from vdyn_cli.description.test_description import Run
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.run_starts import run_starts
+from vdyn_cli.steps.run_starts import run_starts
 
 FOLLOWING, OWN_CLOCKS, TRIPS = ((100.0, 160.0), (300.0, 380.0)), ((0.0, 60.0), (0.0, 80.0)), ((0.0, 1500.0),) * 2
 
