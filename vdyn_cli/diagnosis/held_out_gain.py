@@ -260,14 +260,16 @@ def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], ow
 def _summary(predicted: _Errors, refits: _Errors) -> HeldOutGain:
     """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well.
 
-    Of the main channel's prediction; where that does not improve, of all channels'; else the same of refitted models.
+    Of the main channel's prediction, unless the effects do not change it; then of all channels'. Where no prediction
+    improves, the same of refitted models.
     """
     before, after = predicted
     plain = all(m.plain_rows for m in (*before, *after))
     main, every = _gain(predicted, plain), _gain(predicted, False)
     better = main.interval[0] > 0.0 or every.interval[0] > 0.0 or _ratio_certain(predicted)
     shown = [main, every, *(replace(_gain(refits, p), refitted=True) for p in (plain, False))]
-    first = next((g for g in shown if g.positive), main)
+    changed = [g for g in (main, every) if g.before - g.after > POLICY.prediction_exactness * g.before]
+    first = next((g for g in (*changed, *shown) if g.positive), main)
     return replace(first, better=better, worse=_worse(refits), prediction_worse=main.interval[1] < 0)
 
 

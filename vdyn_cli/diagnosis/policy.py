@@ -371,7 +371,7 @@ class Policy:
         "tests/diagnosis/test_held_out_gain.py.",
     )  # fmt: skip
     prediction_exactness: float = _threshold(
-        1e-3, "share of the error", "least half-width of the gain's interval",
+        1e-3, "share of the error", "least half-width of the gain's interval, and least gain in a channel that changes",
         "Simulations and laws are not exact to less, even where the folds agree better.",
     )  # fmt: skip
     fold_evidence: float = _threshold(
