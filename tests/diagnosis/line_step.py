@@ -26,8 +26,8 @@ from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 NOTHING_KNOWN = Parameters()
 SLOPE, WIND, WAVE = (
-    cause("slope"),
-    cause("wind", lasts=False),
+    cause("slope", turns=True),
+    cause("wind", lasts=False, turns=True),
     cause("wave", ("wave", "wave_time"), nominal={"wave_time": 7.0}),
 )
 

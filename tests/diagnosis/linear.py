@@ -56,6 +56,7 @@ def cause(
     between: bool = False,
     sensor: bool = False,
     lasts: bool = True,
+    turns: bool = False,
     nominal: Mapping[str, float] | None = None,
 ) -> Effect:
     """An effect by name alone: the campaign knows its trace."""
@@ -65,6 +66,7 @@ def cause(
         return element(s)
 
     law.__name__ = name
+    tags = {"between_runs": between, "sensor": sensor, "test_only": not lasts, "turns_with_heading": turns}
     low = -reach if least is None else least
     return effect(
         on="line",
@@ -72,7 +74,7 @@ def cause(
         reference="made up",
         label=f"a {name}",
         confirm=f"Show the {name} alone.",
-        tags={tag for tag, given in (("between_runs", between), ("sensor", sensor), ("test_only", not lasts)) if given},
+        tags={tag for tag, given in tags.items() if given},
         nominal=nominal or {},
     )(law)
 

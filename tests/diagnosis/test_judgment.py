@@ -21,7 +21,8 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding
 
-SLOPE, WIND, WAVE, STEP = cause("slope"), cause("wind"), cause("wave"), cause("step")
+SLOPE, WIND = cause("slope", turns=True), cause("wind", turns=True)
+WAVE, STEP = cause("wave"), cause("step")
 CATALOGUE = (SLOPE, WIND, WAVE, STEP)
 
 
@@ -198,10 +199,24 @@ def test_too_few_runs_are_never_given_a_name() -> None:
     assert "2 runs are too few" in told(case, verdict)
 
 
-def test_runs_all_one_way_are_never_given_a_name() -> None:
+def test_runs_all_one_way_name_what_does_not_turn_with_the_direction() -> None:
+    _, verdict = judged(Campaign(8, hidden={"wave": 5.0}, one_way=True))
+    assert verdict.verdict == "named"
+    assert verdict.answer is not None
+    assert verdict.answer.effects == ("wave",)
+
+
+def test_runs_all_one_way_without_an_error_are_not_called_adequate() -> None:
+    case, verdict = judged(Campaign(8, one_way=True))
+    assert verdict.verdict == "not_testable"
+    assert "no other error is detected" in told(case, verdict)
+
+
+def test_runs_all_one_way_name_neither_wind_nor_slope() -> None:
     case, verdict = judged(Campaign(8, hidden={"wind": 5.0}, one_way=True))
     assert verdict.verdict == "not_testable"
     assert "all runs have the same direction" in told(case, verdict)
+    assert "a wind would explain the misfit" in told(case, verdict)
     (test,) = next_tests(open_strategy(case), verdict)
     assert "out and back" in test.manoeuvre
     assert test.runs == 8

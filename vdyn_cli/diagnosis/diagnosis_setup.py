@@ -50,7 +50,8 @@ class DiagnosisSetup:
     effects : the candidates that model and data can take.
     lacking : the others of the catalogue that a channel would make testable, by name, and that channel.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
-    one_way : why effects that turn with the heading are confounded with others, such as runs of one direction.
+    one_way : why effects that turn with the heading are confounded with others: runs of one direction.
+    mixed_directions : why the directions cannot be used: some runs do not state theirs.
     run : what a run is called (a coast, a drive, a crossing).
     fewest_runs : below which nothing is diagnosed.
     too_short : why runs so short cannot discriminate between effects.
@@ -75,6 +76,7 @@ class DiagnosisSetup:
     profiles: tuple[Effect, ...]
     lacking: Mapping[str, str] = field(default_factory=dict)
     one_way: str = ""
+    mixed_directions: str = ""
     run: str = "run"
     fewest_runs: int = 1
     too_short: str = ""
@@ -118,13 +120,15 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
     if isinstance(spec.diagnose.effects, list):
         effects, lacking = tuple(e for e in effects if e.name in spec.diagnose.effects), {}
     linearized = diagnosable.linearized(spec)
+    directions = problem.directions([r.direction for r in spec.runs]) if diagnosable.two_way(spec) else ("out", "back")
     return DiagnosisSetup(
         regression=relaxed(problem.regression),
         chord_regression=relaxed(problem.chord_regression),
         effects=effects,
         profiles=problem.profiles,
         lacking=lacking,
-        one_way=_one_way(problem.directions([r.direction for r in spec.runs])) if diagnosable.two_way(spec) else "",
+        one_way=_one_way(directions),
+        mixed_directions=_mixed(directions),
         run=diagnosable.run,
         fewest_runs=diagnosable.fewest_runs,
         too_short=_too_short(diagnosable, problem),
@@ -243,13 +247,17 @@ def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
 
 
 def _one_way(directions: Sequence[str | None]) -> str:
-    """Why the runs are not there and back; empty where they are."""
+    """Why the runs are not there and back; empty where they are, or where some do not state their direction."""
     ways = set(directions)
-    if {"out", "back"} <= ways:
+    if len(ways) != 1:
         return ""
-    if None in ways:
-        return "no run states its direction" if ways == {None} else "some runs do not state their direction"
-    return "all runs have the same direction"
+    return "no run states its direction" if ways == {None} else "all runs have the same direction"
+
+
+def _mixed(directions: Sequence[str | None]) -> str:
+    """Why the directions of the runs cannot be used; empty where all of the runs or none of them states it."""
+    ways = set(directions)
+    return "some runs do not state their direction" if None in ways and len(ways) > 1 else ""
 
 
 def _refuse_others(

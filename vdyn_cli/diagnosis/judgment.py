@@ -23,6 +23,7 @@ from vdyn_cli.diagnosis.candidate_models import (
     singles,
 )
 from vdyn_cli.diagnosis.detection import Detection, detect
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.finding_size import FindingSize, Limits, finding_size, profile_matters
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain
@@ -125,14 +126,30 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     if faults:
         return replace(judgment, verdict="data_fault", why=f"{faults[0].where} {faults[0].what}")
     if not detected:
-        return judgment
+        return _unless_one_way(judgment, model.setup)
     focused, seen = strategy.focused(found)
     answers, tried = _answers(focused, seen)
     judgment = _sized(strategy, replace(judgment, tried=tried), answers, limits)
     if not judgment.material:
-        return judgment
+        return _unless_one_way(judgment, model.setup)
     judgment = _named(strategy, judgment, answers, seen)
-    return _with_gain(strategy, judgment, focused) if judgment.answers else judgment
+    judgment = _with_gain(strategy, judgment, focused) if judgment.answers else judgment
+    named = [model.setup.candidates[name] for name in judgment.answer.effects] if judgment.answer else []
+    turning = any(effect.turns_with_heading for effect in named)
+    return _unless_one_way(judgment, model.setup) if turning else judgment
+
+
+def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
+    """The judgment that no error is detected, or wind or slope named; not testable where runs go one way.
+
+    A resistance of any shape may then be wind or slope, so that their absence does not show, nor can they be named.
+    """
+    if not setup.one_way:
+        return judgment
+    named = [setup.candidates[name].label for answer in judgment.answers for name in answer.effects]
+    what = f"{' with '.join(named)} would explain the misfit" if named else "no other error is detected"
+    why = f"{setup.one_way}: wind, slope and resistance are confounded; {what}"
+    return replace(judgment, verdict="not_testable", why=why, answers=(), gain=None)
 
 
 def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | None:
@@ -310,8 +327,8 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
         return f"{runs} {setup.run}{'s are' if runs > 1 else ' is'} too few to separate an effect from noise"
     if setup.too_short:
         return f"{setup.too_short}; effects are confounded in runs this short"
-    if setup.one_way:
-        return f"{setup.one_way}: wind, slope and resistance are confounded"
+    if setup.mixed_directions:
+        return f"{setup.mixed_directions}: wind, slope and resistance are confounded"
     unit = f"{found.unit}{'s' if units != 1 else ''}"
     if units < POLICY.fewest_units or found.effective_units < POLICY.fewest_effective_units:
         return f"{units} {unit} (effective number {found.effective_units:.0f}) are too few to certify an effect"

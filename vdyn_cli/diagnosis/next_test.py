@@ -20,7 +20,6 @@ MOST_RUNS = 200  # of the same kind; beyond, another manoeuvre is needed
 SHOWN = 4  # manoeuvres in the report
 HELPFUL = 1.0  # standard error: a separation below is within chance
 AT_TYPICAL = ", at half of the plausible range"
-TURNING = "turns_with_heading"  # tag of effects that only runs both ways can separate
 
 
 def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
@@ -31,9 +30,13 @@ def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
     judgment : of the present data; it decides whether tests discriminate, confirm, or only add data.
     """
     designer = ExperimentDesigner(strategy)
+    setup = strategy.model.setup
     if judgment.verdict == "ambiguous":
-        return _discriminating(designer, list(combinations(judgment.answers, 2)))
-    if judgment.verdict == "not_testable":
+        effects = {name for answer in judgment.answers for name in answer.effects}
+        turning = setup.one_way and any(setup.candidates[name].turns_with_heading for name in effects)
+        both_ways = _more_data(designer, judgment) if turning else ()
+        return (*both_ways, *_discriminating(designer, list(combinations(judgment.answers, 2))))
+    if judgment.verdict == "not_testable" or (judgment.verdict == "unknown" and setup.one_way):
         return _more_data(designer, judgment)
     if judgment.verdict == "unknown":
         closest = sorted(judgment.tried, key=lambda t: -t.rest_p)[:SHOWN]
@@ -149,13 +152,15 @@ def _more_data(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
     """What was driven too little of; where all went one way, what runs both ways would show."""
     model = designer.strategy.model
     setup, runs = model.setup, model.runs
-    if not judgment.why:  # no candidate would show, however often the same is driven
+    if (
+        judgment.verdict == "not_testable" and not judgment.why
+    ):  # no candidate would show, however often the same is driven
         return _revealing(designer, judgment)
     wanted = max(POLICY.fewest_runs_between, setup.fewest_runs, runs if setup.one_way else 2 * runs)
     if not setup.one_way:
         text = f"{wanted} {setup.run}s instead of {runs}, each as long as the track allows"
         return (_next_test(text, runs=wanted),)
-    turning = tuple(n for n, effect in setup.candidates.items() if TURNING in effect.tags)
+    turning = tuple(n for n, effect in setup.candidates.items() if effect.turns_with_heading)
     text = f"{wanted} {setup.run}s in pairs, out and back, over the same road"
     first = _next_test(text, turning, runs=wanted)
     if len(turning) < 2 or runs < setup.fewest_runs:

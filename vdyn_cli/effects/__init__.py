@@ -112,6 +112,11 @@ class Effect:
         return self.laws[self.on[0]]
 
     @property
+    def turns_with_heading(self) -> bool:
+        """Whether only runs in both directions separate it."""
+        return "turns_with_heading" in self.tags
+
+    @property
     def sensor(self) -> bool:
         """Whether it is a sensor fault, not a vehicle property."""
         return "sensor" in self.tags

@@ -263,9 +263,13 @@ def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) ->
 def _road_run(
     spec: CoastdownSpec, segment: CoastSegment, begin: float, drive: DriveSignal, known: Mapping[str, Given]
 ) -> RoadRun:
-    """The segment as a run of the fit; its log began at ``begin`` s."""
+    """The segment as a run of the fit; its log began at ``begin`` s.
+
+    Where no run states its direction, all count as out, so that a wind along the way of travel can be told.
+    """
     log, run = segment.log, spec.runs[segment.run]
-    heading = HEADING[run.direction]
+    stated = HEADING[run.direction]
+    heading = stated if any(r.direction for r in spec.runs) else HEADING["out"]
     inputs: dict[str, Array | float] = {n: log.channels.get(n, 0.0) for n in ("grade", "wind_speed")}
     if drive != "coasting":
         inputs[f"drive_{drive}"] = log[f"drive_{drive}"]
@@ -284,7 +288,7 @@ def _road_run(
         temperature=run.temperature.value if run.temperature else day or NORMAL_TEMPERATURE,
         air_density=density,
         since=float(log.time[0]) - begin,
-        place=first_place(log.time, log["speed"], log["position"], heading) if "position" in log else None,
+        place=first_place(log.time, log["speed"], log["position"], stated) if "position" in log else None,
         split=segment.split,
     )
 
