@@ -121,6 +121,7 @@ def test_values_of_a_document_in_words(value: object, shown: str) -> None:
         ("logs/report.csv (12)", "report (12)"),
         ("../a/run 3.vbo", "run 3"),
         ("app/recording 2/Location.csv", "recording 2/Location"),
+        ("/logs/TripA12.csv.gz, 339 to 468 s", "TripA12, 339 to 468 s"),
     ],
 )
 def test_runs_are_called_by_their_file(path: str, name: str) -> None:

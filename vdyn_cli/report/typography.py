@@ -170,6 +170,7 @@ def name(identifier: str) -> str:
     return re.sub(r"\b(cg|epa|gps|imu|wltp|rms)\b", lambda m: m[1].upper(), text)
 
 
+_SEGMENT = re.compile(r"(.+), (\S+ to \S+ s)")
 _LOG = re.compile(
     r"(?:(?:.*[/\\])?([^/\\]+)[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|ascii|log|mf4|mdf|vbo|lvm|mat|parquet)(?:\.gz)?"
     r"( \([^/\\]*\))?",
@@ -180,8 +181,11 @@ _LOG = re.compile(
 def run_name(text: str) -> str:
     """The file name of a log's path without suffix, with the column of a table in brackets; other texts unchanged.
 
-    A name without a number, such as an app writes in the folder of each recording, has its numbered folder before it.
+    The times of a segment (", 20 to 60 s") stay. A name without a number, such as an app writes in the folder of each
+    recording, has its numbered folder before it.
     """
+    if segment := _SEGMENT.fullmatch(text.strip()):
+        return f"{run_name(segment[1])}, {segment[2]}"
     match = _LOG.fullmatch(text.strip())
     if not match:
         return text
