@@ -49,7 +49,10 @@ def _leading(v: Validation) -> str:
     """The parameter whose uncertainty limits the speed."""
     parts = v.shares.get("speed", {})
     name = next(iter(parts), "")
-    return f", of which {words(name)} limits the speed most ({100 * parts[name]:.0f} % of the variance)" if name else ""
+    if not name:
+        return ""
+    share = f" ({100 * parts[name]:.0f} % of the variance)" if parts[name] <= 1.0 else ""  # more: others compensate it
+    return f", of which {words(name)} limits the speed most{share}"
 
 
 def _worst_regime(test: BandTest) -> str:
