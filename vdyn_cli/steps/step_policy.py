@@ -284,6 +284,10 @@ class StepPolicy:
         0.06, "share of the largest speed", "rms error of a simulated speed, above which sensors' hills are candidates",
         "A road load known to 10 % and a torque known to 5 % miss as much; most often the rest is hills.",
     )  # fmt: skip
+    hills_gain: float = threshold(
+        0.1, "share of the rms error", "that sensors' hills must take off to be candidates",
+        "Hills that were driven take off most of it; slopes that were not leave it, or add to it.",
+    )  # fmt: skip
     foreign_std: float = threshold(
         3.0, "standard deviations", "of a correct model's error that it must also exceed",
         "One error in 400 is as large.",

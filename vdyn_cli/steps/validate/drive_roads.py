@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades
 from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, FELT_SLOPE, RoadProfile, felt_road
@@ -33,13 +34,21 @@ class DriveRoads:
 
     def channels(self, logs: Sequence[Log]) -> tuple[Log, ...]:
         """The logs with these slopes, each (n,) and uphill, as channels."""
-        for name, slopes in (
-            (FELT_SLOPE, [road.slope for road in self.felt]),
-            (ELEVATION_SLOPE, [road.grade for road in self.elevated]),
-        ):
-            if slopes:
-                logs = [log.with_channels(**{name: slope}) for log, slope in zip(logs, slopes, strict=True)]
+        for name in self.inputs:
+            logs = [log.with_channels(**{name: slope}) for log, slope in zip(logs, self._slopes(name), strict=True)]
         return tuple(logs)
+
+    def graded(self, logs: Sequence[Log], name: str) -> tuple[Log, ...]:
+        """The logs with the slope of one input added to their grade."""
+        slopes = zip(logs, self._slopes(name), strict=True)
+        return tuple(log.with_channels(grade=slope + log.channels.get("grade", 0.0)) for log, slope in slopes)
+
+    def only(self, inputs: Collection[str]) -> DriveRoads:
+        """The roads of these inputs."""
+        return DriveRoads(self.felt if FELT_SLOPE in inputs else (), self.elevated if ELEVATION_SLOPE in inputs else ())
+
+    def _slopes(self, name: str) -> list[Array]:
+        return [road.slope for road in self.felt] if name == FELT_SLOPE else [road.grade for road in self.elevated]
 
 
 def shown_roads(logs: Sequence[Log], elevations: bool = True) -> DriveRoads:
