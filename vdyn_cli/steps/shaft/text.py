@@ -59,9 +59,10 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
 
 def one_clock(name: str, stiffness: Budget) -> Finding:
     """The finding that a damping assumes equal clocks, where no uncertainty of the torque's delay is stated."""
-    got = f"a torque logged 1 ms late lowers it by {1e-3 * stiffness.value:.2g} N m s/rad"
+    lower = f"a torque logged 1 ms late lowers it by {1e-3 * stiffness.value:.2g} N m s/rad"
+    what = f"assumes that torque and twist are logged at the same instant: {lower}"
     remedy = "if their clocks can differ, state the uncertainty under settings: 'torque_delay: 0 +- 0.05 ms'"
-    return Finding(name, "assumes that torque and twist are logged at the same instant", got, remedy)
+    return Finding(name, what, remedy=remedy)
 
 
 def tables(sides: Sequence[ComparedStiffness]) -> tuple[Table, ...]:
