@@ -62,6 +62,8 @@ class Judgment:
     size : of the finding: of the answer, the first of several, or what comes closest.
     material : whether it matters. What is significant and does not matter leaves the model adequate; ``note`` is then
         what explains most of it, ``noted`` whether it would be an answer.
+    imitated : labels of a wind or slope that would explain the misfit of runs in one direction; None where the verdict
+        does not hang on the direction.
     by_prior : most of the evidence is that the baseline contradicts a stated value, such as a drawing or a zero; an
         output need not be predicted better then.
     """
@@ -79,6 +81,7 @@ class Judgment:
     material: bool | None = None
     note: CandidateModel | None = None
     noted: bool = False
+    imitated: tuple[str, ...] | None = None
     by_prior: bool = False
 
     @property
@@ -147,9 +150,7 @@ def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
     if not setup.one_way:
         return judgment
     named = [setup.candidates[name].label for answer in judgment.answers for name in answer.effects]
-    what = f"{' with '.join(named)} would explain the misfit" if named else "no other error is detected"
-    why = f"{setup.one_way}: wind, slope and resistance are confounded; {what}"
-    return replace(judgment, verdict="not_testable", why=why, answers=(), gain=None)
+    return replace(judgment, verdict="not_testable", why=setup.one_way, imitated=tuple(named), answers=(), gain=None)
 
 
 def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | None:
