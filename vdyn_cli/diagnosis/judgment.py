@@ -62,8 +62,8 @@ class Judgment:
     size : of the finding: of the answer, the first of several, or what comes closest.
     material : whether it matters. What is significant and does not matter leaves the model adequate; ``note`` is then
         what explains most of it, ``noted`` whether it would be an answer.
-    imitated : labels of a wind or slope that would explain the misfit of runs in one direction; None where the verdict
-        does not hang on the direction.
+    one_way_effects : labels of the wind or slope that would explain the misfit of runs in one direction; empty where no
+        error is detected; None where the verdict does not depend on the direction.
     by_prior : most of the evidence is that the baseline contradicts a stated value, such as a drawing or a zero; an
         output need not be predicted better then.
     """
@@ -81,7 +81,7 @@ class Judgment:
     material: bool | None = None
     note: CandidateModel | None = None
     noted: bool = False
-    imitated: tuple[str, ...] | None = None
+    one_way_effects: tuple[str, ...] | None = None
     by_prior: bool = False
 
     @property
@@ -143,14 +143,16 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
 
 
 def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
-    """The judgment that no error is detected, or wind or slope named; not testable where runs go one way.
+    """The judgment itself, or ``not_testable`` where all runs have one direction.
 
-    A resistance of any shape may then be wind or slope, so that their absence does not show, nor can they be named.
+    Resistance, wind and slope are then confounded: neither their absence nor a wind or slope alone can be certified.
     """
     if not setup.one_way:
         return judgment
     named = [setup.candidates[name].label for answer in judgment.answers for name in answer.effects]
-    return replace(judgment, verdict="not_testable", why=setup.one_way, imitated=tuple(named), answers=(), gain=None)
+    return replace(
+        judgment, verdict="not_testable", why=setup.one_way, one_way_effects=tuple(named), answers=(), gain=None
+    )
 
 
 def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | None:

@@ -71,9 +71,9 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     p = p_text(judgment.detection.p_value)
     if judgment.verdict == "adequate":
         return f"No model error detected ({p})."
-    if judgment.imitated is not None:
-        what = f"{' with '.join(judgment.imitated)} would explain the misfit" if judgment.imitated else ""
-        found = f"{what[0].upper()}{what[1:]}" if what else "No other error detected"
+    if judgment.one_way_effects is not None:
+        label = " with ".join(judgment.one_way_effects)
+        found = f"{label[0].upper()}{label[1:]} would explain the misfit" if label else "No other error detected"
         return f"{found} ({p}), but {judgment.why}: wind, slope and resistance are confounded."
     if judgment.verdict == "not_testable":
         return not_possible(judgment.why or "no candidate effect would be visible in these data")

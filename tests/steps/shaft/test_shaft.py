@@ -161,7 +161,7 @@ def test_a_torque_that_is_logged_late_is_not_a_damping() -> None:
 
 
 def test_the_delay_of_the_torque_is_corrected_and_its_uncertainty_carried_into_the_damping() -> None:
-    """1 ms late over k = 29 kN m/rad passes for 29 N m s/rad of damping too few: the result says so."""
+    """A torque 1 ms late lowers the damping by k x 1 ms: the result says so."""
     vehicle = random_vehicle(6)
     data = log(vehicle, 6)
     late = data.with_channels(shaft_torque=np.interp(data.time - 1e-3, data.time, data["shaft_torque"]))

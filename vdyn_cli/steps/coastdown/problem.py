@@ -265,7 +265,7 @@ def _road_run(
 ) -> RoadRun:
     """The segment as a run of the fit; its log began at ``begin`` s.
 
-    Where no run states its direction, all count as out, so that a wind along the way of travel can be told.
+    Where no run states its direction, all count as out, so that a steady headwind is a candidate effect.
     """
     log, run = segment.log, spec.runs[segment.run]
     stated = HEADING[run.direction]

@@ -49,7 +49,7 @@ def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) ->
     """A finding for each drive whose torque does not explain the measured speed, with a remedy.
 
     rms(V_simulated - V_measured) > 0.12 max(|V_measured|), m/s, over all segments of the drive: one segment may hold
-    what nobody logged. It is a reason to doubt the result, and what a diagnosis starts from: a wrong unit, motor
+    an unlogged input. It is a reason to doubt the result, and what a diagnosis starts from: a wrong unit, motor
     constant or mass misses by as much.
 
     Parameters

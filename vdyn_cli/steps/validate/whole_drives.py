@@ -61,7 +61,7 @@ class _WholeDriveRows:
 def is_cut(setup: SimulationSetup) -> bool:
     """Whether drives against a mass on a road are simulated in several segments.
 
-    The segments of a single drive stay the units: with one run no effect is told from noise.
+    The segments of a single drive remain the units: one run does not separate an effect from noise.
     """
     return setup.model.name != "vehicle" and 1 < len({s.run for s in setup.segments}) < len(setup.segments)
 
