@@ -162,7 +162,7 @@ def test_what_an_earlier_step_found_is_neither_refused_nor_taken_in_twice() -> N
     assert result.diagnosis is not None
     assert result.diagnosis.extended == ("slope",)
     (finding,) = result.findings
-    assert finding.what == "wind is in the model already, from an earlier step"
+    assert finding.what == "wind is already in the model, from an earlier step"
     assert finding.minor
 
 

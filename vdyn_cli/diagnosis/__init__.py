@@ -1,9 +1,9 @@
-"""What the simulation gets wrong: detected, named, the model extended by it, and the gain measured on held-out data.
+"""Detects and names what the simulation gets wrong, extends the model by it, and measures the held-out gain.
 
-A step lends its problem (diagnosis_setup). The candidate effects that its model can take are linearized beside its own
-unknowns in one pass (full_model, linearized_system), tested together (scores, detection), refitted one by one as the
-whole answer (candidate_models, model_selection), and judged (judgment). Two strategies fit them: refit, which simulates
-at every step, and linearized, for models that are expensive to simulate. The answer extends the step's model: its
-estimate is made again with the effect in (extension), and the outcome is one typed Diagnosis (diagnose). Every
-threshold stands in ``policy`` with its reason.
+A step supplies its problem (diagnosis_setup). The residuals are linearized once, in the model's own unknowns and those
+of all candidate effects (full_model, linearized_system). The candidates are tested together (scores, detection), each
+is refitted as the only effect (candidate_models, model_selection), and the verdict follows (judgment). Two strategies
+fit them: refit simulates at every step of a fit, linearized is for models that are expensive to simulate. The step's
+estimate is then repeated with the named effect (extension), and the outcome is one typed Diagnosis (diagnose).
+``policy`` holds every threshold with its reason.
 """

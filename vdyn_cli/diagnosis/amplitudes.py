@@ -39,10 +39,10 @@ def fitted_amplitudes(answer: CandidateModel, setup: DiagnosisSetup) -> dict[str
 
 
 def open_amplitudes(strategy: Strategy, judgment: Judgment, amplitudes: Mapping[str, Estimate]) -> dict[str, Estimate]:
-    """The amplitudes of a named answer with intervals that know the verdict, as those of the published parameters.
+    """The amplitudes of a named answer with intervals widened as those of the published parameters.
 
-    Where the answer leaves no significant remainder: those of its mixture with answers of one effect more. Else with
-    the bias by that remainder, half' = sqrt(half^2 + bias^2).
+    If the answer leaves no significant residual, the intervals are those of its mixture with answers of one more
+    effect. Else they include the bias by that residual, half' = sqrt(half^2 + bias^2).
     """
     answer = judgment.answer
     if judgment.verdict != "named" or answer is None or not amplitudes:
@@ -51,12 +51,12 @@ def open_amplitudes(strategy: Strategy, judgment: Judgment, amplitudes: Mapping[
         probable = probable_answers(strategy, answer.fitted)
         each = [(p, fitted_amplitudes(one, strategy.model.setup)) for one, p in probable]
         return {n: _mixed(e, [(p, o[n].interval95) for p, o in each if n in o]) for n, e in amplitudes.items()}
-    bias = half_widths(unexplained_biases(strategy.model, answer.fitted))  # relinearized, it has no profiles
+    bias = half_widths(unexplained_biases(strategy.model, answer.fitted))  # a relinearized fit has no profiles
     return {n: _wider(e, float(np.hypot(e.half_width, bias.get(n, 0.0)))) for n, e in amplitudes.items()}
 
 
 def _mixed(one: Estimate, others: Sequence[tuple[float, tuple[float, float]]]) -> Estimate:
-    """The estimate with the interval of its mixture with others, where that is wider; its value stays."""
+    """The estimate with the interval of its mixture with others, if that is wider; its value stays."""
     others = [(p, (low, high)) for p, (low, high) in others if high > low]
     if not others or one.half_width <= 0.0:
         return one
@@ -67,7 +67,7 @@ def _mixed(one: Estimate, others: Sequence[tuple[float, tuple[float, float]]]) -
 
 
 def _wider(one: Estimate, half: float) -> Estimate:
-    """The estimate with this half width, its standard deviation larger in proportion."""
+    """The estimate widened to this half width, with its standard deviation increased in proportion."""
     more, low, high = half - one.half_width, *one.interval95
     std = one.std * half / one.half_width if one.half_width > 0.0 else one.std
     return replace(one, std=std, interval95=(low - more, high + more)) if more > 0.0 else one

@@ -1,7 +1,7 @@
-"""Candidate models: the baseline with one effect, two, or a few, refitted and tested for what they leave.
+"""Candidate models: the baseline with one or more effects, refitted, and the tests of their residuals.
 
-An effect is named by sufficiency, not by ranking: with it in, nothing else of the catalogue adds anything. An effect
-that merely improves the fit is no answer: on a headwind's log a brake drag takes away most of the error.
+An effect is named if it suffices (with it in the model, no other candidate is significant), not if it ranks first. An
+effect that only improves the fit is no answer: a brake drag removes most of the error that a headwind causes.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from vdyn_cli.diagnosis.strategy import Strategy
 
 @dataclass(frozen=True)
 class CandidateModel:
-    """The baseline with some effects, and what it leaves.
+    """The fitted baseline with some effects, and the tests of its residual.
 
     Parameters
     ----------
-    rest_p : chance that what is left of the other candidates and of the profiles is noise.
-    rest_mostly : the candidate or profile that shows most in what is left.
-    rest_share : what that would explain further beyond chance, as a share of the rms misfit: the root of the ratio of
-        whitened sums of squares.
-    rest_in_part : whether that corrects a law that one of the effects corrects.
+    rest_p : p value of the other candidates and of the profiles in the residual.
+    rest_mostly : the candidate or profile that is strongest in the residual.
+    rest_share : what that one would explain in addition, beyond chance, as a share of the rms misfit: the root of the
+        ratio of whitened sums of squares.
+    rest_in_part : whether that one corrects a law that one of the effects corrects, too.
     unphysical : a parameter of the baseline that is significantly outside its physical range; empty where none is.
     """
 
@@ -48,19 +48,19 @@ class CandidateModel:
 
     @property
     def sufficient(self) -> bool:
-        """Whether what is left passes for noise, with parameters that a vehicle can have."""
+        """Whether the residual is not significantly different from noise, with physically possible parameters."""
         return self.rest_p > POLICY.rest_level and not self.unphysical
 
     @property
     def nearly_sufficient(self) -> bool:
-        """Whether next to nothing is left, be it noise or not; one effect may leave more in its own part."""
+        """Whether the residual is negligible although significant; a single effect may leave more in its own part."""
         alone = len(self.effects) == 1 and self.rest_in_part
         least = POLICY.negligible_rest if alone else POLICY.exact_rest
         return self.rest_share < least and not self.unphysical
 
     @property
     def explains_most(self) -> bool:
-        """Whether it explains ``part_squares`` of the misfit's squares at least, or what is left passes for noise."""
+        """Whether it explains at least ``part_squares`` of the squared misfit, or leaves no significant residual."""
         return self.rest_p > POLICY.rest_level or self.rest_share**2 <= 1 - POLICY.part_squares
 
 
@@ -88,7 +88,7 @@ def _likely_singles(found: Detection) -> list[str]:
 
 
 def beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
-    """Candidate models of single effects that no fit within the plausible range has, up to ``open_range`` of it.
+    """Candidate models of single effects with amplitudes beyond their plausible range, up to ``open_range`` times it.
 
     Parameters
     ----------
@@ -101,9 +101,9 @@ def beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Det
 
 
 def candidate_model(strategy: Strategy, effects: Sequence[str]) -> CandidateModel | None:
-    """Refit with these effects and test what is left.
+    """Refit with these effects and test the residual.
 
-    None where the refit fails, or an effect leaves its range or has a significant sign that it cannot have.
+    None where the refit fails, an effect exceeds its range, or its amplitude significantly has an impossible sign.
     """
     model, fitted = strategy.model, strategy.fitted(effects)
     if fitted is None or any(_wrong_sign(model, fitted, e) for e in effects):
@@ -141,8 +141,8 @@ def _unphysical(model: FullModel, fitted: FittedModel) -> str:
 def _explained(strategy: Strategy, fitted: FittedModel) -> float:
     """The misfit that a fit explains, 2 d(log likelihood).
 
-    Where the baseline is far off, its fit on a linearization is no measure of it: the whitened squares of the fit are
-    scaled by the ratio of the main channel's squares, baseline over fit.
+    Where the baseline is far off, its linearized fit is no measure of its misfit. Then the whitened squares of the fit
+    are scaled by the ratio of the squared errors of the main channel, baseline over fit.
     """
     setup, base = strategy.model.setup, strategy.fitted(())
     if setup.coarse_error is not None and fitted.effects:
@@ -151,7 +151,7 @@ def _explained(strategy: Strategy, fitted: FittedModel) -> float:
 
 
 def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
-    """Whether an effect is significantly beyond zero on the side that its range has for noise alone."""
+    """Whether the amplitude is significantly on the side of zero that its range includes only for noise."""
     effect = model.setup.candidates.get(name)
     if effect is None or len(model.amplitudes(name)) > 1:
         return False
@@ -163,10 +163,9 @@ def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
 
 
 def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
-    """Candidate models of two effects, each of which is needed beside the other; or of the one that needs no other.
+    """Candidate models of two effects that are both needed, and of single effects to which a pair adds nothing.
 
-    Beside a baseline that is far off, scores are no measure: what is the whole answer may show least alone, and has not
-    been tried.
+    Such a single effect may be untried so far: where the baseline is far off, the score of the true effect may be low.
 
     Parameters
     ----------
@@ -190,7 +189,7 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
 
 
 def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str]]:
-    """The pairs that explain most to first order: only they are refitted."""
+    """The pairs that explain most to first order; only these are refitted."""
     model, base = strategy.model, strategy.fitted(())
     assert base is not None
     every = list(combinations(names, 2))
@@ -206,10 +205,10 @@ def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str
 
 
 def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | None:
-    """Effects taken in one by one, each time the one that then shows most, until nothing adds any more.
+    """Forward selection: add the effect with the strongest evidence in the residual until none is significant.
 
-    For logs of real cars, in which more than two things are wrong at once. Each effect must be needed beside all the
-    others; None where the selection does not end within ``POLICY.most_effects``.
+    For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the
+    others; None where that fails or the selection does not end within ``POLICY.most_effects``.
     """
     evidence = found.scores.evidence
     names = [n for n in found.testable if evidence[n] > POLICY.single_evidence]
@@ -222,9 +221,9 @@ def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | 
 
 
 def catalogue_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
-    """Whether all candidates together, beside those of a fit, leave much of the misfit: then no set of them suffices.
+    """Whether all candidates together leave much of the misfit, so that no set of them suffices.
 
-    To first order at the fit, and by what a free profile still shows.
+    To first order about the fit ``tried``: what a free profile would explain beside all candidates.
     """
     model = strategy.model
     candidates, families = model.setup.candidates, model.setup.families
@@ -242,7 +241,7 @@ def catalogue_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
 
 
 def with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | None:
-    """The candidate model with the effect that shows most beside it, of those whose refit is possible."""
+    """The candidate model with the strongest further effect whose refit succeeds; None where none is significant."""
     beside = strategy.model.scores(tried.fitted, list(strategy.model.setup.candidates))
     shown = [n for n in beside.names if beside.evidence[n] >= POLICY.needed_t]
     for name in sorted(shown, key=lambda n: -beside.evidence[n]):
@@ -256,7 +255,7 @@ def with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | Non
 def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -> tuple[CandidateModel, ...]:
     """Candidate models that differ from the answer in one effect and are not significantly worse.
 
-    They need not suffice: among many effects, what is left decides by chance which of two equally likely ones does.
+    They need not suffice: of two equally likely sets of many effects, chance decides which one passes that test.
 
     Parameters
     ----------

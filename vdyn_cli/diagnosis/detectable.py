@@ -1,4 +1,4 @@
-"""The smallest amplitude of each candidate that these data would reveal: what an adequate model stands for."""
+"""The smallest amplitude of each candidate that these data would reveal, reported with an adequate model."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from vdyn_cli.quantities.diagnosis import Detectable
 
 
 def detectable(setup: DiagnosisSetup, found: Detection) -> tuple[Detectable, ...]:
-    """The testable candidates of one amplitude, the smallest share of its plausible range first.
+    """Detectable amplitudes of the testable candidates with one amplitude, the smallest share of its range first.
 
-    a = s (z(1 - level / 2m) + z(power)), with the standard error s of the amplitude beside what is fitted, m testable
-    candidates and normal quantiles z: with this amplitude the test rejects with the probability ``power``.
+    a = s (z(1 - level / 2m) + z(power)), with the standard error s of the amplitude beside the fitted unknowns, m
+    testable candidates and normal quantiles z: at this amplitude the test rejects with probability ``power``.
 
     Parameters
     ----------
     found : scores beside the fitted baseline.
 
-    Assumes that the noise is as the fit shows it, and one family of tests.
+    Assumes the noise of the fit and one family of tests.
     """
     from scipy.special import ndtri
 

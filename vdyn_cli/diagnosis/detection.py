@@ -1,4 +1,4 @@
-"""Whether a model error is detected, with the false-alarm level held over all tests; and which effects are testable."""
+"""Detects a model error at a false-alarm level over all tests, and decides which effects are testable."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Detection:
     Parameters
     ----------
     scores : of candidates and profiles.
-    testable : candidates that these data could show.
-    p_value : adjusted over the three families of tests: compare with the level.
-    smallest_p : the smallest p value that the units can give.
-    unit : "block" or "run"; ``units`` counts them and the priors, ``stated`` the priors, ``effective_units`` is their
+    testable : candidates that these data would show at a plausible amplitude.
+    p_value : adjusted over the three families of tests; compare with the level.
+    smallest_p : the smallest p value that this number of units can give.
+    unit : "block" or "run"; ``units`` counts them and the priors, ``stated`` the priors; ``effective_units`` is the
         effective number without priors.
     """
 
@@ -56,7 +56,7 @@ def detect(strategy: Strategy, at: FittedModel) -> Detection:
     found = model.scores(at, [*names, *model.setup.families])
     testable = tuple(n for n in names if is_testable(model, found, n))
     chance = p_value(model, at, found, testable, evened=True)
-    if model.setup.far_off and not at.effects:  # the scores of a simulation so far off may be anything
+    if model.setup.far_off and not at.effects:  # scores mean little then, and an error is certain
         chance = min(chance, found.smallest_p())
     return Detection(
         scores=found,
@@ -71,7 +71,7 @@ def detect(strategy: Strategy, at: FittedModel) -> Detection:
 
 
 def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[str], evened: bool = False) -> float:
-    """Chance that these candidates and the profiles would show as much if none were there, over three families.
+    """Probability of statistics as large, over three families of tests, if none of these effects were present.
 
     p = min over families of p_family / share, with the shares of the policy scaled to sum to one. Effects that vary
     between runs are tested with whole runs as units, the others and the profiles with the system's own.
@@ -99,7 +99,7 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
 
 
 def is_testable(model: FullModel, found: Scores, name: str) -> bool:
-    """Whether these data could show the candidate at a plausible amplitude.
+    """Whether these data would show the candidate at a plausible amplitude.
 
     Parameters
     ----------
@@ -109,10 +109,10 @@ def is_testable(model: FullModel, found: Scores, name: str) -> bool:
 
 
 def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
-    """Why these data could not show the candidate at a plausible amplitude; None where they could.
+    """Why these data would not show the candidate at a plausible amplitude; None where they would.
 
-    A sensitivity that is nearly collinear with what is fitted is not trusted for its small remainder, unless that
-    contradicts priors: a zero that drifts reads as a force, yet exceeds its data sheet.
+    A sensitivity that is nearly collinear with fitted unknowns is not trusted for its small remainder, unless that
+    contradicts priors: a drifting sensor zero acts like a force, but exceeds the tolerance of its data sheet.
     """
     if found.rank[name] == 0 or not (
         found.visibility[name] > POLICY.least_visibility or found.stated[name] > POLICY.prior_information
@@ -124,7 +124,7 @@ def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
 
 
 def reachable_t(model: FullModel, found: Scores, name: str) -> float:
-    """Score test of the candidate at the edge of its plausible range, in standard errors.
+    """Largest score statistic t of the candidate, in standard errors: at the edge of its plausible range.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def reachable_t(model: FullModel, found: Scores, name: str) -> float:
 
 
 def fewest_runs(level: float) -> int:
-    """Runs from which an effect that varies between them can be certified: 2^(1 - runs) < its share of the level.
+    """Least number of runs to certify an effect that varies between them: 2^(1 - runs) < its share of the level.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From a step's baseline result to its diagnosed and, where an effect was named, extended result."""
+"""Diagnoses a step's baseline result and, where an effect is named, extends the result by it."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ def diagnosed(
     faults: Sequence[Finding] = (),
     doubts: Sequence[Finding] = (),
 ) -> Result:
-    """The result with its diagnosis, of the extended model where an effect was named or requested.
+    """The result with its diagnosis; the result of the extended model where an effect was named or requested.
 
     Parameters
     ----------
-    result : of the baseline; one that is not published (``refused``) is diagnosed all the same.
-    level : chance of a false alarm of this step.
-    faults : sensors that did not measure; while there are any, no effect is named.
-    doubts : reasons to doubt the result that were there before its estimate.
+    result : of the baseline; a refused one is diagnosed, too.
+    level : false-alarm probability of this step, 0 to 1.
+    faults : sensors that did not measure; with any, no effect is named.
+    doubts : reasons to doubt the result that were known before the estimate.
 
     Raises
     ------
-    InputError : the description names an effect that is not known, or that this model does not have, or a quantity
-        under ``matters`` that the result lacks.
+    InputError : the description names an effect that is unknown or not applicable to this model, or ``matters`` names
+        a quantity that the result does not have.
     """
     try:
         return _diagnosed(prepared, result, level, faults, doubts)
@@ -66,7 +66,7 @@ def _diagnosed(
     if prepared.step.diagnosable is None or requested.effects == "none":
         return result
     if not (result.comparisons or result.refused):
-        return result  # nothing was simulated, as of a drawing alone
+        return result  # nothing was simulated: for example, an inertia from a drawing
     try:
         setup = setup_of(prepared, level)
         strategy = open_strategy(setup)
@@ -103,10 +103,10 @@ def _diagnosed(
 def _described(
     prepared: PreparedStep, strategy: Strategy, judgment: Judgment, extension: Extension, base: Result
 ) -> Diagnosis:
-    """The diagnosis without what casts doubt on it."""
+    """The diagnosis, without its reasons for doubt."""
     model, setup, found = strategy.model, strategy.model.setup, judgment.detection
     assert prepared.step.diagnosable is not None
-    # Beside other effects than the judgment's, what was taken in has another amplitude than the judgment has for it.
+    # An effect of the extension has another amplitude than in the judgment if the other effects beside it differ.
     as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
     amplitudes = open_amplitudes(strategy, judgment, _fitted(judgment, setup))
     amplitudes |= extension.amplitudes if as_named else {}
@@ -142,7 +142,7 @@ def _described(
 
 
 def _with_noise_floor(judgment: Judgment, last: Result, unit: str) -> Judgment:
-    """The judgment whose gain in the main channel knows the noise floor of the last model."""
+    """The judgment whose gain in the main channel has the noise floor of the last model's fit."""
     gain, fit = judgment.gain, last.fit
     if gain is None or not gain.plain or fit.unit != unit or not fit.noise_floor > 0:
         return judgment
@@ -150,17 +150,17 @@ def _with_noise_floor(judgment: Judgment, last: Result, unit: str) -> Judgment:
 
 
 def _note(diagnosis: Diagnosis) -> tuple[Finding, ...]:
-    """A finding that does not matter, as a note."""
+    """A note on a significant model error that does not matter."""
     if diagnosis.material is not False:
         return ()
-    remedy = "state what matters under diagnose.matters, if less is enough"
+    remedy = "if smaller changes matter, state them under diagnose.matters"
     return (Finding("diagnosis", diagnosis.sentence, remedy=remedy, minor=True),)
 
 
 def _doubted(
     diagnosis: Diagnosis, extended_result: Result | None, last: Result, doubts: Sequence[Finding]
 ) -> Diagnosis:
-    """The diagnosis with the first reason to doubt the result; an adequate model's sentence says it."""
+    """The diagnosis with the first reason to doubt the result; the sentence of an adequate model states it."""
     stated = next((f"{f.where}: {f.what}" for f in (*doubts, *last.findings) if f.doubt), "")
     doubt = stated or last.fit.misfit
     if not doubt and extended_result is not None:
@@ -174,9 +174,9 @@ def _doubted(
 
 
 def _fitted(judgment: Judgment, setup: DiagnosisSetup) -> dict[str, Estimate]:
-    """The amplitudes of all answers, or of the effect that would be one, as the diagnosis fitted them.
+    """Amplitudes of the effects of all answers, or of the one effect beyond its range, as the diagnosis fitted them.
 
-    None of several answers where one has several effects: beside others, an effect has another amplitude in each.
+    Empty for several answers of which one has several effects: an effect then has another amplitude in each.
     """
     if len(judgment.answers) > 1 and any(len(answer.effects) > 1 for answer in judgment.answers):
         return {}
@@ -185,10 +185,10 @@ def _fitted(judgment: Judgment, setup: DiagnosisSetup) -> dict[str, Estimate]:
 
 
 def _beside_baseline(base: Result, extended_result: Result, extension: Extension, found: PartJudgment) -> Result:
-    """The extended result with the baseline's values and simulations beside its own, and the effects that last."""
+    """The extended result with the baseline's values and simulations, and its lasting effects for later steps."""
     setup, learned = found.strategy.model.setup, found.learned
     effects, amplitudes = [setup.candidates[e] for e in extension.effects], extension.amplitudes
-    last = () if extension.open else [e for e in effects if e.lasts]  # one of several answers stays with its logs
+    last = () if extension.open else [e for e in effects if e.lasts]  # one of several answers is not passed on
     lasting = {e.name: {n: amplitudes[n] for n in e.unknowns if n in amplitudes} for e in last}
     laws = {learned.name: learned.definition} if learned is not None and learned.name in lasting else {}
     none = None if base.refused else base.parameters  # a refused baseline has no values to compare with
@@ -215,7 +215,7 @@ def _extended_sentence(
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
-    """A note on why the baseline could not be published, where the extension can."""
+    """A note on why the baseline has no result, where the extended model has one."""
     if not base.refused:
         return ()
     first = base.refused[0]
@@ -232,7 +232,7 @@ def _with_baseline(one: Comparison, baselines: Mapping[tuple[str, str], Comparis
 
 
 def _not_diagnosed(result: Result, why: Finding, faults: Sequence[Finding]) -> Result:
-    """The result where the baseline of the diagnosis cannot be fitted."""
+    """The result where the diagnosis cannot fit its baseline."""
     reason = why.what if why.where == "fit" else f"{why.where}: {why.what}"
     if faults:
         diagnosis = Diagnosis(verdict="data_fault", sentence=data_fault(f"{faults[0].where} {faults[0].what}"))

@@ -1,4 +1,4 @@
-"""What is diagnosed: a prepared step, open to the candidate effects that its description allows."""
+"""The input of a diagnosis: a prepared step and the candidate effects that its description allows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vdyn_cli.steps import Diagnosable, Problem, SimulatedProblem, Step, simulat
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
-UNIFORM = 12**-0.5  # standard deviation of a uniform distribution over its width: what a range alone says
+UNIFORM = 12**-0.5  # standard deviation of a uniform distribution of width one
 
 
 @dataclass(frozen=True)
@@ -40,34 +40,34 @@ class PreparedStep:
 
 @dataclass(frozen=True)
 class DiagnosisSetup:
-    """A step's data and model, open to candidate effects.
+    """A step's data and model, and the candidate effects.
 
     Parameters
     ----------
     regression : (effects, unknowns) -> the step's regression with effects in the model; ``start`` are values of the
         step's own unknowns about which a linearized problem is linearized.
-    chord_regression : the same with sensitivities to the step's own unknowns that may be those without the effects.
-    effects : the candidates that model and data can take.
-    lacking : the others of the catalogue that a channel would make testable, by name, and that channel.
+    chord_regression : the same, but sensitivities to the step's own unknowns may be those without the effects.
+    effects : the candidates applicable to model and data.
+    lacking : by name, the other effects of the catalogue that one more channel would make testable, and that channel.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
-    one_way : why effects that turn with the heading are confounded with others: runs of one direction.
+    one_way : why effects that change sign with the heading are confounded with others: runs of one direction.
     mixed_directions : why the directions cannot be used: some runs do not state theirs.
     run : what a run is called (a coast, a drive, a crossing).
-    fewest_runs : below which nothing is diagnosed.
-    too_short : why runs so short cannot discriminate between effects.
-    level : chance of a false alarm.
-    linearized : the model is so expensive that fits are made on a linearization. Its parameters then have priors, at
-        which the step simulates: what a fit moves of them is no gain.
-    nondifferentiable : an effect without a slope at zero is in the model from the start, so that the baseline is
-        relinearized until it settles.
-    coarse_error : (effects, unknowns) -> rms error of the main channel at the unknowns' starts, nothing fitted, where
-        the baseline is far off: candidates are then tried from coarse starts, and an error is certain. None elsewhere.
+    fewest_runs : least number of runs for a diagnosis.
+    too_short : why runs this short cannot discriminate between effects.
+    level : false-alarm probability, 0 to 1.
+    linearized : whether the model is so expensive that linearizations are fitted. Its parameters then have priors, and
+        the step simulates at their means, so that moving them in a fit is no gain.
+    nondifferentiable : whether an effect without a slope at zero is in the baseline, which is then relinearized until
+        it settles.
+    coarse_error : (effects, unknowns) -> rms error of the main channel at the unknowns' starts, nothing fitted, if the
+        baseline is far off: candidates are then tried from coarse starts, and an error is certain. None otherwise.
     likely_size : (effect, start) -> the most likely amplitude of a nondifferentiable effect alone in the model and its
-        gain in log likelihood; ``start(amplitude)`` are its unknowns. None where such effects are not looked for.
-    stated : by unknown of an effect, the standard deviation with which the description states what it corrects.
-    learned : names of those effects that were learned from these data.
-    manoeuvres : (regression with every candidate in, its shared unknowns at the baseline's fit) -> what could be
-        driven next, the least effort first.
+        gain in log likelihood; ``start(amplitude)`` are its unknowns. None if such effects are not searched.
+    stated : by unknown of an effect, the stated standard deviation of the quantity that it corrects.
+    learned : names of the effects that were learned from these data.
+    manoeuvres : (regression with every candidate, its shared unknowns at the baseline's fit) -> manoeuvres that could
+        be driven next, the least effort first.
     """
 
     regression: Callable[..., Regression]
@@ -91,7 +91,7 @@ class DiagnosisSetup:
 
     @property
     def far_off(self) -> bool:
-        """Whether the baseline misses by so much that no linearization about it reaches the cause."""
+        """Whether the baseline's error is so large that no linearization about it reaches the true effect."""
         return self.coarse_error is not None
 
     @cached_property
@@ -110,7 +110,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
 
     Raises
     ------
-    InputError : the description names an effect that this model does not have.
+    InputError : the description names an effect that is not applicable to this model.
     """
     diagnosable, spec, problem = prepared.step.diagnosable, prepared.spec, prepared.simulated
     assert diagnosable is not None
@@ -143,7 +143,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
 
 
 def stated_errors(effects: Sequence[Effect], known: Parameters) -> dict[str, float]:
-    """The stated standard deviations of what effects correct, in the units of their first unknowns."""
+    """Stated standard deviations of the quantities that effects correct, in the units of their first unknowns."""
     found = {}
     for effect in effects:
         one = known.estimates.get(effect.corrects)
@@ -154,15 +154,15 @@ def stated_errors(effects: Sequence[Effect], known: Parameters) -> dict[str, flo
 
 
 def relaxed(regression: Callable[..., Regression], wide: bool = False) -> Callable[..., Regression]:
-    """A step's regression whose own unknowns no bound stops: a baseline at a bound is what a diagnosis starts from.
+    """A step's regression with relaxed bounds, since a model error often drives a baseline's unknown to its bound.
 
-    Unknowns with a prior are held by it alone. The others may leave their physical range by its width, and keep the
-    range as ``physical``, outside which an answer is not sufficient.
+    Unknowns with a prior lose their bounds. The others may leave their physical range by its width; ``physical`` keeps
+    the range, and an answer with an unknown outside of it is not sufficient.
 
     Parameters
     ----------
     regression : (effects, unknowns, start) -> the step's regression; ``unknowns`` of effects keep their bounds.
-    wide : give the others a prior as wide as their range, for baselines that the data do not determine.
+    wide : give unknowns without a prior one as wide as their range, for baselines that the data do not determine.
     """
 
     def of(
@@ -187,18 +187,18 @@ def _unbounded(u: Unknown, wide: bool) -> Unknown:
 
 
 def refuse_unknown(prepared: PreparedStep) -> None:
-    """Refuse, before anything is estimated, a description that names an effect that this model does not have.
+    """Refuse, before anything is estimated, a description that names effects that are not applicable to this model.
 
     Raises
     ------
-    InputError : all of them.
+    InputError : with a finding for each such effect.
     """
     if prepared.step.diagnosable is not None and any(_requested(prepared.spec.diagnose)):
         _refuse_others(prepared.spec.diagnose, *_applicable(prepared), _lacking(prepared))
 
 
 def already_included(prepared: PreparedStep, setup: DiagnosisSetup) -> Iterator[Finding]:
-    """A note for each requested effect that an earlier step put into the model.
+    """A note on each requested effect that is already in the model from an earlier step.
 
     Parameters
     ----------
@@ -206,11 +206,11 @@ def already_included(prepared: PreparedStep, setup: DiagnosisSetup) -> Iterator[
     """
     for key, name in _requested(prepared.spec.diagnose):
         if name in prepared.known.extensions and name not in setup.candidates:
-            yield Finding(f"diagnose.{key}", f"{name} is in the model already, from an earlier step", minor=True)
+            yield Finding(f"diagnose.{key}", f"{name} is already in the model, from an earlier step", minor=True)
 
 
 def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effect, ...]]:
-    """The effects that the step's model can take, and those that an earlier step has found, which are in it."""
+    """The effects applicable to the step's model, and those already in it because an earlier step found them."""
     diagnosable = prepared.step.diagnosable
     assert diagnosable is not None
     every = applicable(prepared.simulated.model, candidates(prepared.step.situations))
@@ -220,9 +220,9 @@ def _applicable(prepared: PreparedStep) -> tuple[tuple[Effect, ...], tuple[Effec
 
 
 def _size_factors(known: Parameters, situations: Collection[str]) -> Mapping[str, float]:
-    """By how much the vehicle, or its wheel, is heavier than any car, and by how much it is lighter, by tag.
+    """Factors of the plausible ranges by tag, for vehicles (or wheels) heavier or lighter than cars.
 
-    A lighter one only where it coasts: its driveline is then part of what resists, and no candidate of its own.
+    The factor of lighter vehicles applies to coasting only, where the driveline is part of the resistance.
     """
     if "mass" in known:
         mass = known["mass"].value
@@ -233,21 +233,21 @@ def _size_factors(known: Parameters, situations: Collection[str]) -> Mapping[str
 
 
 def _lacking(prepared: PreparedStep) -> dict[str, str]:
-    """The channel that each effect lacks to be tested, of those that a log of the step may have."""
+    """By effect, the missing channel without which it cannot be tested, of those that a log of the step may have."""
     missing = missing_signals(prepared.simulated.model, candidates(prepared.step.situations))
     channels = prepared.step.channels() if missing else {}
     return {effect: signal for effect, signal in missing.items() if signal in channels}
 
 
 def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
-    """Why no run of the logs is long enough; empty where one is."""
+    """Why no run is long enough; empty where one is."""
     if not diagnosable.shortest or problem.duration >= diagnosable.shortest:
         return ""
     return f"no {diagnosable.run} lasts longer than {problem.duration:.2g} s"
 
 
 def _one_way(directions: Sequence[str | None]) -> str:
-    """Why the runs are not there and back; empty where they are, or where some do not state their direction."""
+    """Why the runs do not have both directions; empty where they do, or where only some state theirs."""
     ways = set(directions)
     if len(ways) != 1:
         return ""
@@ -263,9 +263,10 @@ def _mixed(directions: Sequence[str | None]) -> str:
 def _refuse_others(
     diagnose: Diagnose, effects: Sequence[Effect], carried: Sequence[Effect], lacking: Mapping[str, str]
 ) -> None:
-    """Refuse requested effects that the model cannot take.
+    """Refuse requested effects that are not applicable to the model.
 
-    Those of earlier steps are in the model: whether they were found must not decide whether a description is right.
+    Effects already in the model from earlier steps pass, so that a description stays valid whether they were found or
+    not.
     """
     names = [e.name for e in effects]
     known = {*names, *(e.name for e in carried)}
@@ -281,7 +282,7 @@ def _refuse_others(
 
 
 def _requested(diagnose: Diagnose) -> Iterator[tuple[str, str]]:
-    """Each effect that the description names, with the key under which it is."""
+    """Each effect that the description names, with its key (``effects`` or ``extend``)."""
     for key in ("effects", "extend"):
         named = getattr(diagnose, key)
         yield from ((key, name) for name in (named if isinstance(named, list) else ()))

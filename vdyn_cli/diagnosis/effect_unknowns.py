@@ -1,4 +1,4 @@
-"""The unknowns of a candidate effect in a fit: amplitudes, and the shape parameters beside them."""
+"""The unknowns of a candidate effect in a fit: amplitudes and shape parameters, with bounds, priors and starts."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ def amplitudes_of(effect: Effect) -> tuple[str, ...]:
 
 
 def shapes_of(effect: Effect) -> tuple[str, ...]:
-    """Names of the shape parameters (a decay time): free in a fit that has the effect in, else at nominal."""
+    """Names of the shape parameters (a decay time): free in a fit with the effect, else at their nominal values."""
     return tuple(effect.nominal)
 
 
 def unknowns_of(
     effect: Effect, prior: bool = False, holding: Mapping[str, float] = MappingProxyType({})
 ) -> tuple[Unknown, ...]:
-    """An effect's unknowns for a fit, within their plausible range and somewhat beyond.
+    """An effect's unknowns for a fit, bounded by ``range_factor`` times their plausible range.
 
-    A shape parameter stays within its range and has a prior about its nominal value: at zero amplitude no data show it.
+    A shape parameter stays within its range and has a prior about its nominal value, since at zero amplitude the data
+    do not determine it.
 
     Parameters
     ----------
     prior : give amplitudes a prior about zero, so that all effects of the catalogue can be fitted at once.
-    holding : values beyond that range which the fit may take, up to ``open_range``.
+    holding : known values; for one beyond the bounds, these are widened to ``open_range``.
     """
     found = []
     for name, quantity in effect.unknowns.items():
@@ -54,27 +55,27 @@ def unknowns_of(
 
 
 def started_at(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
-    """The unknown with its start where ``values`` has it, within its range."""
+    """The unknown started at its value in ``values``, if it has one there, clipped to its bounds."""
     start = values.get(unknown.name, unknown.start)
     return replace(unknown, start=min(max(start, unknown.lower), unknown.upper))
 
 
 def bounds_of(effect: Effect, name: str) -> tuple[float, float]:
-    """Bounds of an amplitude in a fit: what is possible, else somewhat beyond the plausible range."""
+    """Bounds of an amplitude in a fit: its possible range, else ``range_factor`` times its plausible range."""
     quantity = effect.unknowns[name]
     return effect.possible.get(name, (POLICY.range_factor * quantity.lower, POLICY.range_factor * quantity.upper))
 
 
 def is_scale(effect: Effect, name: str) -> bool:
-    """Whether an unknown e enters as the factor 1 + e, which a mistaken unit can make several times too large."""
+    """Whether an unknown e enters as a factor 1 + e that may be several times off, for example by a wrong unit."""
     return not effect.unknowns[name].unit and effect.possible.get(name, (-1.0,))[0] > -1.0
 
 
 def stepped(effect: Effect, name: str, about: float, to: float) -> float:
-    """The next point of linearization of an amplitude, from the last, ``about``, and the fit's value ``to``.
+    """The next point of linearization of an amplitude, from the last one, ``about``, and the fitted value ``to``.
 
-    Of a scale 1 + e the step is taken in its logarithm, log(1 + e1) = log(1 + e0) + (e1 - e0) / (1 + e0), so that it
-    stays positive: a linear fit at e = 0 gives -1 for a gain of one half.
+    A scale 1 + e steps in its logarithm, log(1 + e1) = log(1 + e0) + (e1 - e0) / (1 + e0), so that it stays positive:
+    a linear fit about e = 0 gives e = -1 for a true scale of one half.
     """
     if is_scale(effect, name):
         scale = 1.0 + about
@@ -85,8 +86,8 @@ def stepped(effect: Effect, name: str, about: float, to: float) -> float:
 def coarse_starts(effect: Effect) -> tuple[float, ...]:
     """Amplitudes over the possible range from which a fit is started where the baseline is far off.
 
-    Shares of the range to either side of zero; of a scale 1 + e, equal steps of its logarithm. None for an effect that
-    has no range of its own beyond the plausible one: its linear fit is near enough.
+    Shares of the range on either side of zero; for a scale 1 + e, equal steps of its logarithm. None for an effect
+    without a possible range beyond the plausible one, whose linear fit is close enough.
     """
     first = amplitudes_of(effect)[0]
     if first not in effect.possible:

@@ -1,13 +1,13 @@
 """The choice of effects repeated in a fold, to first order: singles and pairs that suffice, forward selection.
 
-With S the sensitivities of candidates and profiles less what is fitted, V = S'S and u = S'y hold all that the choice
-needs: beside effects F the score of another candidate is
+With S the sensitivities of candidates and profiles orthogonal to the fitted ones, V = S'S and u = S'y suffice for the
+choice. Beside effects F, the score of another candidate is
 
     V' = V - V_F V_FF^+ V_F',     u' = u - V_F V_FF^+ u_F,     T^2 = u_g' V_gg'^+ u_g
 
-so that a fold costs one projection. Not repeated: the sensitivities are those of the fits to all data, amplitudes
-have no plausible range, sufficiency is by the noise model alone (no sign flips), and alternatives to a chain of effects
-are not looked for.
+so that a fold costs one projection. Simplifications: the sensitivities are those of the fits to all data, amplitudes
+have no plausible range, sufficiency uses the noise model alone (no sign flips), and forward selection has no
+alternatives.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from vdyn_cli.quantities.arrays import Array
 
 @dataclass(frozen=True)
 class Information:
-    """Information matrix and scores of candidates and profiles beside what is fitted.
+    """Information matrix and scores of candidates and profiles beside the fitted unknowns.
 
     Parameters
     ----------
     matrix : (k, k), V. score : (k,), u. columns : of each candidate and profile.
-    profiles : the names that serve as a test of what is left, not as an answer.
+    profiles : names of those that only test the residual and cannot be an answer.
     """
 
     matrix: Array
@@ -42,7 +42,7 @@ class Information:
     profiles: frozenset[str]
 
     def beside(self, effects: Sequence[str]) -> Information:
-        """The same beside these effects."""
+        """The information and scores that remain with these effects in the model."""
         if not effects:
             return self
         f = np.concatenate([self.columns[e] for e in effects])
@@ -66,18 +66,18 @@ class Information:
         return float(np.sum(along[good] ** 2 / values[good])), int(good.sum())
 
     def evidence(self, names: Sequence[str]) -> dict[str, float]:
-        """The normal deviate that is as rare, of each that is visible."""
+        """Normal equivalent of the statistic of each visible candidate or profile."""
         each = {n: self.statistic(n) for n in names}
         return {n: float(equivalent(t, rank)) for n, (t, rank) in each.items() if rank}
 
     def rest_is_noise(self, effects: Sequence[str], candidates: Sequence[str]) -> bool:
-        """Whether no other candidate and no profile shows anything beside these effects (Bonferroni)."""
+        """Whether no other candidate and no profile is significant beside these effects (Bonferroni)."""
         names = [n for n in (*candidates, *sorted(self.profiles)) if n not in effects]
         left = self.beside(effects).evidence(names)
         return max(left.values(), default=0.0) < -float(ndtri(POLICY.rest_level / max(len(left), 1)))
 
     def explained(self, effects: Sequence[str]) -> float:
-        """What these effects explain together, T^2."""
+        """The statistic T^2 of these effects together."""
         total, at = 0.0, self
         for k, effect in enumerate(effects):
             at = self.beside(effects[:k])
@@ -87,11 +87,11 @@ class Information:
 
 def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mapping[str, Sequence[str]],
                 profiles: Sequence[str]) -> Information:  # fmt: skip
-    """The information of a fold's rows beside what is fitted and every run's own unknowns.
+    """The information of a fold's rows beside the fitted unknowns and every run's own unknowns.
 
     Parameters
     ----------
-    columns : the unknowns of each candidate and profile.
+    columns : names of the unknowns of each candidate and profile.
     """
     basis = orthonormal(system.of([*fitted, *system.own]))
     names = [n for each in columns.values() for n in each]
@@ -107,13 +107,15 @@ def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mappin
 
 
 def sufficient(found: Information, candidates: Sequence[str], most_effects: int) -> tuple[str, ...] | None:
-    """The effect, or the pair of effects, that suffices and explains most; () where nothing is there, None for neither.
-
-    By the rules of the whole choice (``candidate_models``), to first order.
+    """The effect or pair of effects that suffices and explains most, to first order.
 
     Parameters
     ----------
-    most_effects : of the whole choice: a fold's with more would be the gain of another answer.
+    most_effects : number of effects of the answer; a fold with more would measure the gain of another answer.
+
+    Returns
+    -------
+    () where no candidate is significant; None where neither an effect nor a pair suffices.
     """
     evidence = found.evidence(candidates)
     most = max(evidence.values(), default=0.0)

@@ -1,4 +1,4 @@
-"""The full model: the baseline's regression with every candidate effect and every free profile in it."""
+"""The full model: the baseline's regression with every candidate effect and every free profile."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.inference.restrict import without_priors
 
 NO_VALUES: Mapping[str, float] = MappingProxyType({})
-LEAST_STEP = 1e-2  # of one residual's variance: a fit ends where a step promises less, a tenth of a standard deviation
+LEAST_STEP = 1e-2  # least predicted decrease of the cost in a step of a fit, in variances: a tenth of a std
 
 
 @dataclass(frozen=True)
 class FittedModel:
-    """The baseline with some effects in, fitted, and the linearization of the full model there.
+    """A fit of the baseline with some effects, and the linearization of the full model about it.
 
     Parameters
     ----------
-    effects : in the model, by name.
-    runs, system : sensitivities to all shared unknowns, also of candidates that are not in.
+    effects : names of the effects in the fit.
+    runs, system : sensitivities to all shared unknowns, including those of candidates outside the fit.
     """
 
     effects: tuple[str, ...]
@@ -37,18 +37,18 @@ class FittedModel:
 
     @property
     def values(self) -> Mapping[str, float]:
-        """Every free shared unknown."""
+        """Value of every free shared unknown."""
         return self.solution.values
 
 
 @dataclass(frozen=True)
 class FullModel:
-    """The regression with every candidate in it, its noise estimated from the residual that no candidate explains.
+    """The regression with every candidate, its noise estimated from the residual that no candidate explains.
 
     Parameters
     ----------
-    regression : baseline, all candidates and all profiles; amplitudes without the priors that the noise needed, but
-        with those that the step gave them, such as the roughness of a road.
+    regression : baseline, all candidates and all profiles; amplitudes have no priors of the catalogue (only the noise
+        estimate uses them), but those that the step gave them, such as the roughness of a road.
     base : names of the baseline's shared unknowns; they come first.
     """
 
@@ -65,11 +65,11 @@ class FullModel:
         return amplitudes_of(self._by_name[effect])
 
     def freed(self, effect: str) -> tuple[str, ...]:
-        """The unknowns of a candidate or a profile that a fit with it in frees: amplitudes and shapes."""
+        """The free unknowns of a candidate or a profile in a fit with it: amplitudes and shape parameters."""
         return (*self.amplitudes(effect), *shapes_of(self._by_name[effect]))
 
     def with_base(self, effects: Sequence[str]) -> list[str]:
-        """The unknowns of the baseline and those that these effects free."""
+        """The unknowns of the baseline, then the free unknowns of these effects."""
         return [*self.base, *(n for e in effects for n in self.freed(e))]
 
     @property
@@ -83,7 +83,7 @@ class FullModel:
         return frozenset(u.name for u in self.regression.shared if u.nuisance)
 
     def held(self, effects: Sequence[str]) -> dict[str, float]:
-        """Values of the unknowns that stay where they start in a fit with these effects in."""
+        """Values of the unknowns that are fixed at their starts in a fit with these effects."""
         candidates = self.setup.candidates
         covered = {n for e in effects if e in candidates for n in candidates[e].covers}
         free = {n for e in effects for n in self.freed(e)} | set(self.base) - covered
@@ -99,7 +99,7 @@ class FullModel:
 
 
 def with_open_range(model: FullModel) -> FullModel:
-    """The model whose effects may exceed their plausible range up to ``open_range``, where that is possible."""
+    """The model with amplitudes bounded by ``open_range`` times their plausible range if no possible range is given."""
     setup, factor = model.setup, POLICY.open_range / POLICY.range_factor
     bounded = {n for e in setup.effects for n in amplitudes_of(e) if n not in e.possible}
     unknowns = tuple(
@@ -119,7 +119,7 @@ def full_model(
     Parameters
     ----------
     regression : (effects, unknowns) -> the step's regression, linearized or not.
-    start : amplitudes about which a linearization is made; zero where none is given.
+    start : amplitudes about which the regression is linearized; unlisted ones are zero.
 
     Raises
     ------

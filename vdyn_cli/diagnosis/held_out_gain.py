@@ -1,10 +1,10 @@
-"""The gain of the extension on held-out data: cross-validation over runs, the selection repeated in every fold.
+"""The gain of the extension on held-out data: cross-validation over runs, with the selection repeated in every fold.
 
-Each fold leaves one run out (or one block of time where runs are few), repeats the choice of the effects (detection,
-singles, pairs, forward selection; ``fold_selection`` says what is not repeated), refits to first order, and predicts
-what was left out. A run's own unknowns (a start speed) are fitted to the run itself, as in
-every prediction of a run. Where a step simulates at prior values and from the measured start, so do both predictions,
-before and after; of the fit they take the amplitudes.
+Each fold leaves out one run (or one block of time if runs are few), repeats the choice of effects (singles, pairs,
+forward selection; simplified as ``fold_selection`` states), refits to first order, and predicts what was left out. A
+run's own unknowns (its start speed) are fitted to the run itself. Where a step simulates with parameters at their prior
+values and from the measured start, so do both predictions, without and with the effects; only the amplitudes are then
+taken from the fit.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ DEPENDENT = 1e-9  # of the largest singular value of unit columns, below which a
 
 @dataclass(frozen=True)
 class HeldOutGain:
-    """Root mean square of held-out errors, before and after.
+    """Root mean square of held-out errors without (``before``) and with the effects (``after``).
 
     Parameters
     ----------
-    plain : in the unit of the main channel; else in standard deviations of the noise of all channels.
-    interval : 95 % of before - after on new logs of the same kind and number.
-    better : whether the main channel, or all channels together, are predicted better with certainty, by the difference
+    plain : whether they are in the unit of the main channel; else in standard deviations of the noise of all channels.
+    interval : 95 % interval of before - after on new logs of the same kind and number.
+    better : whether the main channel, or all channels together, are predicted significantly better, by the difference
         of the errors or by their ratio.
-    worse : whether refitted models predict all channels worse with certainty.
-    prediction_worse : whether the main channel is predicted worse with certainty.
+    worse : whether refitted models predict all channels together significantly worse.
+    prediction_worse : whether the main channel is predicted significantly worse.
     refitted : the errors are those of refitted models, since predictions at prior values do not improve.
-    floor : rms that noise alone leaves, in the unit of ``before``.
+    floor : rms error by noise alone, in the unit of ``before``.
     """
 
     before: float
@@ -64,15 +64,15 @@ class HeldOutGain:
 
     @property
     def share(self) -> float:
-        """The share of the explainable rms error that is gone: (before - after) / (before - floor), 0 to 1."""
+        """The share of the explainable rms error that is removed: (before - after) / (before - floor), 0 to 1."""
         return explained_share(self.before, self.after, self.floor)
 
 
 @dataclass(frozen=True)
 class _HeldOutError:
-    """Sums of squares of held-out errors and their numbers: whitened, and of the main channel where it is known.
+    """Sums of squares of held-out errors and their counts: whitened, and of the main channel if available.
 
-    ``prediction`` is the main channel's error where nothing was fitted to the run.
+    ``prediction`` is the error of the main channel where nothing was fitted to the run.
     """
 
     squares: float
@@ -87,7 +87,7 @@ _Errors = tuple[Sequence[_HeldOutError], Sequence[_HeldOutError]]  # before and 
 
 @dataclass(frozen=True)
 class Selection:
-    """What a fold selects from: ``candidates`` beside the effects of ``at``, linearized where the answer was found."""
+    """The candidates from which a fold selects, and the fit beside which it tests them."""
 
     candidates: Sequence[str]
     at: FittedModel
@@ -127,7 +127,7 @@ def held_out_gain(
         at = near if chosen == extended.effects else there
         rival = strategy.fitted(chosen) if at is there and near is extended and len(chosen) == 1 else None
         if rival is not None and len(extended.effects) == 1:
-            # Beside a large effect one linearization misleads: compare its choice and the answer, each on its own.
+            # One linearization misleads where an effect is large: compare its choice and the answer, each on its own.
             rival = cut_alike(rival, near)
             at = min((rival, near), key=lambda one: _misfit(one, left_out(one), k, model.with_base(one.effects)))
             chosen = at.effects
@@ -148,9 +148,9 @@ def held_out_gain(
 
 
 def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
-    """Root mean square error of the main channel at the linearization's point.
+    """Root mean square error of the main channel at the point of linearization.
 
-    ``fitted``: with the runs' own unknowns fitted to each run; else they stay.
+    ``fitted``: with the runs' own unknowns fitted to each run; else they keep their values.
     """
     own = None if fitted else np.zeros(len(runs.regression.own))
     every = [_error_of_run(runs, k, {}, own) for k in range(len(runs.rows))]
@@ -162,10 +162,10 @@ def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
 def _selected(
     strategy: Strategy, selection: Selection, fold: int, folds: LeftOut, answer: Sequence[str]
 ) -> tuple[str, ...]:
-    """The effects that the fold would have selected: one that suffices, a pair that does, else by forward selection.
+    """The effects that the fold would have selected: one that suffices, else a pair, else by forward selection.
 
-    In the latter, a further one is tested beside the fit with those before it, as it was in the whole: beside a large
-    effect the baseline's sensitivities do not show a small one. It ends with as many effects as the answer has.
+    Forward selection tests each further effect on the fit with those before it, as for the whole data: a small effect
+    beside a large one is not visible in the baseline's sensitivities. It stops at the number of effects of the answer.
     """
     model, found = strategy.model, list[str]()
     every = {n: model.amplitudes(n) for n in (*selection.candidates, *model.setup.families)}
@@ -189,7 +189,7 @@ def _selected(
 
 
 def _values(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) -> dict[str, float]:
-    """Shared unknowns by a fit to all other rows."""
+    """Shared unknowns by a fit to all rows outside the fold."""
     rest = folds.rest(fold)
     step = _least_squares(rest.of([*names, *rest.own]), rest.y)
     point = _point(at.runs)
@@ -197,7 +197,7 @@ def _values(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) ->
 
 
 def _misfit(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) -> float:
-    """Sum of squares that a fit to all other rows leaves in them."""
+    """Residual sum of squares of a fit to all rows outside the fold."""
     rest = folds.rest(fold)
     columns = rest.of([*names, *rest.own])
     return float(np.sum((rest.y - columns @ _least_squares(columns, rest.y)) ** 2))
@@ -208,9 +208,9 @@ def _point(runs: LinearizedRuns) -> dict[str, float]:
 
 
 def _error(at: FittedModel, fold: Fold, values: Mapping[str, float], as_measured: bool = False) -> _HeldOutError:
-    """The error of a run, or of a block, at these values.
+    """The error of a run or block at these values.
 
-    The run's own unknowns are fitted to it, or start ``as_measured``.
+    The run's own unknowns are fitted to it or, if ``as_measured``, at their starting values.
     """
     system, (run, rows), point = at.system, fold, _point(at.runs)
     step = {n: value - point[n] for n, value in values.items()}
@@ -225,7 +225,7 @@ def _error(at: FittedModel, fold: Fold, values: Mapping[str, float], as_measured
 
 
 def _start(runs: LinearizedRuns) -> Array:
-    """(runs, m), the step of every run's own unknowns from the linearization's point to where the run starts."""
+    """(runs, m), the step of every run's own unknowns from the point of linearization to their starting values."""
     starts = list(initial_values(runs.regression).values())
     return np.array(starts, dtype=float).reshape(len(starts), len(runs.rows)).T - runs.own
 
@@ -238,7 +238,7 @@ def _least_squares(columns: Array, y: Array) -> Array:
 
 
 def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], own: Array | None) -> _HeldOutError:
-    """The error of a run after a step of the shared unknowns and one of its own, the best where None is given."""
+    """The error of a run after a step of the shared unknowns and one of its own (None: the step that fits best)."""
     rows, s = runs.rows[run], len(runs.regression.shared)
     step = np.array([moved.get(u.name, 0.0) for u in runs.regression.shared])
     left = rows.residual + rows.jacobian[:, :s] @ step
@@ -258,10 +258,10 @@ def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], ow
 
 
 def _summary(predicted: _Errors, refits: _Errors) -> HeldOutGain:
-    """Means over folds, the interval from their scatter; it holds for as many new runs, which scatter as well.
+    """Means over folds, and an interval from their scatter that is valid for as many new runs.
 
-    Of the main channel's prediction, unless the effects do not change it; then of all channels'. Where no prediction
-    improves, the same of refitted models.
+    The gain is that of the main channel's prediction; if the effects do not change it, of all channels together; if no
+    prediction improves, of the refitted models.
     """
     before, after = predicted
     plain = all(m.plain_rows for m in (*before, *after))
@@ -274,9 +274,9 @@ def _summary(predicted: _Errors, refits: _Errors) -> HeldOutGain:
 
 
 def _ratio_certain(errors: _Errors) -> bool:
-    """Whether the ratio of the errors, all channels together, is below one with certainty (Student's t of its log).
+    """Whether the ratio of the errors, all channels together, is significantly below one (Student's t of its log).
 
-    An effect that is large in some runs and small in others scatters in the difference, and much less in the ratio.
+    For an effect that is large in some runs and small in others, the ratio scatters much less than the difference.
     """
     ratios = [0.5 * np.log(b.squares / a.squares) for b, a in zip(*errors, strict=True) if a.squares > 0 < b.squares]
     if len(ratios) < POLICY.fewest_predicted_runs:
@@ -297,29 +297,29 @@ def _gain(errors: _Errors, plain: bool) -> HeldOutGain:
 
 
 def _worse(refits: _Errors) -> bool:
-    """Whether refitted models predict all channels together worse with certainty.
+    """Whether refitted models predict all channels together significantly worse.
 
-    At prior values they may although the effect is true: two errors that compensated each other are one left.
+    Predictions at prior values may be worse although the effect is true, if it compensated a wrong parameter.
     """
     before, after, half = _reduction(_sums(refits[0], False), _sums(refits[1], False))
     return before - after + half < 0
 
 
 def _sums(errors: Sequence[_HeldOutError], plain: bool) -> Array:
-    """(folds, 2), sums of squares and their numbers."""
+    """(folds, 2), sums of squares and their counts."""
     return np.array([(m.plain, m.plain_rows) if plain else (m.squares, m.rows) for m in errors])
 
 
 def _reduction(before: Array, after: Array, modelled: float | None = None) -> tuple[float, float, float]:
-    """Root mean squares before and after, and half the interval of their difference, of sums and their numbers.
+    """Root mean squares before and after, and half the interval of their difference, from sums and their counts.
 
-    ``modelled``: variance of the difference from day to day by a model of the noise, pooled with the folds' scatter:
-    the few folds that there are may happen to agree.
+    ``modelled``: variance of the difference from day to day by a model of the noise; it is pooled with the scatter
+    across folds, since a few folds may agree by chance.
     """
     b, counts, a = before[:, 0], before[:, 1], after[:, 0]
     n, mean = len(b), float(counts.mean())
     rms_b, rms_a = float(np.sqrt(b.sum() / counts.sum())), float(np.sqrt(a.sum() / counts.sum()))
-    # Influence of each fold on the difference of the roots.
+    # Influence of each fold on the difference of the rms errors.
     pull = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
     variance, freedom = float(np.var(pull, ddof=1)) / n, n - 1
     if modelled is not None:

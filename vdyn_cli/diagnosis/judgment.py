@@ -1,11 +1,11 @@
-"""From the tests of candidates to one of six verdicts.
+"""Derives one of six verdicts from the tests of the candidates.
 
 adequate      no model error is detected
-named         one effect (or one set) suffices
-ambiguous     several suffice: these data cannot discriminate between them
-unknown       a model error that no candidate effect explains
+named         one effect (or one set of effects) suffices
+ambiguous     several suffice; these data cannot discriminate between them
+unknown       no candidate effect explains the model error
 not_testable  too few data
-data_fault    the effect is a sensor's, or a sensor did not measure
+data_fault    the effect is a sensor error, or a sensor did not measure
 """
 
 from __future__ import annotations
@@ -49,23 +49,23 @@ IMITATED = "a free profile with fewer unknowns fits equally well"
 
 @dataclass(frozen=True)
 class Judgment:
-    """The verdict with its grounds.
+    """The verdict with its reasons.
 
     Parameters
     ----------
-    why : for not_testable, what is missing; for a data fault that the reader found, which; for unknown, why not the
-        candidate model that comes ``closest``, where it would suffice.
+    why : for not_testable, what is missing; for a data fault found by the reader, that fault; for unknown, why the
+        ``closest`` candidate model is no answer although it would suffice.
     answers : the candidate models that suffice: one if named, several if ambiguous.
     tried : all single effects and sets that were tried.
-    closest : for unknown, what explains most of it.
-    gain : of the answer, on held-out data.
-    size : of the finding: of the answer, the first of several, or what comes closest.
-    material : whether it matters. What is significant and does not matter leaves the model adequate; ``note`` is then
-        what explains most of it, ``noted`` whether it would be an answer.
+    closest : for unknown, the candidate model that explains most.
+    gain : held-out gain of the answer.
+    size : size of the finding: of the answer, of the first of several, or of ``closest``.
+    material : whether the finding matters. A significant one that does not leaves the model adequate; ``note`` is then
+        the candidate model that explains most, ``noted`` whether it would be an answer.
     one_way_effects : labels of the wind or slope that would explain the misfit of runs in one direction; empty where no
         error is detected; None where the verdict does not depend on the direction.
-    by_prior : most of the evidence is that the baseline contradicts a stated value, such as a drawing or a zero; an
-        output need not be predicted better then.
+    by_prior : most of the evidence is a contradiction between the baseline and a stated value, such as a drawing or a
+        sensor zero; the answer then need not improve the prediction of an output.
     """
 
     verdict: Verdict
@@ -90,29 +90,32 @@ class Judgment:
         return self.answers[0] if len(self.answers) == 1 else None
 
     def unknown(self, why: str = "", closest: CandidateModel | None = None) -> Judgment:
-        """A model error is present, and ``why`` no answer explains it; ``closest`` by default is the best answer."""
+        """The judgment as unknown: a model error without an answer, because of ``why``.
+
+        ``closest`` is the best of the former answers by default.
+        """
         best = closest or min(self.answers, key=lambda t: t.cost, default=None)
         return replace(self, verdict="unknown", why=why, answers=(), gain=None, closest=best)
 
     @property
     def beyond_range(self) -> CandidateModel | None:
-        """The one effect that would suffice, were its amplitude plausible; None where there is no such effect."""
+        """The effect that would suffice if its amplitude were plausible; None where there is no such effect."""
         return self.closest if self.verdict == "unknown" and self.why == BEYOND_RANGE else None
 
     @property
     def remainder(self) -> CandidateModel | None:
-        """What is asked for what remains: the answer, the best of several, or what comes closest."""
+        """The model whose residual is reported: the answer, the best of several, or what comes closest."""
         best = min(self.answers, key=lambda t: t.cost, default=None)
         return best or self.closest or self.note
 
 
 def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | None = None) -> Judgment:
-    """Detect a model error and name the effect. The false-alarm level is the setup's.
+    """Detect a model error at the false-alarm level of the setup, and name the effect.
 
     Parameters
     ----------
-    faults : sensors that did not measure: beside them neither an effect is named nor the model called adequate. Too
-        few data are not testable all the same.
+    faults : sensors that did not measure; with any, no effect is named and the model is not called adequate. Too few
+        data remain ``not_testable``.
     limits : what matters; None: everything that is significant.
 
     Raises
@@ -145,7 +148,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
 def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
     """The judgment itself, or ``not_testable`` where all runs have one direction.
 
-    Resistance, wind and slope are then confounded: neither their absence nor a wind or slope alone can be certified.
+    Resistance, wind and slope are then confounded: neither can their absence be certified nor one of them be named.
     """
     if not setup.one_way:
         return judgment
@@ -156,9 +159,9 @@ def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
 
 
 def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | None:
-    """The judgment that names one of an answer's several effects, which nearly suffices alone; None without such.
+    """The judgment that names fewer of an answer's effects, which nearly suffice; None where there is no such set.
 
-    For answers of which the exact model does not confirm each effect.
+    For answers of which the exact model does not confirm every effect.
     """
     answer = judgment.answer
     if answer is None or len(answer.effects) == 1:
@@ -173,9 +176,9 @@ def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | Non
 
 
 def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
-    """The judgment on the other single effects, for an answer that the exact model excludes; None where none suffices.
+    """The judgment without an answer that the exact model excludes, on the other effects; None where none suffices.
 
-    By a linearized model an effect may suffice with parameters that no vehicle has, as a wheel of negative inertia.
+    In a linearized model, an effect may suffice with impossible parameters, such as a negative wheel inertia.
     """
     answer = judgment.answer
     if answer is None:
@@ -192,10 +195,10 @@ def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
 
 
 def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Judgment:
-    """The judgment with its held-out gain, unknown where that refutes it."""
+    """The judgment with its held-out gain; ``unknown`` where the gain refutes the answer."""
     answers, found, base = judgment.answers, judgment.detection, judgment.base
     first, gain = answers[0], None
-    if len(answers) == 1 or len(first.effects) > 1:  # effects that all answers share have a gain, too
+    if len(answers) == 1 or len(first.effects) > 1:  # several answers of several effects share most of them
         gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, focused.fitted(()) or base))
     if gain is None:
         return judgment
@@ -203,12 +206,12 @@ def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Jud
     if why := _refuted(strategy, gain, first, len(answers) > 1):
         if why != NO_GAIN or not by_prior:
             return judgment.unknown(why, first)
-        gain = None  # the baseline contradicts what is known beforehand: no output shows that
+        gain = None  # the evidence is a contradicted prior, which predicted outputs do not show
     return replace(judgment, gain=gain, by_prior=by_prior)
 
 
 def resized(strategy: Strategy, judgment: Judgment, before: Judgment) -> Judgment:
-    """The judgment with the size of its own answer, where that is another one than ``before``."""
+    """The judgment with the size of its answer, recomputed if that differs from the answers of ``before``."""
     answer = judgment.answer
     if answer is None or any(a.effects == answer.effects for a in before.answers):
         return judgment
@@ -216,7 +219,7 @@ def resized(strategy: Strategy, judgment: Judgment, before: Judgment) -> Judgmen
 
 
 def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], seen: Detection) -> Judgment:
-    """The verdict on the answers, before their gain is known."""
+    """The verdict on the answers, before their held-out gain is computed."""
     model = strategy.model
     if not answers and (beyond := _beyond_alone(strategy, judgment.tried, seen)):
         return judgment.unknown(BEYOND_RANGE, beyond)
@@ -236,7 +239,7 @@ def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel
 def _significant(
     strategy: Strategy, answers: tuple[CandidateModel, ...], tried: Sequence[CandidateModel]
 ) -> tuple[CandidateModel, ...]:
-    """The answers; in place of several effects of which one is insignificant, single effects that nearly suffice."""
+    """The answers, or single effects that nearly suffice if the one answer has an insignificant effect."""
     if len(answers) > 1 or len(answers[0].effects) == 1:
         return answers
     if not may_be_zero(strategy.model, strategy.relinearized(answers[0].fitted)):
@@ -249,8 +252,8 @@ def _sized(
 ) -> Judgment:
     """The judgment with the size of the finding, and whether that matters.
 
-    A finding matters if any of its answers does; without an answer, if what comes closest or a free profile does. Where
-    no candidate stands out enough to be tried, nothing comes closest, and the free profile alone decides.
+    A finding matters if any of its answers does; without an answer, if the closest candidate model or a free profile
+    does. If no candidate was strong enough to be tried, the free profile alone decides.
     """
     closest = min(judgment.tried, key=lambda t: t.cost, default=None)
     best = answers[0] if answers else closest
@@ -266,7 +269,7 @@ def _sized(
 
 
 def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel, ...], tuple[CandidateModel, ...]]:
-    """The candidate models that stand, and the single effects that were tried: singles, then pairs, then more."""
+    """The accepted candidate models (singles, else pairs, else larger sets), and the single effects tried."""
     model, tried = strategy.model, singles(strategy, found)
     answers = simplest(model, not_significantly_worse(model, tried), tried)
     best = min(tried, key=lambda t: t.cost, default=None)
@@ -287,7 +290,8 @@ def _with_rivals(
 ) -> tuple[CandidateModel, ...]:
     """The answers of one effect, simpler ones that nearly suffice, and effects beyond their range that fit as well.
 
-    Laws are not exact: beside a large effect the shape of another one, such as a slow decay, fits what its law leaves.
+    Laws are not exact: with a large effect, a law with a shape parameter, such as a slow decay, can fit even the error
+    of the true, simpler law, so that only the former suffices.
     """
     if not answers:
         return ()
@@ -310,10 +314,10 @@ def _beyond_alone(strategy: Strategy, tried: Sequence[CandidateModel], found: De
 
 
 def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> str:
-    """Why held-out data refute the answer, however much of the fitted runs it explains; empty where they do not.
+    """Why held-out data refute the answer; empty where they do not.
 
-    They do where no held-out error decreases, or one increases with certainty. At prior values it may although the
-    effect is true: two errors that compensated each other are one left. Then the refitted models must predict better.
+    They refute it if no held-out error decreases, or one increases significantly. At prior values, the error may
+    increase although the effect is true: it may have compensated a wrong parameter. Then the refitted models decide.
     """
     many = len(answer.effects) > POLICY.compensating_effects
     if several:
@@ -324,7 +328,7 @@ def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, seve
 
 
 def _insufficient(strategy: Strategy, found: Detection) -> str:
-    """What these data lack for a diagnosis; empty where they suffice."""
+    """Why these data are insufficient for a diagnosis; empty where they suffice."""
     setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
     if runs < setup.fewest_runs:
         return f"{runs} {setup.run}{'s are' if runs > 1 else ' is'} too few to separate an effect from noise"
@@ -341,7 +345,7 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
 
 
 def _one_profile_suffices(strategy: Strategy) -> bool:
-    """Whether a single free profile explains everything: then it is one effect that the catalogue lacks."""
+    """Whether one free profile leaves only noise: then the error is one effect that is not in the catalogue."""
     model = strategy.model
     for family in model.setup.families:
         fitted = strategy.fitted((family,))

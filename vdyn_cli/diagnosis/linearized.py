@@ -28,7 +28,7 @@ def rms_alone(fit: FittedModel) -> float:
 
 @dataclass
 class LinearizedStrategy:
-    """Linear fits about one point. The error of a linearization grows with the square of the step from that point."""
+    """Linear fits about one point, whose error grows with the square of the step from that point."""
 
     model: FullModel
     relinearization: Relinearization
@@ -40,12 +40,12 @@ class LinearizedStrategy:
 
     @property
     def prior_values(self) -> Mapping[str, float]:
-        """The baseline's parameters as they are known beforehand."""
+        """The prior means of the baseline's parameters."""
         base = set(self.model.base)
         return {u.name: u.prior[0] for u in self.model.regression.shared if u.prior and u.name in base}
 
     def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
-        """See Strategy. A scale that a linear fit drives beyond what is possible is no fit."""
+        """See Strategy. None also where a linear fit moves a scale out of its possible range."""
         made = self._fits.fitted(effects)
         return None if made is None or _leaves_range(self.model.setup, made) else made
 
@@ -54,11 +54,11 @@ class LinearizedStrategy:
         return self.relinearization.of(fitted)
 
     def rescanned(self, effects: Sequence[str]) -> FittedModel | None:
-        """None: the sensitivities of one linearization are the same in all its fits."""
+        """None: all fits of one linearization have the same sensitivities."""
         return None
 
     def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
-        """See Strategy. Predictions can be compared only where the same noise weights them: that of ``fitted``."""
+        """See Strategy. Predictions are comparable only if the same noise weights them: that of ``fitted``."""
         if not fitted.effects:
             return None
         every = tuple(sorted({*fitted.effects, *effects}))
@@ -75,7 +75,7 @@ class LinearizedStrategy:
         return self._predictions[key]
 
     def beyond_range(self) -> LinearizedStrategy:
-        """See Strategy. The linearization stays where it is: relinearized fits stay within the plausible range."""
+        """See Strategy. The point of linearization stays; relinearized fits stay within the plausible range."""
         wide = LinearizedStrategy(with_open_range(self.model), self.relinearization)
         wide._fits.keep((), self.fitted(()))
         return wide
@@ -85,10 +85,10 @@ class LinearizedStrategy:
         return NO_VALUES
 
     def focused(self, found: Detection) -> tuple[LinearizedStrategy, Detection]:
-        """The linearization about the effect that explains most, and what is detected there.
+        """The strategy linearized about the effect that explains most, and the detection repeated there.
 
-        The first linearization does not tell which candidates are worth a fit: of another tire relaxation it may give
-        a tenth of the evidence that it gives of half-shaft damping, of which none is left about the relaxation.
+        Evidence on the first linearization ranks large effects wrongly: with a wrong tire relaxation, half-shaft
+        damping may show ten times the evidence of the relaxation, and none once linearized about the latter.
         """
         large = large_alone(self, found)
         strongest = best_of(large) or found.scores.strongest(found.testable)
@@ -103,7 +103,8 @@ class LinearizedStrategy:
         seen = _with_likely(self.relinearization, found, detect(there, base))
         if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in large.items())):
             self._refit_others(local, strongest, large)
-            shown = {n for n, fit in large.items() if fit is not None}  # in the unit of a scale that is large itself
+            # About a large scale, ``reachable_t`` is wrong for the others: candidates with a fit stay testable.
+            shown = {n for n, fit in large.items() if fit is not None}
             seen = replace(seen, testable=tuple(n for n in found.scores.names if n in shown or n in seen.testable))
         return there, seen
 
@@ -118,10 +119,10 @@ class LinearizedStrategy:
         )
 
     def _refit_others(self, local: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]) -> None:
-        """Give every other large candidate its fit on its own linearization: that of ``strongest`` is too far off.
+        """Fit every other large candidate on its own linearization: that about ``strongest`` is too far away.
 
-        Those whose best fit misses the main channel by far more than the best one does are no answer, nor those that
-        leave much of the misfit where ``strongest`` leaves next to nothing.
+        Candidates whose best fit misses the main channel by far more than the best one does are dropped, and so are
+        those that leave much of the misfit where ``strongest`` leaves almost none.
         """
         missed = {n: rms_alone(fit) for n, fit in large.items() if fit is not None}
         least = min(missed.values(), default=0.0)
@@ -139,7 +140,7 @@ class LinearizedStrategy:
             local._fits.keep((name,), None if kept is None else _weighted_like(kept, local.model.regression))
 
     def is_hopeless(self, fit: FittedModel | None, best: FittedModel) -> bool:
-        """Whether a candidate leaves so much of what the best one explains that it can be no answer beside it."""
+        """Whether a candidate leaves so much of the misfit that the best one explains that it cannot be an answer."""
         base = self.fitted(())
         if fit is None or base is None or self.model.setup.far_off:
             return False
@@ -148,9 +149,9 @@ class LinearizedStrategy:
         return _own_cost(fit) - least > max(POLICY.hopeless_share**2 * explained, POLICY.large_t**2)
 
     def _relinearized_about(self, effect: str) -> LinearizedStrategy:
-        """Linearized about the effect's amplitude, until that settles.
+        """The strategy relinearized about the effect's amplitude until that settles.
 
-        Effects that resemble each other give nearly the same simulation, so that none of them is favored.
+        Effects that resemble each other give nearly the same simulation there, so that none of them is favored.
         """
         local: LinearizedStrategy = self
         before: dict[str, float] = {}
@@ -170,9 +171,9 @@ class LinearizedStrategy:
         return local
 
     def about_likely(self, effect: str, other: LinearizedStrategy) -> LinearizedStrategy:
-        """Linearized about the likely amplitude of a nondifferentiable effect: ``effect``, or one that resembles it.
+        """The strategy linearized about the likely amplitude of a nondifferentiable effect: ``effect`` or one like it.
 
-        ``other`` where there is none, or none that explains clearly more than ``effect`` does in ``other``.
+        Returns ``other`` if there is none, or none that explains clearly more than ``effect`` does in ``other``.
         """
         of = self.relinearization
         alike = [e.name for e in self.model.setup.effects if effect in (e.name, *e.alike)]
@@ -196,7 +197,7 @@ class LinearizedStrategy:
         return there
 
     def _linearized_at(self, about: Mapping[str, float]) -> LinearizedStrategy | None:
-        """The strategy linearized elsewhere; None where that, or the baseline's fit, fails."""
+        """The strategy linearized at ``about``; None where the linearization or the baseline's fit fails."""
         try:
             there = open_linearized(self.model.setup, about)
             there.fitted(())
@@ -207,7 +208,7 @@ class LinearizedStrategy:
 
 
 def _with_likely(relinearization: Relinearization, found: Detection, seen: Detection) -> Detection:
-    """With nondifferentiable effects that were testable before: a slope tells less than a whole amplitude."""
+    """``seen`` with the nondifferentiable effects testable that were so in ``found``, which used their amplitudes."""
     sharp = {n for n in found.testable if relinearization.nondifferentiable((n,))}
     testable = tuple(n for n in found.scores.names if n in sharp or n in seen.testable)
     return replace(seen, testable=testable)
@@ -216,8 +217,8 @@ def _with_likely(relinearization: Relinearization, found: Detection, seen: Detec
 def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, FittedModel | None]:
     """The strongest large candidates, each fitted alone on its own linearization; None where that fails.
 
-    On the baseline's linearization a wrong one may seem to explain several times more than the true one, and the true
-    one may lie beyond its range: then its fit starts from one step of the score test.
+    On the baseline's linearization, a wrong candidate may seem to explain several times more than the true one, and the
+    true one may exceed its range: its fit then starts from the one-step estimate of the score test.
     """
     if strategy.model.setup.far_off:
         return _far_alone(strategy, found)
@@ -226,7 +227,7 @@ def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, Fit
     fits: dict[str, FittedModel | None] = {}
     for name in names[: POLICY.most_relinearized]:
         linear = strategy.fitted((name,))
-        if strategy.relinearization.nondifferentiable((name,)):  # whatever the first linearization makes of it
+        if strategy.relinearization.nondifferentiable((name,)):  # the first linearization is invalid for it
             fits[name] = strategy.relinearization.about_likely(name) or linear
             continue
         step = found.scores.estimate[name].tolist() if linear is None else ()
@@ -236,7 +237,7 @@ def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, Fit
 
 
 def _far_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, FittedModel | None]:
-    """Candidates fitted alone from the best of coarse starts: the scores of a baseline that is far off tell little."""
+    """Candidates fitted alone from the best of coarse starts: scores mean little where the baseline is far off."""
     relinearization, starts = strategy.relinearization, {}
     for name in found.testable:
         linear = dict(zip(strategy.model.amplitudes(name), found.scores.estimate[name].tolist(), strict=True))
@@ -256,9 +257,9 @@ def _far_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, Fitt
 
 
 def _stop_beside(fits: Mapping[str, FittedModel | None], strategy: LinearizedStrategy) -> Stop:
-    """Where a relinearized fit need not settle: it cannot reach the best of those that there are.
+    """The criterion by which a relinearized fit ends early: it cannot reach the best of ``fits``.
 
-    It leaves much of what that explains; or it misses the main channel by far more, twice in succession.
+    It leaves much of what the best one explains, or misses the main channel by far more, twice in succession.
     """
 
     def stop(fit: FittedModel, before: FittedModel) -> bool:
@@ -278,10 +279,10 @@ def _best_fit(fits: Mapping[str, FittedModel | None]) -> FittedModel | None:
 
 
 def best_of(fits: Mapping[str, FittedModel | None], missed: Callable[[FittedModel], float] = rms_alone) -> str | None:
-    """The candidate that explains most, by its likelihood; None where none can be fitted.
+    """The candidate with the largest likelihood; None where none can be fitted.
 
-    Each fit has its own noise, which takes in what the candidate leaves: only those are compared that miss the main
-    channel about equally.
+    Each fit has its own noise estimate, which contains what the candidate leaves unexplained, so that only candidates
+    with about the same error of the main channel are compared.
 
     Parameters
     ----------
@@ -316,8 +317,8 @@ def open_linearized(setup: DiagnosisSetup, about: Mapping[str, float] = NO_VALUE
 
     Parameters
     ----------
-    about : amplitudes of effects, the others are zero, and values of the baseline's own unknowns; the baseline's fit
-        where none are given.
+    about : point of linearization: amplitudes of effects (the others are zero) and values of the baseline's own
+        unknowns. Without it, the baseline's fit.
 
     Raises
     ------
@@ -336,7 +337,7 @@ def open_linearized(setup: DiagnosisSetup, about: Mapping[str, float] = NO_VALUE
 
 
 def _baseline_values(setup: DiagnosisSetup) -> Mapping[str, float]:
-    """The baseline's linear fit, relinearized until it settles where a nondifferentiable effect is in the model."""
+    """The baseline's linear fit, relinearized until it settles if the model has a nondifferentiable effect."""
     values: Mapping[str, float] = NO_VALUES
     for _ in range(1 + POLICY.linearizations * setup.nondifferentiable):
         found = solve(linearized(setup.regression((), (), start=values)), tolerance=LEAST_STEP, unconverged=True)
@@ -348,5 +349,5 @@ def _baseline_values(setup: DiagnosisSetup) -> Mapping[str, float]:
 
 
 def _settled(solution: Solution, before: Mapping[str, float]) -> bool:
-    """Whether a fit moves these values by little of their standard deviations."""
+    """Whether a fit moves these values by a small share of their standard deviations."""
     return all(abs(solution.values[n] - v) < POLICY.settled_std * solution.std[n] for n, v in before.items())

@@ -1,4 +1,4 @@
-"""A regression linearized at one point and cut into independent units: all that the score tests need.
+"""A regression linearized at one point and cut into independent units, the input of the score tests.
 
 Sign: the residual here is measured minus simulated, so that y = J d + noise; a positive score raises the unknown.
 """
@@ -31,9 +31,9 @@ class LinearizedRuns:
 
     Parameters
     ----------
-    regression : whose shared unknowns are the baseline's and, behind them, those of all candidates.
-    shared, own : (s,) and (runs, m), the point.
-    rows : one for each run.
+    regression : its shared unknowns are those of the baseline, then those of all candidates.
+    shared, own : (s,) and (runs, m), the point of linearization.
+    rows : residual and Jacobian of each run.
     """
 
     regression: Regression
@@ -48,13 +48,13 @@ def linearize(
     own: Mapping[str, Array],
     secants: Mapping[str, float] = MappingProxyType({}),
 ) -> LinearizedRuns:
-    """Residuals and their derivatives to all unknowns at one point.
+    """Residuals and their derivatives with respect to all unknowns at one point.
 
     Parameters
     ----------
-    shared : values of shared unknowns; the others are where they start.
-    own : (runs,) of each of the runs' own unknowns.
-    secants : for unknowns that may have no slope at zero, the amplitude over which a secant is then taken instead.
+    shared : values of shared unknowns; unlisted ones are at their starts.
+    own : (runs,), values of each of the runs' own unknowns.
+    secants : amplitude over which a secant replaces the slope, for unknowns that may have no slope at zero.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def linearize(
 
 
 def initial_values(regression: Regression) -> dict[str, Array]:
-    """(runs,) of each of the runs' own unknowns without a fit: the prior's mean, else where they start."""
+    """(runs,), values of each of the runs' own unknowns without a fit: the mean of their prior, else their start."""
     runs = len(regression.runs)
     return {
         u.name: np.full(runs, u.prior[0])
@@ -86,7 +86,7 @@ def initial_values(regression: Regression) -> dict[str, Array]:
 def _with_secant(
     regression: Regression, values: Array, own: Array, rows: tuple[Rows, ...], place: int, size: float
 ) -> tuple[Rows, ...]:
-    """The rows with one column a secant, where its slope is next to nothing of that."""
+    """The rows with one column replaced by its secant if the slope is less than ``secant_ratio`` of that."""
     moved = values.copy()
     moved[place] += size
     simulate = regression.rows
@@ -111,16 +111,16 @@ def _with_secant(
 
 @dataclass(frozen=True)
 class LinearizedSystem:
-    """The whitened linear system y = J d + noise, J's and y's rows compressed to QR factors unit by unit.
+    """The whitened linear system y = J d + noise; the rows of each unit are compressed to their QR factor.
 
     Parameters
     ----------
-    names : of the columns: the shared unknowns, then (where blocks are the units) every run's own as ``name#run``.
+    names : of the columns: the shared unknowns, then (if blocks are the units) every run's own as ``name#run``.
     columns : (n, p), J; y : (n,).
     label : (n,), the unit of each row, ascending.
-    run : (units,), the run of each unit, -1 for a stated prior, -2 for one that the program estimates.
-    counts : (units,), rows of each before they were compressed.
-    kind : what a unit is.
+    run : (units,), the run of each unit; -1 for a stated prior, -2 for an estimated one.
+    counts : (units,), number of rows of each before compression.
+    kind : whether a unit is a run or a block of time.
     """
 
     names: tuple[str, ...]
@@ -133,12 +133,12 @@ class LinearizedSystem:
 
     @property
     def stated(self) -> int:
-        """How many units are priors."""
+        """Number of units that are priors."""
         return int(np.count_nonzero(self.run < 0))
 
     @property
     def units(self) -> int:
-        """Blocks or runs, and priors."""
+        """Number of units: blocks or runs, and priors."""
         return len(self.run)
 
     @cached_property
@@ -147,7 +147,7 @@ class LinearizedSystem:
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """First row of each unit, for sums over units (rows are in the order of units)."""
+        """(units,), first row of each unit, for sums over units (rows are in the order of units)."""
         return np.searchsorted(self.label, np.arange(self.units)).astype(np.int64)
 
     def of(self, names: Sequence[str]) -> Array:
@@ -160,9 +160,9 @@ class LinearizedSystem:
         return [n for n in self.names if "#" in n]
 
     def effective_units(self) -> float:
-        """Effective number of units, priors left out, by their information about all unknowns together."""
-        told = np.add.reduceat(np.sum(orthonormal(self.columns) ** 2, axis=1), self.starts)
-        return float(effective_number(told[self.run >= 0][:, None])[0]) if np.any(self.run >= 0) else 0.0
+        """Effective number of units, without priors, by their information about all unknowns together."""
+        information = np.add.reduceat(np.sum(orthonormal(self.columns) ** 2, axis=1), self.starts)
+        return float(effective_number(information[self.run >= 0][:, None])[0]) if np.any(self.run >= 0) else 0.0
 
     def by_run(self) -> LinearizedSystem:
         """The same rows with whole runs as units, for effects that vary between runs."""
@@ -182,11 +182,11 @@ class LinearizedSystem:
 
 
 def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "block"] = "auto") -> LinearizedSystem:
-    """Cut the rows into units and compress each to its QR factor; every prior is a unit of its own.
+    """Cut the rows into units and compress each to its QR factor; every prior is one unit.
 
     Parameters
     ----------
-    kind : the unit; "auto" takes runs where they are many. With runs, their own unknowns are eliminated.
+    kind : the unit; "auto" takes runs from ``runs_as_units`` of them on. With runs, their own unknowns are eliminated.
     """
     regression = linear.regression
     runs = len(regression.runs)
@@ -232,14 +232,14 @@ def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:
 
 
 def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
-    """Blocks of each run: an equal share of all."""
+    """Number of blocks of each run, an equal share of ``BLOCKS``."""
     runs = len(linear.rows)
     each = -(-BLOCKS // runs)
     return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)
 
 
 def orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of the span of columns of any scale, dependent ones left out.
+    """Orthonormal basis of the span of columns of any scale, without dependent directions.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which candidate models stand, where several suffice or a profile imitates a simpler law."""
+"""Selects the accepted candidate models where several suffice or a profile imitates a simpler law."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from vdyn_cli.diagnosis.policy import POLICY
 
 
 def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
-    """The sufficient candidate models that none of as few unknowns beats significantly.
+    """The sufficient candidate models that no model with as few unknowns beats significantly.
 
-    2 (cost - least cost) <= needed_t^2. Chance exceeds it in at most 0.13 % of the cases in which the model is true.
+    2 (cost - least cost) <= needed_t^2; chance exceeds it in at most 0.13 % of the cases in which the model is true.
     """
 
     def size(one: CandidateModel) -> int:
@@ -29,10 +29,10 @@ def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -
 
 
 def nearly_sufficient(tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
-    """The candidate models that leave next to nothing of a large misfit, and those that leave hardly more.
+    """The candidate models that leave a negligible residual of a large misfit, and rivals that leave hardly more.
 
-    What is left is then the error of the laws, not noise: a rival is worse only where it leaves ``rest_ratio`` times
-    as much. With another number of unknowns it is compared all the same: the number is small beside what is explained.
+    That residual is the error of the laws, not noise: a rival is worse only if it leaves ``rest_ratio`` times as much.
+    The number of unknowns is ignored, since it is small compared with what is explained.
     """
     if not any(t.nearly_sufficient for t in tried):
         return ()
@@ -43,14 +43,14 @@ def nearly_sufficient(tried: Sequence[CandidateModel]) -> tuple[CandidateModel, 
 def simplest(
     model: FullModel, answers: Sequence[CandidateModel], tried: Sequence[CandidateModel]
 ) -> tuple[CandidateModel, ...]:
-    """The answers without profiles, where laws do: a profile can imitate every simpler law.
+    """The answers without profiles where laws suffice, since a profile can imitate every simpler law.
 
-    A profile must beat the laws that leave little by more than its further unknowns explain by chance; else those are
-    the answers.
+    If only profiles suffice, the best must beat the laws with a small residual by more than its additional unknowns
+    explain by chance; else these laws are the answers.
 
     Parameters
     ----------
-    answers : sufficient candidate models. tried : all that were fitted, from which laws that leave little are taken.
+    answers : sufficient candidate models. tried : all fitted ones, from which laws with a small residual are taken.
     """
 
     def unknowns(one: CandidateModel) -> int:
@@ -74,9 +74,9 @@ def _significantly_worse(one: CandidateModel, least: float) -> bool:
 
 
 def may_be_zero(model: FullModel, fitted: FittedModel) -> bool:
-    """Whether an effect's amplitude is not significantly different from zero, by the scatter across blocks or runs.
+    """Whether the amplitude of an effect with one unknown is not significantly different from zero.
 
-    Of effects of one unknown: beside a free shape an amplitude is uncertain however certain the effect is.
+    With a free shape parameter, the amplitude is uncertain even if the effect is certain; such effects are skipped.
     """
     solution = fitted.solution
     each = [model.freed(e) for e in fitted.effects]
@@ -84,11 +84,11 @@ def may_be_zero(model: FullModel, fitted: FittedModel) -> bool:
 
 
 def is_imitated(model: FullModel, answer: CandidateModel, found: Detection) -> bool:
-    """Whether the answer is a profile that fits no better than a free profile of fewer unknowns, within chance.
+    """Whether the answer is a profile that fits no better, within chance, than a free profile with fewer unknowns.
 
     Parameters
     ----------
-    answer : the accepted candidate model. found : scores beside the baseline, those of free profiles included.
+    answer : the accepted candidate model. found : scores beside the baseline, including those of free profiles.
     """
     effect, *others = answer.effects
     if others or len(model.amplitudes(effect)) <= POLICY.simple_unknowns:

@@ -1,4 +1,4 @@
-"""Fits of models nested in the full model, each made once."""
+"""Fits of models nested in the full model, each computed once."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.errors import ResultError
 
 MOST_ITERATIONS = 200  # of a fit: it ends where it converges, and this bounds its cost
-PROFILE_ITERATIONS = 25  # of a free profile: one that then still creeps along a kink does not suffice
+PROFILE_ITERATIONS = 25  # of a free profile: a fit that has not converged by then does not suffice anyway
 
 
 @dataclass
 class NestedFits:
-    """The fits of one full model.
+    """The fits of one full model, by their effects.
 
     Parameters
     ----------
-    starts : (regression, effects, whether their shapes are free) -> the same fit from further starts.
-    secants : effects in the model -> for unknowns without a slope at zero, the amplitude of their secant.
+    starts : (regression, effects, whether their shapes are free) -> the regression with further starts.
+    secants : effects in the model -> by unknown without a slope at zero, the amplitude of its secant.
     """
 
     model: FullModel
@@ -33,7 +33,7 @@ class NestedFits:
     _made: dict[tuple[str, ...], FittedModel | None] = field(default_factory=dict)
 
     def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
-        """The fit with these effects in; None where the data do not allow it, or it leaves the plausible range.
+        """The fit with these effects; None where the data do not determine it, or it exceeds the plausible range.
 
         Raises
         ------
@@ -45,7 +45,7 @@ class NestedFits:
         return self._made[key]
 
     def keep(self, effects: Sequence[str], fitted: FittedModel | None) -> None:
-        """Use this fit for these effects; None: they cannot be fitted."""
+        """Store this fit for these effects; None: they cannot be fitted."""
         self._made[tuple(sorted(effects))] = fitted
 
     def _fit(self, effects: tuple[str, ...]) -> FittedModel | None:
@@ -59,10 +59,10 @@ class NestedFits:
         return FittedModel(effects, solution, runs, linearized_system(runs))
 
     def _solved(self, effects: tuple[str, ...]) -> Solution:
-        """The best of the fits from every start; with shapes at nominal where the data do not determine them.
+        """The best of the fits from every start; shapes stay at nominal where the data do not determine them.
 
-        Shapes are freed from the best fit with them at nominal. It goes on from the best fit so far of some of these
-        effects, and tries the other starts of the others.
+        The fit starts from the best known fit of a subset of these effects, and from further starts of the other
+        effects. Shapes are freed from the best fit with nominal shapes.
         """
         full = self.model.regression
         known = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]

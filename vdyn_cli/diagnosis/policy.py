@@ -42,8 +42,7 @@ class Policy:
     even_share: float = _threshold(
         0.1, "share of a family", "spent on statistics scaled by their own sign-flip mean",
         "Where the baseline's error is many times the noise, sign flips of one large sensitivity hide the others. A "
-        "tenth "
-        "costs the plain test 10 % of its level; tests/diagnosis/test_scores.py measures level and power.",
+        "tenth costs the plain test 10 % of its level; tests/diagnosis/test_scores.py measures level and power.",
     )  # fmt: skip
     enumerated_units: int = _threshold(
         13, "units", "up to which all sign patterns are tried, without random draws",
@@ -57,7 +56,7 @@ class Policy:
     fewest_runs_between: int = _threshold(
         8, "runs", "from which effects that vary between runs are tested",
         "n runs have 2^(n-1) sign patterns up to a common sign: six reach p = 2^-5 = 0.031, seven 0.016, eight 0.008. "
-        "The family's share is 0.4 * 0.05 = 0.02, of which the smallest p must be a third (smallest_p_ratio): eight.",
+        "The family's share is 0.4 * 0.05 = 0.02; the smallest p must be a third of that (smallest_p_ratio): eight.",
     )  # fmt: skip
     fewest_units: int = _threshold(
         12, "blocks", "below which no effect is certified",
@@ -82,8 +81,8 @@ class Policy:
     )  # fmt: skip
     prior_information: float = _threshold(
         0.5, "share of the information", "from priors, above which an effect is testable at any visibility",
-        "More than half of its information: the effect then contradicts what is known beforehand, such as a data "
-        "sheet's zero, so collinearity with its fitted value does not matter.",
+        "With more than half, the effect contradicts what is known beforehand, such as the zero offset of a data "
+        "sheet, so that its collinearity with fitted parameters does not matter.",
     )  # fmt: skip
     reachable_t: float = _threshold(
         3.0, "standard errors", "that an effect at the edge of its plausible range must reach to be testable",
@@ -91,31 +90,31 @@ class Policy:
     )  # fmt: skip
     typical_share: float = _threshold(
         0.5, "share of the plausible range", "assumed amplitude of an effect without an estimate",
-        "The middle between zero and the largest plausible amplitude; stated wherever it is used.",
+        "The middle between zero and the largest plausible amplitude; reports state it wherever it is used.",
     )  # fmt: skip
     # Fits of candidate models ---------------------------------------------------------------------------------------
     range_factor: float = _threshold(
         1.5, "times the plausible range", "that an amplitude may reach before the candidate is refused",
-        "Ranges are of published measurements: half as much again allows for vehicles outside these measurements.",
+        "Ranges come from published measurements; half as much again allows for vehicles that were not measured.",
     )  # fmt: skip
     open_range: float = _threshold(
-        3.0, "times the plausible range", "up to which an effect that fits as well as the answers stands beside them",
+        3.0, "times the plausible range", "up to which an effect that fits as well as the answers is listed with them",
         "Twice range_factor: small and special vehicles differ by that from those of the published measurements. Such "
-        "an effect is not named, but nor are its rivals named beside it.",
+        "an effect is not named, and its rivals are not named either.",
     )  # fmt: skip
     heaviest_car: float = _threshold(
-        2500.0, "kg", "above which the ranges that are those of cars grow with the mass of the vehicle",
+        2500.0, "kg", "mass of the vehicle above which ranges measured on cars grow in proportion to it",
         "The published brake drags, spin losses and drag areas are those of cars of 1 to 2.5 t. Forces of brakes, "
-        "axles and air grow about with the mass: a truck of 12 t has ten times the drag area of a car.",
+        "axles and air grow roughly with the mass: a truck of 12 t has ten times the drag area of a car.",
     )  # fmt: skip
     heaviest_wheel: float = _threshold(
-        40.0, "kg", "above which they grow with the mass of the wheel, where that of the vehicle is not known",
-        "Wheels of cars with what turns with them have 15 to 40 kg.",
+        40.0, "kg", "mass of the wheel above which they grow in proportion to it, if the vehicle's mass is unknown",
+        "Wheels of cars with the parts that turn with them have 15 to 40 kg.",
     )  # fmt: skip
     common_car: float = _threshold(
-        1500.0, "kg", "below which ranges of forces over the weight grow as the mass falls",
+        1500.0, "kg", "below which ranges of force-to-weight coefficients grow as the mass falls",
         "Linear terms of certified road loads, up to 6 N s/m, are those of cars of 1.5 t; seals, bearings and gears of "
-        "a race car of 600 kg take as much, so that its coefficient may be 2.5 times as large.",
+        "a race car of 600 kg have the same losses, so that its coefficient may be 2.5 times as large.",
     )  # fmt: skip
     catalogue_prior: float = _threshold(
         0.5, "share of the plausible range", "standard deviation of the prior while all candidates are fitted at once",
@@ -133,8 +132,8 @@ class Policy:
     most_probes: int = _threshold(
         6, "starts", "from probe amplitudes of a nondifferentiable effect",
         "A bound of the cost: each start is a fit. Backlash lists 18 probes from 1e-4 to 0.06 rad, of which six are a "
-        "factor of 600^(1/5) = 3.6 apart; that this is close enough is seen in the rows 'backlash' of the shaft in "
-        "tests/bench/hidden.md alone.",
+        "factor of 600^(1/5) = 3.6 apart. Only the rows 'backlash' of the shaft in tests/bench/hidden.md show that "
+        "this is close enough.",
     )  # fmt: skip
     probe_floor: float = _threshold(
         0.1, "of the smallest probe", "lower bound of a fit started at a probe",
@@ -162,7 +161,7 @@ class Policy:
     )  # fmt: skip
     far_worse: float = _threshold(
         2.0, "times the least rms error", "of the main channel, above which a large candidate is no answer",
-        "A sufficient candidate reaches the noise, as the best one does; equivalent ones differ by per cents.",
+        "A sufficient candidate reaches the noise, as the best one does; equivalent ones differ by a few per cent.",
     )  # fmt: skip
     hopeless_share: float = _threshold(
         0.2, "share of the misfit", "that a large candidate leaves beyond an answer, above which it is given up",
@@ -172,8 +171,8 @@ class Policy:
     )  # fmt: skip
     coarse_gain: float = _threshold(
         0.9, "of the baseline's rms error", "below which a candidate must come at a coarse start, if another one fits",
-        "Where the baseline is far off, the true cause takes away a third and more at the nearest of its starts: they "
-        "are at most a factor of 1.6 off (coarse_factor), or a factor of 2 (coarse_ratio).",
+        "Where the baseline is far off, the true effect removes a third or more of the error at the nearest of its "
+        "starts, which is off by at most a factor of 1.6 (coarse_factor) or 2 (coarse_ratio).",
     )  # fmt: skip
     coarse_ratio: float = _threshold(
         4.0, "", "between the amplitudes from which a fit is started where the baseline is far off",
@@ -182,12 +181,12 @@ class Policy:
     )  # fmt: skip
     coarse_factor: float = _threshold(
         2.5, "", "between the scales from which a fit is started, likewise",
-        "Starts at 1.6, 4 and 10 either way: nowhere in between is a start off by more than a factor of 1.6.",
+        "Starts at 1.6, 4 and 10 and their inverses: the nearest start is off by at most a factor of 1.6.",
     )  # fmt: skip
     most_linearizations: int = _threshold(
         10, "rounds", "of relinearization of one effect alone",
-        "A bound of the cost: of a scale that is off by a factor of 10 the first rounds move it by a factor of 7 each, "
-        "after which three more settle; a fit that needs more does not converge at all.",
+        "A bound of the cost: the first rounds move a scale that is off by a factor of 10 by a factor of 7 each, and "
+        "three more settle it; a fit that needs more does not converge at all.",
     )  # fmt: skip
     settled_std: float = _threshold(
         0.5, "standard deviations", "below which an amplitude's move ends the relinearization",
@@ -199,7 +198,7 @@ class Policy:
         "degree of freedom above 9).",
     )  # fmt: skip
     revealing_power: float = _threshold(
-        0.9, "probability", "with which the test rejects at the amplitude that an adequate model would have revealed",
+        0.9, "probability", "of detecting the smallest amplitude that is reported as detectable",
         "The usual power of a planned trial (Cohen, Statistical Power Analysis, 1988, has 0.8 at least).",
     )  # fmt: skip
     # Naming ---------------------------------------------------------------------------------------------------------
@@ -215,8 +214,8 @@ class Policy:
     negligible_rest: float = _threshold(
         0.1, "share of the rms misfit", "that may remain significant beside a large effect, in the same part",
         "Two laws of one element that differ by 10 % rms are the same cause to an engineer (dry friction as a step or "
-        "as tanh over 5 mm/s, a damper's knee): published curves of one part scatter as much. With this share "
-        "explained by a law of another part, that part would be to blame for a tenth: hence 'in the same part'.",
+        "as tanh over 5 mm/s, a damper's knee): published curves of one part scatter as much. If a law of another part "
+        "explained this share, that part would cause a tenth of the misfit: hence 'in the same part'.",
     )  # fmt: skip
     exact_rest: float = _threshold(
         0.032, "share of the rms misfit", "that may remain significant beside a large effect, in another part",
@@ -224,8 +223,8 @@ class Policy:
         "tests/bench/hidden.md, rows 'usual' of bump. It shows only beside effects of a hundred standard errors.",
     )  # fmt: skip
     rest_ratio: float = _threshold(
-        1.75, "", "of the rms that two answers leave, above which the larger is no answer",
-        "What is left is a law's error of unknown size over the eight knots of a free profile. The likelihood ratio is "
+        1.75, "", "between the rms residuals of two answers, above which the larger is no answer",
+        "The residual is a law's error of unknown size over the eight knots of a free profile. The likelihood ratio is "
         "then (larger / smaller)^8, and 1.75^8 = 88 = exp(3^2 / 2): three standard errors, as needed_t.",
     )  # fmt: skip
     excluding_amplitude: float = _threshold(
@@ -234,22 +233,22 @@ class Policy:
         "30 candidates does in 0.3 %, which is the probability of needed_t.",
     )  # fmt: skip
     open_probability: float = _threshold(
-        0.05, "probability", "of one further effect beside a named one, above which the intervals hold that answer too",
-        "What a 95 % interval leaves out: an answer that is likelier than that may not lie outside.",
+        0.05, "probability", "of one further effect beside a named one, above which intervals include that answer, too",
+        "The probability outside a 95 % interval: an answer that is likelier than that must not lie outside.",
     )  # fmt: skip
     matters_share: float = _threshold(
-        0.1, "share", "of a parameter's half interval, and of the output's noise floor, below which nothing matters",
+        0.1, "share", "of a parameter's half interval, or of the output's noise floor: smaller changes do not matter",
         "Errors add in squares: a tenth widens a total error by 0.5 %, which no published digit shows. "
         "'diagnose: {matters: ...}' states other limits.",
     )  # fmt: skip
     unexplained_share: float = _threshold(
-        0.3, "share of the prediction's standard deviation", "by which what no effect explains must change predictions",
+        0.3, "share of the prediction's standard deviation", "by which an unexplained residual must change predictions",
         "Errors add in squares: 0.3 widens the total error of a prediction by 5 %. An unknown effect cannot "
         "be corrected: with a tenth (matters_share) as the limit it would be reported without a remedy.",
     )  # fmt: skip
     single_evidence: float = _threshold(
         1.5, "standard errors", "of evidence that a candidate needs to be tried alone",
-        "Chance exceeds it in 7 %; a candidate of less cannot explain a misfit that rejected at 5 %.",
+        "Chance exceeds it in 7 %; a weaker candidate cannot explain a misfit that is significant at 5 %.",
     )  # fmt: skip
     single_share: float = _threshold(
         0.25, "share of the strongest evidence", "that a candidate needs to be tried alone",
@@ -258,40 +257,40 @@ class Policy:
     pair_evidence: float = _threshold(
         2.0, "standard errors", "of evidence, alone or beside another effect, to be tried in a pair",
         "2.3 % exceed it by chance, less than one of the 20 to 30 candidates of a step. It is below needed_t since the "
-        "misfit by a missing partner is part of the residual; it is taken alone or beside any other single effect.",
+        "misfit by a missing partner is part of the residual.",
     )  # fmt: skip
     pair_pool: int = _threshold(
-        8, "effects", "the strongest, of which pairs are formed",
-        "A bound of the cost: 28 pairs are compared to first order. Larger pools are not tried; the rows 'both' of "
-        "tests/bench/hidden.md say what is missed.",
+        8, "effects", "the strongest, from which pairs are formed",
+        "A bound of the cost: 28 pairs are compared to first order. The rows 'both' of tests/bench/hidden.md show what "
+        "is missed.",
     )  # fmt: skip
     pairs_refitted: int = _threshold(
         6, "pairs", "the best to first order, which are refitted",
-        "A bound of the cost: each is a fit of a second or more. Beyond, pairs that are better by refitting than to "
-        "first order are missed; the rows 'both' of tests/bench/hidden.md say how often.",
+        "A bound of the cost: each is a fit of a second or more. Pairs that only a refit would show to be better are "
+        "missed; the rows 'both' of tests/bench/hidden.md show how often.",
     )  # fmt: skip
     most_effects: int = _threshold(
         5, "effects", "of one answer by forward selection",
-        "Real trips hold up to four (tests/bench/bmw_diagnosis.md), and one is spare. A bound of the cost: the answer "
+        "Real trips have up to four (tests/bench/bmw_diagnosis.md), and one is spare. A bound of the cost: the answer "
         "must be sufficient, and each effect needed, however many there are.",
     )  # fmt: skip
     one_sided_share: float = _threshold(
         0.15, "share of the range", "on the other side of zero, below which a range allows one sign only",
-        "Effects of one sign list 2 to 13 % of their range beyond zero, for the noise of the estimate (bearing_drag, "
-        "friction_fade, load_sensitivity); those of two signs a third and more (progressive_spring). It lies in that "
-        "gap of the catalogue, and is no statistical level.",
+        "Ranges of effects with one sign extend 2 to 13 % beyond zero, for the noise of the estimate (bearing_drag, "
+        "friction_fade, load_sensitivity); those of effects with two signs a third and more (progressive_spring). The "
+        "threshold lies in that gap of the catalogue and is no statistical level.",
     )  # fmt: skip
     simple_unknowns: int = _threshold(
-        3, "unknowns", "up to which an effect has a law; with more it is a profile",
+        3, "unknowns", "up to which an effect is a law; with more it is a profile",
         "Laws have an amplitude and at most two shape parameters; profiles have eight unknowns and more.",
     )  # fmt: skip
     imitation_level: float = _threshold(
-        0.002, "probability", "below which a profile is better than a law by more than its further unknowns explain",
+        0.002, "probability", "below which a profile beats a law by more than its additional unknowns explain",
         "A tenth of rest_level: a profile can imitate every simpler law, so that it must be clearly better.",
     )  # fmt: skip
     named_t: float = _threshold(
         2.0, "standard errors", "from zero that the one amplitude of a named effect must have, across blocks or runs",
-        "The bound of a 95 % interval: an effect whose interval holds zero is not named.",
+        "The bound of a 95 % interval: an effect whose interval contains zero is not named.",
     )  # fmt: skip
     # Parts and learned laws -----------------------------------------------------------------------------------------
     part_gain: float = _threshold(
@@ -300,63 +299,63 @@ class Policy:
     )  # fmt: skip
     part_near: float = _threshold(
         0.7, "share of the strongest evidence", "from which another element is refitted as well",
-        "On linearizations about the baseline, wrong elements reached 70 % of the right one's evidence at the most; "
+        "On linearizations about the baseline, wrong elements reached at most 70 % of the evidence of the right one; "
         "set by tests/bench/other_laws.md.",
     )  # fmt: skip
     rival_share: float = _threshold(
-        0.02, "share of the evidence", "by which a part must at least exceed another to rule it out as a rival",
-        "Evidence of hundreds of standard errors is not exact to 2 %: the laws and the linearization are not.",
+        0.02, "share of the evidence", "by which a part must exceed another to rule it out as a rival",
+        "Evidence of hundreds of standard errors is not exact to 2 %, since laws and linearization are not.",
     )  # fmt: skip
     place_near: float = _threshold(
         0.7, "share of the strongest evidence", "from which one place of such an element is refitted as well",
-        "As part_near: of two equal places each explains about half, and one that is the whole fault nearly all.",
+        "As part_near: if two places are at fault each explains about half, if one is it explains nearly all.",
     )  # fmt: skip
     most_elements: int = _threshold(
         2, "elements", "that are refitted",
         "A bound of the cost: a refit takes a dozen simulations with the sensitivities of one part.",
     )  # fmt: skip
     part_squares: float = _threshold(
-        0.8, "share of the explainable squares", "that a part must explain to be the fault, a learned law to be named",
-        "All parts and candidates together explain part of the noise's structure as well; a part that leaves more than "
-        "a fifth leaves another fault. Set by tests/bench/other_laws.md.",
+        0.8, "share of the explainable squares", "that a part must explain to be at fault, a learned law to be named",
+        "All parts and candidates together also explain some of the noise; where a part leaves more than a fifth, "
+        "another fault is present. Set by tests/bench/other_laws.md.",
     )  # fmt: skip
     covered_share: float = _threshold(
         0.5, "share of the prior's band", "below which a curve's band counts as determined by the data",
         "Where the data halve the band of the prior, they hold three times its information.",
     )  # fmt: skip
     fewest_curve_degrees: float = _threshold(
-        4.0, "degrees of freedom", "least of a curve's band",
-        "A point of a curve rests on few blocks, but its prior of smoothness joins it to its neighbors.",
+        4.0, "degrees of freedom", "of a curve's band, at least",
+        "Few blocks determine a point of a curve, but the smoothness prior joins it to its neighbors.",
     )  # fmt: skip
     law_share: float = _threshold(
         0.85, "share of the curve's rms deviation", "that a law of the catalogue must explain to be named for a part",
-        "Laws within a tenth of the true one are to be named: the curve's own error and the law's fit to the data "
-        "instead of the curve take the rest.",
+        "Laws within a tenth of the true one are to be named; the rest allows for the error of the curve and for the "
+        "law being fitted to the data instead of the curve.",
     )  # fmt: skip
     law_squares: float = _threshold(
         0.5, "share of the squares that the part explains", "that such a law must explain in the data as well",
         "A law can follow the curve and still fail where most of the samples are, such as friction near rest. A law "
-        "that leaves more than half of the misfit is not the cause.",
+        "that leaves more than half of the misfit is not the right one.",
     )  # fmt: skip
     formula_share: float = _threshold(
-        0.95, "share of the curve's rms deviation", "from which a formula does as well as the free curve",
-        "What is left is below the error with which laws of elements are known, a few per cent.",
+        0.95, "share of the curve's rms deviation", "from which a formula is as good as the free curve",
+        "The remainder is below the error with which laws of elements are known, a few per cent.",
     )  # fmt: skip
     formula_level: float = _threshold(
-        0.99, "probability", "of the chi-square distance from the free curve, up to which a formula is not refuted",
-        "A formula that is true is refused in one of a hundred cases; the table then holds it as well.",
+        0.99, "probability", "of the chi-square distance from the free curve, up to which a formula is not rejected",
+        "A true formula is rejected in one of a hundred cases; the table then contains it as well.",
     )  # fmt: skip
     learned_information: float = _threshold(
-        3.0, "times the prior's", "information of the data about a shape that a learned table keeps",
-        "As covered_share: shapes that only the prior of smoothness determines are left out of the table.",
+        3.0, "times the prior's", "information that the data must hold about a shape that a learned table keeps",
+        "As covered_share: shapes that only the smoothness prior determines are left out of the table.",
     )  # fmt: skip
     # Held-out gain --------------------------------------------------------------------------------------------------
     fewest_runs_left_out: int = _threshold(
-        4, "runs", "that can be left out one by one; fewer are cut into blocks",
+        4, "runs", "from which runs are left out one by one; fewer are cut into blocks",
         "The interval has folds - 1 degrees of freedom: t(3) = 3.2 is the last useful one, t(2) = 4.3.",
     )  # fmt: skip
     fewest_predicted_runs: int = _threshold(
-        3, "runs", "that can be left out one by one where parameters keep their prior values",
+        3, "runs", "from which runs are left out one by one where parameters keep their prior values",
         "Only amplitudes are fitted, and the noise model adds noise_model_folds to the degrees of freedom.",
     )  # fmt: skip
     fewest_blocks_left_out: int = _threshold(
@@ -366,13 +365,12 @@ class Policy:
     )  # fmt: skip
     noise_model_folds: int = _threshold(
         4, "folds", "that the variance by the noise model counts as",
-        "Scatter and noise model have equal weight at five folds, the usual number of drives in a test. The coverage "
-        "is measured in "
-        "tests/diagnosis/test_held_out_gain.py.",
+        "Scatter and noise model have equal weight at five folds, the usual number of drives in a test. "
+        "tests/diagnosis/test_held_out_gain.py measures the coverage.",
     )  # fmt: skip
     prediction_exactness: float = _threshold(
         1e-3, "share of the error", "least half-width of the gain's interval, and least gain in a channel that changes",
-        "Simulations and laws are not exact to less, even where the folds agree better.",
+        "Simulations and laws are no more exact, even where the folds agree better.",
     )  # fmt: skip
     fold_evidence: float = _threshold(
         2.0, "standard errors", "of evidence below which a fold selects no further effect",
@@ -394,9 +392,9 @@ POLICY = Policy()
 
 
 def shared_level(steps: int) -> float:
-    """The level of each of several diagnosed steps, so that they keep it together (Bonferroni): level / steps.
+    """The level of each of several diagnosed steps that together keep POLICY.level: level / steps (Bonferroni).
 
-    Rounded to four digits, as ``--level`` can state it.
+    Rounded to four digits, so that ``--level`` can state it.
     """
     return float(f"{POLICY.level / max(steps, 1):.4g}")
 

@@ -1,4 +1,4 @@
-"""The strategy of models that are cheap to simulate: every fit simulates at every step."""
+"""The strategy for models that are cheap to simulate: every step of a fit simulates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vdyn_cli.inference import Regression
 
 @dataclass
 class RefitStrategy:
-    """Nonlinear fits, from several starts where the derivative at zero amplitude leads nowhere."""
+    """Nonlinear fits, from several starts for effects whose slope at zero amplitude is zero or misleading."""
 
     model: FullModel
     _fits: NestedFits = field(init=False)
@@ -26,7 +26,7 @@ class RefitStrategy:
 
     @property
     def prior_values(self) -> Mapping[str, float]:
-        """None: fits count."""
+        """Empty: predictions use fitted values."""
         return NO_VALUES
 
     def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
@@ -34,7 +34,7 @@ class RefitStrategy:
         return self._fits.fitted(effects)
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
-        """Unchanged: a fit that simulates is linearized about its own amplitudes."""
+        """The fit itself: it is linearized about its own amplitudes already."""
         return fitted
 
     def rescanned(self, effects: Sequence[str]) -> FittedModel | None:
@@ -42,7 +42,7 @@ class RefitStrategy:
         return self.fitted(effects)
 
     def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
-        """None: predictions are those of the fit."""
+        """None: predictions use the fit itself."""
         return None
 
     def beyond_range(self) -> RefitStrategy:
@@ -60,14 +60,14 @@ class RefitStrategy:
         }
 
     def focused(self, found: Detection) -> tuple[RefitStrategy, Detection]:
-        """Unchanged: refits follow large effects."""
+        """Unchanged: nonlinear fits do not distort large effects."""
         return self, found
 
     def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
         candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]
         for effect in candidates if not shapes else ():
             for probe in spread_over(effect.probes, POLICY.most_probes):
-                # Bounded from below: a fit that returns to zero creeps, and the start at zero finds what is there.
+                # Bounded from below: a fit that returns to zero converges slowly, and the start at zero covers that.
                 floor = POLICY.probe_floor * min(effect.probes)
                 first = amplitudes_of(effect)[0]
                 yield replace(
@@ -77,7 +77,8 @@ class RefitStrategy:
                     ),
                 )
         for effect in candidates if shapes else ():
-            # At zero amplitude no data show a shape, and with a wrong shape an amplitude may have the wrong sign.
+            # At zero amplitude the data do not determine a shape; with a wrong shape, the amplitude may have the wrong
+            # sign.
             first = amplitudes_of(effect)[0]
             range_ = effect.unknowns[first]
             some = POLICY.shape_start * (range_.upper if range_.upper > 0 else range_.lower)
@@ -89,7 +90,7 @@ class RefitStrategy:
 
 
 def spread_over(probes: Sequence[float], most: int) -> list[float]:
-    """At most so many of the probes, evenly over their list, first and last among them."""
+    """At most ``most`` of the probes, evenly over their list, including the first and the last."""
     last = len(probes) - 1
     count = min(most, len(probes))
     return [probes[round(i * last / max(count - 1, 1))] for i in range(count)]

@@ -1,4 +1,4 @@
-"""Linearizations about an effect's own amplitude, for models that are too expensive to simulate at every step."""
+"""Fits relinearized about the effects' own amplitudes, for models too expensive to simulate at every step."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Stop = Callable[[FittedModel, FittedModel], bool]
 
 @dataclass
 class Relinearization:
-    """Fits of the baseline with a few effects alone in the model, linearized about given amplitudes.
+    """Fits of the baseline with only a few effects in the model, linearized about given amplitudes.
 
     Parameters
     ----------
     base : names of the baseline's shared unknowns.
-    likely : amplitudes and gains that the step found for nondifferentiable effects; None where it found none.
+    likely : by nondifferentiable effect, the likely amplitude and gain that the step found; None if it found none.
     """
 
     setup: DiagnosisSetup
@@ -44,9 +44,9 @@ class Relinearization:
     _last: dict[tuple[object, ...], Regression] = field(default_factory=dict)
 
     def of(self, fitted: FittedModel) -> FittedModel:
-        """The fit, linearized about its own amplitudes; unchanged where that fails.
+        """The fit, relinearized about its own amplitudes; unchanged where that fails.
 
-        A nondifferentiable effect alone is linearized about its likely amplitude: a fit elsewhere tells none.
+        A single nondifferentiable effect is linearized about its likely amplitude, since a fit elsewhere gives none.
         """
         if not fitted.effects:
             return fitted
@@ -57,11 +57,11 @@ class Relinearization:
     def from_values(
         self, effects: tuple[str, ...], values: Mapping[str, float], stop: Stop | None = None
     ) -> FittedModel | None:
-        """The fit with these effects alone, relinearized from these values until it settles; None where it fails.
+        """The fit with only these effects, relinearized from these values until it settles; None where it fails.
 
         Parameters
         ----------
-        stop : (fit, the one before) -> whether to end with this fit although it has not settled.
+        stop : (fit, previous fit) -> whether to return this fit although it has not settled.
         """
         if effects not in self._fits:
             try:
@@ -77,15 +77,15 @@ class Relinearization:
         return self._fits[effects]
 
     def coarse_start(self, effect: str, linear: Mapping[str, float]) -> tuple[float, dict[str, float]] | None:
-        """Where over its range a candidate alone comes closest, and the rms error of the main channel there.
+        """The least rms error of the main channel over a grid of a candidate's amplitude, and that amplitude.
 
         Parameters
         ----------
-        linear : its amplitudes by a linear fit, which are tried too.
+        linear : its amplitudes by a linear fit, which are tried, too.
 
         Returns
         -------
-        None for candidates of several amplitudes, and where nothing can be simulated.
+        None for candidates with several amplitudes, and where no simulation succeeds.
         """
         one, every = self.setup.candidates[effect], self.setup.effects
         first, *others = amplitudes_of(one)
@@ -106,11 +106,11 @@ class Relinearization:
         return best
 
     def keep(self, fitted: FittedModel) -> None:
-        """Use this fit for its effects."""
+        """Store this fit for its effects."""
         self._fits[fitted.effects] = fitted
 
     def about_likely(self, effect: str) -> FittedModel | None:
-        """The fit linearized about the effect's likely amplitude, alone in the model; None where it fails."""
+        """The fit with only this effect, linearized about its likely amplitude; None where it fails."""
         likely = self.likely_size(effect)
         if likely is None:
             return None
@@ -123,12 +123,12 @@ class Relinearization:
         return self._fits[(effect,)]
 
     def nondifferentiable(self, effects: Sequence[str]) -> bool:
-        """Whether any of them has a likely amplitude instead of a slope at zero."""
+        """Whether any of these effects has no slope at zero, so that its likely amplitude is used instead."""
         known = self.setup.candidates
         return self.setup.likely_size is not None and any(known[e].probes for e in effects if e in known)
 
     def likely_size(self, name: str) -> tuple[float, float] | None:
-        """The effect's likely amplitude and its gain in log likelihood; None where nothing can be simulated."""
+        """The effect's likely amplitude and its gain in log likelihood; None where no simulation succeeds."""
         effect = self.setup.candidates[name]
         if name not in self.likely and self.setup.likely_size is not None:
 
@@ -142,7 +142,7 @@ class Relinearization:
         return self.likely.get(name)
 
     def alone(self, effects: tuple[str, ...], about: Mapping[str, float], chord: bool = False) -> Regression:
-        """The step's regression with these effects alone in the model, started at these values; the last is kept.
+        """The step's regression with only these effects, started at these values; the last one is cached.
 
         ``chord``: sensitivities to the baseline's unknowns may be those without the effects.
         """
@@ -158,11 +158,11 @@ class Relinearization:
     def _settled(
         self, effects: tuple[str, ...], about: Mapping[str, float], stop: Stop | None
     ) -> tuple[FittedModel, bool]:
-        """Relinearized about its own amplitudes until they move by little of their standard deviations.
+        """The fit relinearized about its own amplitudes until they move by less than ``settled_std``.
 
         Returns
         -------
-        The fit, and whether it has settled: not where ``stop`` ended it.
+        The fit, and whether it has settled; False where ``stop`` ended it.
 
         Raises
         ------
@@ -172,7 +172,7 @@ class Relinearization:
         owner = {n: known[e] for e in effects if e in known for n in amplitudes_of(known[e])}
         point = {**about, **{n: stepped(e, n, 0.0, about[n]) for n, e in owner.items() if n in about}}
         before: FittedModel | None = None
-        chord = not self.setup.far_off  # far off, sensitivities differ by more than such an iteration bears
+        chord = not self.setup.far_off  # far off, the sensitivities differ too much for a chord iteration
         for _ in range(POLICY.most_linearizations):
             fit = self._once(effects, point, chord)
             values, std = fit.values, fit.solution.std
@@ -199,17 +199,17 @@ class Relinearization:
         return FittedModel(effects, solution, runs, linearized_system(runs))
 
     def _twice(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
-        """Relinearized about what the first gave: nondifferentiable effects change the others' sensitivities."""
+        """The fit relinearized once about its result, since nondifferentiable effects change other sensitivities."""
         return self._once(effects, self._once(effects, about).values)
 
 
 def _is_stuck(at: float | None, to: float, bounds: tuple[float, float]) -> bool:
-    """Whether an amplitude that is linearized at a bound leaves the range there: it will not come back."""
+    """Whether an amplitude is linearized at a bound and its fit leaves the range: further rounds would not help."""
     return at in bounds and not bounds[0] < to < bounds[1]
 
 
 def relaxed(regression: Regression, setup: DiagnosisSetup) -> Regression:
-    """A linearized regression in which scales have no bounds: a linear fit may pass through what a scale cannot be."""
+    """A linearized regression with unbounded scales, since a linear fit may pass through impossible values of them."""
     free = {n for e in setup.effects for n in amplitudes_of(e) if is_scale(e, n)}
     wide = (replace(u, lower=-np.inf, upper=np.inf) if u.name in free else u for u in regression.unknowns)
     return replace(regression, unknowns=tuple(wide))

@@ -1,14 +1,15 @@
 """Score tests of candidate effects beside a fitted model, by sign flips of independent units.
 
-With Q an orthonormal basis of what is fitted, a candidate's sensitivity s leaves s' = s - Q Q's, and y leaves y'.
-Unit b contributes the score U_b = s'_b . y'_b, whose sign is random under the null hypothesis: for signs g
+With Q an orthonormal basis of the fitted sensitivities, s' = s - Q Q's is what remains of a candidate's sensitivity s,
+and y' likewise of y. Unit b contributes the score U_b = s'_b . y'_b, whose sign is random under the null hypothesis.
+For signs g
 
     T(g)^2 = U(g)' [S'S - M(g)'M(g)]^-1 U(g),   U(g) = sum g_b U_b,   M(g) = sum g_b Q_b' s'_b
 
-is standardized by its own re-projected variance, so that it holds for few and for unequal units. A prior (a sensor's
-zero, a drawing) has a stated standard deviation: its contribution is drawn from that and not flipped, or no effect
-could be detected that contradicts priors alone. Candidates with several unknowns are made comparable by the normal
-equivalent of chi-square.
+is standardized by its own re-projected variance, so that the test is valid for few and for unequal units. A prior (a
+sensor's zero, a drawing) has a stated standard deviation: its contribution is drawn from that and not flipped, since
+otherwise no effect could be detected that contradicts priors alone. The normal equivalent of chi-square makes
+candidates with different numbers of unknowns comparable.
 Source: sign-flipped scores after Hemerik, Goeman and Finos, J. R. Stat. Soc. B 82 (2020) 841, with effective scores.
 """
 
@@ -25,8 +26,8 @@ from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.quantities.arrays import Array
 
-SEED = 20170401  # any number: it makes the same data give the same p value
-ROUNDING = 1e-6  # of a sensitivity's length, and of unit eigenvalues: differences of solvers' tolerances leave as much
+SEED = 20170401  # arbitrary and fixed, so that the same data give the same p value
+ROUNDING = 1e-6  # share of a sensitivity's norm, and of unit eigenvalues, that solver tolerances leave as error
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,12 @@ class Scores:
     Parameters
     ----------
     groups : columns of each candidate.
-    visibility : share of its sensitivity that is not collinear with what is fitted.
+    visibility : share of its sensitivity that is not collinear with fitted unknowns.
     stated : share of its information that comes from stated priors.
     statistic : T^2 of each candidate; rank : of its information matrix (0 where it is collinear).
-    estimate, spread : one step's value of each unknown and its standard deviation, the candidate alone added.
-    _left : (n, k), sensitivities less what is fitted; _contributions, _flippable : (units, k), (units, p, k), of the
-        units that are flipped; _priors : (priors, k), rows of ``_left`` of the priors.
+    estimate, spread : one-step estimate of each unknown and its standard error, with this candidate alone added.
+    _left : (n, k), sensitivities orthogonal to the fitted ones; _contributions, _flippable : (units, k) and
+        (units, p, k), of the units that are flipped; _priors : (priors, k), rows of ``_left`` of the priors.
     """
 
     names: tuple[str, ...]
@@ -70,14 +71,15 @@ class Scores:
     def p_value(
         self, among: Sequence[str] | None = None, draws: int = POLICY.sign_draws, evened: bool = False
     ) -> float:
-        """Chance that the strongest of these candidates would be as strong if none were there.
+        """Probability that the strongest of these candidates would be as strong if none were present.
 
-        The larger of two: by sign flips of the units, which need no noise model, and by the noise model.
+        The larger of two p values: by sign flips of the units, which need no noise model, and by the noise model.
 
         Parameters
         ----------
-        evened : spend a part of the level on statistics divided by their own mean over flips. Where the baseline misses
-            by many times the noise, flips of one large sensitivity would else hide a candidate that all units support.
+        evened : spend a part of the level on statistics divided by their own mean over flips. Otherwise, where the
+            baseline's error is many times the noise, flips of one large sensitivity hide a candidate that all units
+            support.
         """
         named = [n for n in (self.names if among is None else among) if self.rank[n]]
         if not named:
@@ -94,11 +96,11 @@ class Scores:
         return max(flipped, self._drawn(named, max(self.evidence[n] for n in named) - 1e-9, draws))
 
     def smallest_p(self) -> float:
-        """The smallest that sign flips can give."""
+        """The smallest p value that sign flips can give."""
         return 1.0 / len(signs(self._contributions.shape[0], POLICY.sign_draws))
 
     def _as_strong(self, seen: Mapping[str, float], by_flips: Mapping[str, Array]) -> float:
-        """Share of the flips, the data themselves among them, whose strongest candidate is as strong as that seen."""
+        """Share of the flips, including the data themselves, whose strongest candidate is as strong as the observed."""
         strongest = max(float(equivalent(t, self.rank[n])) for n, t in seen.items()) - 1e-9
         most = np.max([equivalent(t, self.rank[n]) for n, t in by_flips.items()], axis=0)
         return float((1 + np.sum(most >= strongest)) / (len(most) + 1))
@@ -132,12 +134,12 @@ class Scores:
 
 
 def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
-    """Scores of candidates beside what is fitted.
+    """Score tests of candidates beside the fitted unknowns.
 
     Parameters
     ----------
-    fitted : unknowns that are refitted: the baseline's, and those of effects in the model. Every run's own are too.
-    candidates : each candidate's unknowns.
+    fitted : the refitted unknowns: those of the baseline and of effects in the model. Every run's own are added.
+    candidates : names of each candidate's unknowns.
     """
     basis = orthonormal(system.of([*fitted, *system.own]))
     names = tuple(candidates)
@@ -152,14 +154,14 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     left = _visible_only(whole, left)
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
     seen = system.run >= 0
-    known = left[~seen[system.label]]
-    believed = left[system.run[system.label] == -1]
+    priors = left[~seen[system.label]]
+    stated_priors = left[system.run[system.label] == -1]
     contributions = np.add.reduceat(left * y[:, None], system.starts, axis=0)
     for name, columns in zip(names, groups, strict=True):
         size = float(np.sum(whole[:, columns] ** 2))
         visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
         remains = float(np.sum(left[:, columns] ** 2))
-        stated[name] = float(np.sum(believed[:, columns] ** 2)) / remains if remains else 0.0
+        stated[name] = float(np.sum(stated_priors[:, columns] ** 2)) / remains if remains else 0.0
         information = left[:, columns].T @ left[:, columns]
         inverse, rank[name] = _inverse(information)
         total = contributions[:, columns].sum(axis=0)
@@ -170,7 +172,7 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
         flipped[b] = basis[first:last].T @ left[first:last]
     return Scores(
         names, tuple(groups), visibility, stated, statistic, rank, estimate, spread,
-        left, contributions[seen], flipped[seen], known,
+        left, contributions[seen], flipped[seen], priors,
     )  # fmt: skip
 
 
@@ -189,7 +191,7 @@ def absorbed(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> 
 
 
 def signs(units: int, draws: int) -> Array:
-    """Patterns of signs, (patterns, units): the observed one first; all of them where they are few.
+    """Sign patterns, (patterns, units), the observed one first; all patterns if the units are few.
 
     Parameters
     ----------
@@ -215,10 +217,10 @@ def quadratic(contributions: Array, variance: Array) -> Array:
 
 
 def equivalent(statistic: Array | float, degrees: int) -> Array:
-    """The normal deviate that is as rare as this chi-square, to 0.02 from the median to the farthest tail.
+    """The normal deviate with the tail probability of this chi-square, to 0.02 from the median to the farthest tail.
 
     r* = r + log(u / r) / r with x = chi-square / degrees, r = sign(x - 1) sqrt(degrees (x - 1 - log x)) and
-    u = sqrt(degrees / 2) (x - 1). The cube root of Wilson and Hilferty would favor candidates with many unknowns there.
+    u = sqrt(degrees / 2) (x - 1). In the tail, Wilson and Hilferty's cube root favors candidates with many unknowns.
     Source: Barndorff-Nielsen, Biometrika 73 (1986) 307.
     """
     if degrees == 0:
@@ -231,7 +233,7 @@ def equivalent(statistic: Array | float, degrees: int) -> Array:
 
 
 def _visible_only(whole: Array, left: Array) -> Array:
-    """Sensitivities of which only rounding is left become zero."""
+    """Remaining sensitivities ``left``, set to zero where only rounding is left of ``whole``."""
     size = np.sqrt(np.sum(whole**2, axis=0))
     remains = np.sqrt(np.sum(left**2, axis=0))
     return np.where(remains > ROUNDING * size, left, 0.0)

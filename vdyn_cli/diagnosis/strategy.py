@@ -1,4 +1,4 @@
-"""How candidate models are fitted: by simulating at every step, or on a linearization."""
+"""Contract of the two ways to fit candidate models: simulate at every step of a fit, or fit a linearization."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Strategy(Protocol):
-    """The fits that a diagnosis asks for, each made once."""
+    """The fits that a diagnosis needs; each is computed once."""
 
     @property
     def model(self) -> FullModel:
@@ -20,28 +20,28 @@ class Strategy(Protocol):
 
     @property
     def prior_values(self) -> Mapping[str, float]:
-        """Parameters at which predictions simulate whatever a fit makes of them; none where fits count."""
+        """Values at which predictions hold the parameters, whatever a fit gives; empty where they use fitted ones."""
 
     def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
-        """The fit with these effects in; None where it fails. That of the baseline raises instead."""
+        """The fit with these effects; None where it fails. If the fit of the baseline fails, it raises instead."""
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
-        """The same fit, linearized about its own amplitudes, with its own effects alone in the model."""
+        """The same fit linearized about its own amplitudes, with no other effects in the model."""
 
     def rescanned(self, effects: Sequence[str]) -> FittedModel | None:
-        """The fit with these effects in, where sensitivities differ from those of the baseline's fit; else None."""
+        """The fit with these effects if its sensitivities differ from those of the baseline's fit; else None."""
 
     def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
         """The runs simulated at the prior values with these effects, weighted by the noise of ``fitted``.
 
-        None where predictions are those of the fit, or the model has no finite value there.
+        None where predictions use the fit itself, or where the model has no finite value.
         """
 
     def beyond_range(self) -> Strategy:
         """The strategy whose effects may exceed their plausible range up to ``open_range``."""
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
-        """Amplitudes over which sensitivities of nondifferentiable effects are taken, with ``effects`` in."""
+        """Amplitudes over which secants replace the slopes of nondifferentiable effects, with ``effects`` fitted."""
 
     def focused(self, found: Detection) -> tuple[Strategy, Detection]:
-        """Fits in which large effects are not distorted, and what is detected in them."""
+        """A strategy whose fits do not distort large effects, and the detection repeated with it."""

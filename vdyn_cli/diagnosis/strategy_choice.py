@@ -1,4 +1,4 @@
-"""Which strategy a step's model asks for."""
+"""Chooses the strategy for a step's model."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vdyn_cli.inference import RefusedFitError
 def open_strategy(setup: DiagnosisSetup) -> Strategy:
     """The linearized strategy where the step declares its model expensive, else the refit strategy.
 
-    Where the data do not determine the baseline's unknowns, these get priors as wide as their ranges, so that the
-    candidates are tried in the directions that the data do determine.
+    If the data do not determine the baseline's unknowns, these get priors as wide as their ranges, so that the
+    candidates are still tested in the directions that the data determine.
 
     Raises
     ------
