@@ -112,10 +112,8 @@ def _described(
     amplitudes |= extension.amplitudes if as_named else {}
     narrowed, last = isinstance(prepared.spec.diagnose.effects, list), extension.result
     metric = prepared.step.diagnosable.metric
-    unit, exact = (
-        metric[1],
-        last if judgment.answer and set(judgment.answer.effects) == set(extension.effects) else None,
-    )
+    unit = metric[1]
+    exact = last if judgment.answer and set(judgment.answer.effects) == set(extension.effects) else None
     judgment = _with_noise_floor(judgment, last or base, unit)
     size = published_size(judgment.size, base, exact, unit)
     sizes = effect_sizes(strategy, judgment, base, exact, unit)

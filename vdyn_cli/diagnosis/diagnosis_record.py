@@ -17,12 +17,12 @@ from vdyn_cli.quantities.parameters import Estimate
 
 # These choose words and what is shown, no verdict.
 RANKED = 8  # candidates in the ranking
-COLLINEAR = 1e-3  # visibility below which "exactly" is said
-DISTINCT = 0.9  # visibility above which it is not mentioned
+COLLINEAR = 1e-3  # visibility below which the text says "exactly collinear"
+DISTINCT = 0.9  # visibility above which the text does not mention collinearity
 
 
 def evidence(found: Detection) -> Evidence:
-    """The independent units behind the test."""
+    """The number and kind of independent units of the test."""
     return Evidence(
         unit=found.unit,
         units=found.units,
@@ -39,11 +39,11 @@ def causes(
     amplitudes: Mapping[str, Estimate],
     sizes: Mapping[str, Size],
 ) -> tuple[Cause, ...]:
-    """The named effects, and those that the model was extended by unless they are one of several answers.
+    """The named effects, and those by which the model was extended unless they are one of several answers.
 
     Parameters
     ----------
-    amplitudes : of all of them, as far as they were estimated. sizes : what the named ones change.
+    amplitudes : by unknown, of all these effects that were estimated. sizes : by name, of the named ones.
     """
     named = judgment.answer.effects if judgment.answer else ()
     found = []
@@ -66,16 +66,16 @@ def causes(
 
 
 def ambiguous(judgment: Judgment) -> tuple[tuple[str, ...], ...]:
-    """One effect out of each set makes the answer; a set of one is an effect that every answer has."""
+    """Sets of interchangeable effects: one out of each makes an answer. Empty unless the verdict is ambiguous."""
     if judgment.verdict != "ambiguous":
         return ()
     return interchangeable(judgment.answers) or (tuple("+".join(t.effects) for t in judgment.answers),)
 
 
 def interchangeable(answers: Sequence[CandidateModel]) -> tuple[tuple[str, ...], ...]:
-    """For each effect of the first answer, it and those that other answers have in its place.
+    """For each effect of the first answer, that effect and those that replace it in other answers.
 
-    Empty where answers differ in more than one effect.
+    Empty where an answer differs from the first in more than one effect.
     """
     first = answers[0].effects
     sets = {e: [e] for e in first}
@@ -88,7 +88,7 @@ def interchangeable(answers: Sequence[CandidateModel]) -> tuple[tuple[str, ...],
 
 
 def not_testable(model: FullModel, untestable: Sequence[UntestableEffect]) -> tuple[NotTestable, ...]:
-    """The candidates that these data cannot show, each with the reason in words, last those that lack a channel."""
+    """The candidates that are not detectable in these data, each with the reason; last those that lack a channel."""
     lacking = tuple(
         NotTestable(
             effect=name,
@@ -148,7 +148,7 @@ def gain(judgment: Judgment, metric: tuple[str, str]) -> Gain | None:
 
 
 def ranking(model: FullModel, judgment: Judgment) -> tuple[Ranked, ...]:
-    """The strongest candidates by their score test alone, and what the fits with them leave."""
+    """The strongest candidates by their score test alone, with the residual test of their fits."""
     scores = judgment.detection.scores
     tried = {t.effects[0]: t for t in judgment.tried if len(t.effects) == 1}
     names = sorted(judgment.detection.testable, key=lambda n: -scores.evidence[n])[:RANKED]

@@ -1,9 +1,9 @@
-"""The expected separation of effects after a manoeuvre not yet driven, from the Cramer-Rao bound.
+"""The expected separation of effects after a planned manoeuvre, from the Cramer-Rao bound.
 
-With the sensitivities to all unknowns in the driven runs stacked on those in the manoeuvre's simulated runs, an effect
-of amplitude q leaves s' of its sensitivity s q beside what is fitted anyway and the rival. Its length is the number of
-standard errors by which the effect would be seen: t^2 = q' (I_cc - I_cb I_bb^-1 I_bc) q, with the information I of all
-runs together. Assumes wind, road and car as they were, but for what the manoeuvre changes.
+The sensitivities in the driven runs are stacked on those in the manoeuvre's simulated runs. The sensitivity s q of an
+effect of amplitude q, made orthogonal to the fitted unknowns and the rival, has as its norm the t of the effect in
+standard errors: t^2 = q' (I_cc - I_cb I_bb^-1 I_bc) q, with the information I of all runs together. Assumes that wind,
+road and car stay as they were, except for what the manoeuvre changes.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
-ROUNDING = 1e-6  # of a sensitivity's length
+ROUNDING = 1e-6  # share of a sensitivity's norm
 
 
 @dataclass(frozen=True)
 class Contrast:
-    """Whether effects of these amplitudes (by unknown) are visible while the unknowns ``beside`` are fitted."""
+    """Amplitudes of effects, by unknown, to be detected while the unknowns ``beside`` are fitted."""
 
     amplitudes: Mapping[str, float]
     beside: tuple[str, ...]
@@ -52,11 +52,11 @@ class PlannedTest:
 
 @dataclass
 class ExperimentDesigner:
-    """The information of the driven runs and, simulated when first needed, of the step's manoeuvres.
+    """The information of the driven runs and of the step's manoeuvres, which are simulated when first needed.
 
     Parameters
     ----------
-    times : how many times the driven runs count, where as many again are planned.
+    times : number of planned runs over number of driven runs, for plans that repeat them.
     """
 
     strategy: Strategy
@@ -74,7 +74,7 @@ class ExperimentDesigner:
 
     @cached_property
     def _driven(self) -> tuple[Array, Array]:
-        """Rows over the shared unknowns: of the runs, their own unknowns eliminated, and of the priors."""
+        """Rows over the shared unknowns: those of the runs, with their own unknowns eliminated, and of the priors."""
         system, s = self._base.system, len(self._names)
         own = system.columns[:, s:]
         known = (system.run[system.label] < 0) & ~own.any(axis=1)
@@ -83,12 +83,12 @@ class ExperimentDesigner:
 
     @property
     def manoeuvres(self) -> tuple[Manoeuvre, ...]:
-        """Those that the car can drive, the least effort first."""
+        """The manoeuvres that could be simulated, the least effort first."""
         return tuple(one for one, _ in self._manoeuvres)
 
     @cached_property
     def _manoeuvres(self) -> list[tuple[Manoeuvre, Array]]:
-        """Each with the rows over the shared unknowns that its runs would give; those that fail are left out."""
+        """Each manoeuvre with its rows over the shared unknowns; those whose simulation fails are left out."""
         made, model = [], self.strategy.model
         for one in model.setup.manoeuvres(model.regression, self._base.values):
             try:
@@ -117,15 +117,15 @@ class ExperimentDesigner:
         return rows_left
 
     def now(self, contrasts: Sequence[Contrast]) -> float:
-        """The separation by the driven runs, of the least separated contrast."""
+        """The separation t by the driven runs, in standard errors, of the least separated contrast."""
         return self._t(self._driven[0], contrasts)
 
     def repeated(self, contrasts: Sequence[Contrast], times: float) -> float:
-        """The separation t, in standard errors, by ``times`` as many runs as were driven: t grows as its root."""
+        """The separation t, in standard errors, by ``times`` as many runs as were driven; it grows with the root."""
         return self._t(self._driven[0] * sqrt(times), contrasts)
 
     def best(self, contrasts: Sequence[Contrast]) -> PlannedTest | None:
-        """The manoeuvre that separates with the fewest runs, the least effort counting next; else the most separating.
+        """The manoeuvre that separates with the fewest runs, of equal ones that of least effort; else the best one.
 
         None where the step has no manoeuvres.
         """
@@ -133,8 +133,11 @@ class ExperimentDesigner:
         enough = [plan for plan in found if plan.t >= POLICY.separated_t]
         return min(enough, key=lambda p: p.runs) if enough else max(found, key=lambda p: round(p.t, 1), default=None)
 
-    def after(self, manoeuvre: Manoeuvre | None, times: int) -> Array:
-        """Rows over the shared unknowns of the driven runs and ``times`` a manoeuvre; None: the driven runs again."""
+    def after(self, manoeuvre: Manoeuvre, times: int) -> Array:
+        """Rows over the shared unknowns of the driven runs and ``times`` a manoeuvre, or the driven runs again.
+
+        The latter for a manoeuvre that is not one of ``manoeuvres``.
+        """
         added = next((rows for one, rows in self._manoeuvres if one is manoeuvre), self._driven[0])
         return np.vstack([self._driven[0], sqrt(times) * added])
 
@@ -143,9 +146,9 @@ class ExperimentDesigner:
         return self._t(rows, (contrast,))
 
     def spread(self, rows: Array | None = None) -> dict[str, float]:
-        """Standard error of each unknown of the baseline by ``rows``, of the driven runs where they are not given.
+        """Standard error of each unknown of the baseline by ``rows`` (default: of the driven runs) and the priors.
 
-        s^2 = diag((J'J)^-1), the Cramer-Rao bound with the stated priors; infinite where nothing determines it.
+        s^2 = diag((J'J)^-1), the Cramer-Rao bound; practically infinite where nothing determines the unknown.
         """
         base = self.strategy.model.base
         seen, known = self._driven
@@ -169,7 +172,7 @@ class ExperimentDesigner:
         return min((self._separation(rows, len(known), one) for one in contrasts), default=0.0)
 
     def _separation(self, rows: Array, known: int, contrast: Contrast) -> float:
-        """The length that is left of the sensitivity; zero where the detection would not trust so small a remainder."""
+        """The norm of the remaining sensitivity; zero where the detection would call the effect collinear."""
         at = {n: i for i, n in enumerate(self._names)}
         whole = rows[:, [at[n] for n in contrast.amplitudes]] @ np.array(list(contrast.amplitudes.values()))
         basis = orthonormal(rows[:, [at[n] for n in contrast.beside]])
@@ -183,5 +186,5 @@ class ExperimentDesigner:
 
 
 def _eliminated(rows: Array, first: int) -> Array:
-    """Rows with the same information about the other columns, the first ones fitted."""
+    """Rows with the same information about the other columns after the first ones are fitted."""
     return qr_factor(rows)[first:, first:]

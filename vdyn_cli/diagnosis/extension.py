@@ -1,4 +1,4 @@
-"""The model extended by effects: the step's estimate made again, their amplitudes, and the bias without them."""
+"""Extends the step's model by effects: repeats its estimate, with their amplitudes and the bias without them."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ STILL_MISSED = "with it, too, the simulation misses the logs"
 
 @dataclass(frozen=True)
 class Extension:
-    """What the model was extended by.
+    """The effects by which the model was extended, and the outcome.
 
     Parameters
     ----------
-    effects : their names; none where nothing was requested, or it failed.
-    result : the step's, of the extended model.
-    amplitudes : of the effects' unknowns, by that model's fit; where they are one of several answers of one effect,
-        those of the others, too, each by its own fit.
-    biased : without less with each effect, by published parameter.
+    effects : their names; empty if nothing was requested or the extension failed.
+    result : of the step with the extended model.
+    amplitudes : by unknown of the effects, from that model's fit; if they are one of several answers of one effect,
+        also those of the others, each from its own fit.
+    biased : by effect and published parameter, the value without that effect minus the value with it.
     failed : why the model could not be extended.
-    open : the effects are one of several answers, taken in because the baseline gives no result or is excluded.
+    open : whether the effects are one of several answers, used because the baseline has no result or is excluded.
     """
 
     effects: tuple[str, ...] = ()
@@ -49,16 +49,17 @@ class Extension:
 def extended(
     strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
 ) -> tuple[Judgment, Extension]:
-    """The extension that judgment and description ask for, and the judgment, refuted where its effect may be zero.
+    """The extension by the answer or the requested effects, and the judgment revised by the exact model.
 
-    An answer of several effects that the exact model does not confirm gives way to one of them that nearly suffices.
-    Where the baseline gives no result, an answer with which the exact model gives none either gives way to the other
-    effects that suffice. Where it gives none or is excluded, of several answers the first that gives a result is taken
-    in. Where the baseline misses the logs, an answer with which the model misses them, too, is none.
+    * An effect that may be zero in the extended model is not named.
+    * An answer of several effects that the exact model does not confirm is replaced by fewer that nearly suffice.
+    * If neither the baseline nor the answer gives a result, the answer is replaced by the other effects that suffice.
+    * If the baseline gives no result or is excluded, the first of several answers that gives a result is used.
+    * If the baseline misses the logs, an answer with which the model misses them, too, is dropped.
 
     Parameters
     ----------
-    extend : the description's: never, named, learned, or the effects to take in.
+    extend : ``diagnose.extend`` of the description: never, named, learned, or a list of effects.
     problem : publishes the result with effects in its model.
     base : the baseline's result.
     """
@@ -88,7 +89,7 @@ def _extended(
     wanted = _wanted(extend, setup, judgment, base)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
     result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
-    if isinstance(extend, list):  # who requests an effect needs to know that the model is without it
+    if isinstance(extend, list):  # the user must learn that the requested effect is not in the model
         failed = tuple(replace(f, doubt=True) for f in failed)
     if zero := _may_be_zero(judgment, setup, wanted, result):
         judgment = judgment.unknown(f"{zero} {ZERO}")
@@ -103,13 +104,13 @@ def _extended(
 def _with_open_answer(
     strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem, missed: bool
 ) -> tuple[Judgment, Extension]:
-    """The model extended by the first of several answers with which it gives parameters: those without are excluded.
+    """The model extended by the first of several answers with which it gives parameters.
 
-    Their intervals hold all answers. A prediction by one of several answers is none, and stays refused.
+    Answers without parameters are skipped: a prediction by one of several answers is not published.
 
     Parameters
     ----------
-    missed : the baseline misses the logs: answers that all miss them, too, are none.
+    missed : whether the baseline misses the logs; if all answers miss them, too, none is accepted.
     """
     setup = strategy.model.setup
     if zero := _may_be_zero(judgment, setup, (), None):
@@ -126,21 +127,21 @@ def _with_open_answer(
             found = found if found.effects else Extension(failed=failed)
         elif not found.effects:
             found = Extension(answer.effects, result, _amplitudes(result, effects), open=True)
-        elif alone:  # from a refused baseline a linear fit reaches no amplitude
+        elif alone:  # linear fits about a refused baseline give wrong amplitudes
             found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
     return judgment.unknown(STILL_MISSED, judgment.beyond_range) if missed and tried else judgment, found
 
 
 def _missed(base: Result) -> bool:
-    """Whether the baseline gives no result since it misses the logs."""
+    """Whether the baseline has no result because its simulation misses the logs."""
     return any(f.doubt for f in base.refused)
 
 
 def _without_baseline(strategy: Strategy, judgment: Judgment, base: Result) -> bool:
-    """Whether one of several answers stands in for the baseline: that has no parameters, or the data exclude it.
+    """Whether one of several answers, or an effect beyond its plausible range, replaces the baseline.
 
-    So does an effect beyond its plausible range that suffices, where there is no result or the logs contradict it.
-    They do where each answer is one effect, far from zero. Neither the value nor the interval holds the baseline then.
+    It does if the baseline has no result. It also does if the data exclude the baseline: the logs contradict it (effect
+    beyond its range), or every answer is one effect with an amplitude far from zero.
     """
     if judgment.beyond_range is not None:
         return bool(base.refused) or base.contradicted
@@ -158,9 +159,9 @@ def _far_from_zero(strategy: Strategy, answer: CandidateModel) -> bool:
 
 
 def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, base: Result) -> tuple[str, ...]:
-    """The effects to extend the model by: those requested, or the named.
+    """The effects by which to extend the model: the requested or the named ones.
 
-    A learned law is taken in unasked where the baseline gives no result, or one that the logs contradict.
+    A learned law is used without a request if the baseline has no result or the logs contradict it.
     """
     if isinstance(extend, list):
         return tuple(n for n in setup.candidates if n in extend)
@@ -173,11 +174,13 @@ def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, 
 def publish_with(
     problem: Problem, effects: Sequence[Effect], start: Mapping[str, float] = NO_VALUES
 ) -> tuple[Result | None, tuple[Finding, ...]]:
-    """The step's estimate with effects in its model, or why there is none; shapes are free where the data allow it.
+    """The step's estimate with effects in its model, or findings why there is none.
+
+    Shape parameters are free; if that fails, they stay at their nominal values.
 
     Parameters
     ----------
-    effects : none gives no estimate. start : values of the effects' unknowns, for steps to which that matters.
+    effects : without any, no estimate is made. start : starting values of the effects' unknowns.
     """
     if not effects:
         return None, ()
@@ -196,13 +199,13 @@ def publish_with(
 
 
 def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[str], result: Result | None) -> str:
-    """Which named effect is not significantly different from zero, in words; empty where the judgment stands.
+    """The named effect that is not significantly different from zero, in words; empty where there is none.
 
-    By the model that is extended by the named effects and nothing else; else by the diagnosis's fit.
+    By ``result`` if that is extended by exactly the named effects, else by the diagnosis's fit.
     """
     if not judgment.answers:
         return ""
-    # Beside a free shape an amplitude is uncertain however certain the effect is: held-out runs must show it then.
+    # With a free shape, the amplitude is uncertain even if the effect is certain; held-out runs then decide.
     confirmed = judgment.gain is not None and judgment.gain.better
     if judgment.answer is None:
         each = (
@@ -219,9 +222,9 @@ def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[st
 def _holding_zero(
     amplitudes: Mapping[str, Estimate], setup: DiagnosisSetup, effects: Sequence[str], confirmed: bool
 ) -> str:
-    """The first effect of one amplitude whose interval holds zero, in words; empty where there is none.
+    """The first effect with one amplitude whose interval contains zero, in words; empty where there is none.
 
-    ``confirmed``: held-out runs are predicted better with certainty, so that effects with a shape are not asked.
+    ``confirmed``: held-out runs are predicted significantly better; effects with a shape parameter then pass.
     """
     for effect in (setup.candidates[e] for e in effects):
         (first, *others) = effect.unknowns
@@ -233,7 +236,7 @@ def _holding_zero(
 
 
 def _amplitudes(result: Result, effects: Sequence[Effect]) -> dict[str, Estimate]:
-    """By the extended model's fit."""
+    """Amplitudes of the effects by the fit of the extended model."""
     found = result.amplitudes
     return {n: with_meaning(found[n], effect, n) for effect in effects for n in effect.unknowns if n in found}
 
@@ -241,7 +244,7 @@ def _amplitudes(result: Result, effects: Sequence[Effect]) -> dict[str, Estimate
 def _biased(
     problem: Problem, base: Result, result: Result, effects: Sequence[str], setup: DiagnosisSetup
 ) -> dict[str, dict[str, float]]:
-    """The bias of the parameters without each effect, the others in the model."""
+    """The bias of the parameters without each effect, with the others in the model."""
     found = {}
     for effect in effects:
         others = [setup.candidates[e] for e in effects if e != effect]

@@ -1,4 +1,4 @@
-"""The size of a finding: what an answer changes in the main output, in the parameters and in the rms error."""
+"""The size of a finding: the change of the main output, of the parameters and of the rms error by an answer."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from vdyn_cli.quantities.constants import NORMAL95
 
 @dataclass(frozen=True)
 class FindingSize:
-    """What a model with effects changes beside the one without.
+    """Differences between the model with effects and the one without.
 
     Parameters
     ----------
     plain : whether the output is in the unit of the main channel; else in standard deviations of the noise.
     change : rms change of the main output. every : of all channels together, in standard deviations of their noise.
-    points : the change at the start of the run in which it is largest, at its largest, and at the end: (run, share of
+    points : the change in the run in which it is largest, at its start, at its largest and at its end: (run, share of
         the run's samples, change).
     before, after : rms error of the main output without and with the effects.
-    shifts : change of each parameter of the baseline; stds : its standard deviation without the effects, or the one
-        with which it is known beforehand where the model keeps prior values.
-    contradicted : the prior that the baseline contradicts most where the effects do not: its pull without them.
+    shifts : change of each parameter of the baseline; stds : its standard deviation without the effects, or of its
+        prior where the model keeps prior values.
+    contradicted : largest pull of a prior in the baseline's fit, of those that the effects lower; 0 if none.
     """
 
     plain: bool
@@ -45,14 +45,14 @@ class FindingSize:
 
 @dataclass(frozen=True)
 class Limits:
-    """What matters: a finding below every limit is a note.
+    """The limits of what matters: a finding below all of them is only a note.
 
     Parameters
     ----------
-    output : change of the main output, in its unit; noise : its noise floor, in that unit. NaN where the fit has no
-        such unit: then a share of one standard deviation of the whitened residual.
-    parameters : change of each parameter that is published or stated, in its unit.
-    stated : whether the description states what matters: then a contradicted prior alone does not.
+    output : limit of the change of the main output, in its unit; noise : its noise floor. NaN where the fit has another
+        unit: the limit is then ``matters_share`` of one standard deviation of the whitened residual.
+    parameters : limit of the change of each published parameter, in its unit.
+    stated : whether the description states what matters; then a contradicted prior alone does not matter.
     """
 
     output: float = float("nan")
@@ -61,10 +61,10 @@ class Limits:
     stated: bool = False
 
     def exceeded(self, size: FindingSize) -> bool:
-        """Whether a finding matters: its output, one of its parameters, or a prior that only the baseline contradicts.
+        """Whether a finding matters: by the output, a parameter, or a prior that only the baseline contradicts.
 
-        A stated output counts instead of the other channels and of the priors. Assumes that a whitened change is the
-        same share of the noise floor in the main channel's unit.
+        With stated limits, other channels and priors do not count. Assumes that a whitened change is the same share of
+        the noise floor in the unit of the main channel.
         """
         share = POLICY.matters_share
         limit = self.output if np.isfinite(self.output) else 0.0
@@ -77,17 +77,17 @@ class Limits:
         return any(abs(moved) > self.of(n, size.stds.get(n, 0.0)) for n, moved in size.shifts.items())
 
     def of(self, name: str, std: float) -> float:
-        """The limit of a parameter, by its standard deviation where it is not published."""
+        """The limit of a parameter's change; from its standard deviation ``std`` if the parameter is not published."""
         return self.parameters.get(name, POLICY.matters_share * NORMAL95 * std)
 
 
 def explained_share(before: float, after: float, floor: float) -> float:
-    """(before - after) / (before - floor), 0 to 1: the share of the explainable rms error that is gone.
+    """The share of the explainable rms error that is removed, (before - after) / (before - floor), 0 to 1.
 
     Parameters
     ----------
-    before, after : rms errors. floor : rms that noise alone leaves, in the same unit; a larger one than ``after``
-        cannot be right and counts as that; NaN: as 0.
+    before, after : rms errors. floor : rms error by noise alone, in the same unit; limited to ``after``; NaN counts
+        as 0.
     """
     least = min(floor, after) if np.isfinite(floor) else 0.0
     return float(np.clip((before - after) / max(before - least, 1e-300), 0.0, 1.0))
@@ -96,7 +96,7 @@ def explained_share(before: float, after: float, floor: float) -> float:
 def finding_size(strategy: Strategy, without: FittedModel, found: FittedModel) -> FindingSize:
     """The size of the effects that ``found`` has and ``without`` lacks.
 
-    Where the strategy keeps prior values, the output changes as its predictions do; else as the fits do.
+    The change of the output is that of the predictions where the strategy keeps prior values, else that of the fits.
     """
     model, near = strategy.model, strategy.relinearized(found)
     runs = _predictions(strategy, without, near) or (without.runs, near.runs)
@@ -122,10 +122,10 @@ def finding_size(strategy: Strategy, without: FittedModel, found: FittedModel) -
 
 
 def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bool:
-    """Whether a free profile of what the baseline leaves unexplained changes output or parameters by what matters.
+    """Whether a free profile of the baseline's unexplained residual changes the output or parameters beyond the limits.
 
     Where parameters keep prior values, only predictions are published: the profile matters if it changes the main
-    output by more than a share of the prediction's own uncertainty.
+    output by more than ``unexplained_share`` of the prediction's uncertainty.
     """
     model = strategy.model
     found = model.scores(base, list(model.setup.families))
@@ -143,8 +143,7 @@ def profile_matters(strategy: Strategy, base: FittedModel, limits: Limits) -> bo
 
 
 def _profile_change(strategy: Strategy, base: FittedModel, family: str, statistic: float, rank: int) -> float:
-    """Rms change of the main output by a free profile, beyond what as many unknowns change by chance; infinite where
-    it has no such unit.
+    """Rms change of the main output by a free profile, beyond chance; infinite where the change is not available.
 
     Parameters
     ----------
@@ -162,7 +161,7 @@ def _profile_change(strategy: Strategy, base: FittedModel, family: str, statisti
 def _predictions(
     strategy: Strategy, without: FittedModel, near: FittedModel
 ) -> tuple[LinearizedRuns, LinearizedRuns] | None:
-    """Simulations at prior values without and with the effects; None where the fits count."""
+    """Simulations at prior values without and with the effects; None where predictions use fitted values."""
     if not strategy.prior_values or not near.effects:
         return None
     names = [n for e in near.effects for n in strategy.model.freed(e)]
@@ -185,7 +184,7 @@ def _rms(each: Sequence[Array], counts: Sequence[int]) -> float:
 
 
 def _points(changes: Sequence[Array]) -> tuple[tuple[int, float, float], ...]:
-    """The change at the start of the run in which it is largest, at its largest, and at the end."""
+    """``points`` of the FindingSize, from the change (n,) of the output in each run."""
     sizes = [float(np.max(np.abs(c), initial=0.0)) for c in changes]
     run = int(np.argmax(sizes))
     last = changes[run].size - 1
@@ -193,14 +192,15 @@ def _points(changes: Sequence[Array]) -> tuple[tuple[int, float, float], ...]:
 
 
 def places_of(change: Array) -> tuple[int, int, int]:
-    """The samples at which a change, (n,), is stated: the first, that of the largest change, the last."""
+    """The samples at which a change, (n,), is reported: the first, that of the largest change, the last."""
     return 0, int(np.argmax(np.nan_to_num(np.abs(change)))), change.size - 1
 
 
 def _contradicted(without: LinearizedRuns, found: LinearizedRuns, nuisances: frozenset[str]) -> float:
-    """The largest pull of a nuisance's prior without the effects that they lower by as much as matters.
+    """The largest pull of a nuisance parameter's prior without the effects, of those that the effects lower.
 
-    A pull is the distance from the prior's mean in its standard deviations: of zeros, starts and clocks.
+    A pull is the distance from the prior's mean in its standard deviations; the nuisance parameters are sensor zeros,
+    start values and clock delays.
     """
     pulls = [np.concatenate([_own_pulls(one), _shared_pulls(one, nuisances)]) for one in (without, found)]
     if pulls[0].size != pulls[1].size:

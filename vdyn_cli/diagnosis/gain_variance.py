@@ -1,4 +1,4 @@
-"""The variance of a gain from one test day of the same car to another, by the step's model of its noise."""
+"""The variance of a held-out gain between test days of the same car, by the step's noise model."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
 
-DAYS = 400  # draws: the variance is then known to 7 %, sqrt(2/400)
-SEED = 20170402  # any number: it makes the same data give the same interval
+DAYS = 400  # draws: the standard error of the variance is then 7 %, sqrt(2/400)
+SEED = 20170402  # arbitrary and fixed, so that the same data give the same interval
 
 
 @dataclass(frozen=True)
 class PredictionError:
-    """The error of a run's prediction to which nothing was fitted, and the sensitivities to its random causes.
+    """The error of a prediction to which nothing was fitted, and its sensitivities to random variables.
 
     Parameters
     ----------
-    error : (p,), of the main channel.
-    noise : (p, m), to independent unit noise and to the run's own unknowns, drawn anew for every run.
-    stated : (p, q), to independent units of the priors' uncertainty, the same in every run.
-    names : (q,) of the unknowns with these priors. Folds that select different effects have different ones.
+    error : (p,), error of the main channel.
+    noise : (p, m), sensitivities to independent unit normals that differ in every run: noise and own unknowns.
+    stated : (p, q), sensitivities to independent unit normals of the priors, the same in every run.
+    names : (q,), unknowns with these priors. They differ between folds that select different effects.
     """
 
     error: Array
@@ -35,7 +35,7 @@ class PredictionError:
 
 
 def prediction_error(runs: LinearizedRuns, run: int, error: Array) -> PredictionError | None:
-    """The error of a run with its sensitivities; None where the step has no model of the noise.
+    """The prediction error of a run with its sensitivities; None if the step has no noise model.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def prediction_error(runs: LinearizedRuns, run: int, error: Array) -> Prediction
 
 
 def _root(unknowns: tuple[Unknown, ...]) -> Array:
-    """(unknowns, with priors), a root of the covariance of the priors; unknowns without a prior count as exact."""
+    """(unknowns, those with priors), a root of the covariance of the priors; without a prior, an unknown is exact."""
     known = [k for k, u in enumerate(unknowns) if u.prior]
     root = np.zeros((len(unknowns), len(known)))
     root[known] = np.linalg.inv(prior_rows(unknowns, np.zeros(len(unknowns)))[:, known])
@@ -59,19 +59,19 @@ def _root(unknowns: tuple[Unknown, ...]) -> Array:
 
 
 def day_to_day_variance(before: Sequence[PredictionError], after: Sequence[PredictionError]) -> float:
-    """The variance of the reduction of the root mean square error, from day to day.
+    """The variance of the reduction of the root mean square error between test days.
 
-    With d what the effect changes in a run's prediction, S z the error by the stated parameters, the same on all days,
-    and N e the noise of a day, drawn anew for each::
+    With d the change of a run's prediction by the effect, S z the error by the stated parameters, the same on all days,
+    and N e the noise, drawn for each day::
 
         reduction(e) = rms(d + S z + N e) - rms(S z + N e) over all runs
         variance = E (reduction(e1) - reduction(e2))^2 / 2
 
-    The errors of the one day are not used: by chance they may all lie along d.
+    The measured errors are not used, since by chance they may all lie along d.
     """
     rng = np.random.default_rng(SEED)
     names = dict.fromkeys(n for a in after for n in a.names)
-    stated = {n: rng.standard_normal(DAYS) for n in names}  # one error a name, in every fold that has it
+    stated = {n: rng.standard_normal(DAYS) for n in names}  # the error of an unknown is the same in all folds
     reductions = []
     for _ in range(2):
         squares, count = np.zeros((2, DAYS)), 0

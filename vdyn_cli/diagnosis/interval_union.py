@@ -1,11 +1,11 @@
-"""Intervals that know the verdict: of every answer that the data leave open, and of what none of them explains.
+"""Widens intervals to include every answer that the data leave open, and the bias by its unexplained residual.
 
     low = min over answers of (low_a - w_a),     w_a = sqrt(half_a^2 + bias_a^2) - half_a
 
 with [low_a, high_a] the interval that the step publishes with the answer in its model, half_a half of it, and bias_a
-half the 95 % interval of the bias by what the answer leaves unexplained (``unexplained``). The value stays.
+half the 95 % interval of the bias by the answer's unexplained residual (``unexplained``). The value stays.
 
-Answers that have a probability count by that: the interval is that of the mixture (``mixture_interval``).
+Answers with a probability are weighted by it: the interval is that of the mixture (``mixture_interval``).
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
-GROWN = 1.02  # of the half width: below, a published interval's two digits do not show that it is wider
-STEP = 0.1  # of a bias, over which derived parameters are differentiated
+GROWN = 1.02  # least growth of the half width; less is invisible in the two published digits
+STEP = 0.1  # share of a bias, the step over which derived parameters are differentiated
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class Answer:
     ----------
     label : the effects' names, joined by " + "; or "baseline".
     parameters : as the step publishes them with the effects in its model.
-    bias : half the 95 % interval of the bias of each parameter by what the answer leaves unexplained.
-    probability : of this answer against the published one; None: it is held whatever its probability.
+    bias : half the 95 % interval of the bias of each parameter by the answer's unexplained residual.
+    probability : of this answer against the published one; None: included whatever its probability.
     """
 
     label: str
@@ -43,13 +43,13 @@ class Answer:
     probability: float | None = None
 
 
-UNEXPLAINED = "unexplained"  # marks an interval that holds a bias by what no effect explains
+UNEXPLAINED = "unexplained"  # marks an interval widened by an unexplained residual
 
 
 def widened(published: Parameters, answers: Sequence[Answer]) -> Parameters:
-    """The published parameters, with intervals that hold those of all answers, and the answers that widened them.
+    """The published parameters with intervals that include those of all answers; ``spans`` lists what widened them.
 
-    A parameter given as exact keeps its value. ``std`` grows as the longer side of the interval.
+    A given parameter is not changed. ``std`` grows in proportion to the longer side of the interval.
     """
     return replace(published, estimates={n: _widened(n, e, answers) for n, e in published.items()})
 
@@ -82,14 +82,14 @@ def _widened(name: str, one: Estimate, answers: Sequence[Answer]) -> Estimate:
 
 
 def _averaged(name: str, own: tuple[float, float], answers: Sequence[Answer]) -> tuple[float, ...]:
-    """The interval of the published estimate and of the answers that have a probability; empty where none has."""
+    """The interval of the mixture of the published estimate and of answers with a probability; empty without any."""
     others = [(a.probability, a.parameters[name].interval95) for a in answers if a.probability and name in a.parameters]
     others = [(p, (low, high)) for p, (low, high) in others if high > low]
     return mixture_interval(own, others) if others else ()
 
 
 def _possible(name: str, one: Estimate, low: float, high: float) -> tuple[float, float]:
-    """The part of an interval that a vehicle can have, and at least the interval that is published without it."""
+    """The interval limited to the physical range of the parameter, but at least the published interval."""
     known = PARAMETERS.get(name)
     if known is None:
         return low, high
@@ -102,17 +102,16 @@ def biases(
     published: Mapping[str, Estimate],
     derived: Callable[[Mapping[str, float]], Mapping[str, float]],
 ) -> dict[str, float]:
-    """Half the 95 % interval of the bias of every published parameter, from that of the fitted ones.
+    """Half the 95 % interval of the bias of every published parameter, from the biases of the fitted ones.
 
     Parameters
     ----------
-    fitted : values of the fitted unknowns. found : their biases, of which the largest counts.
-    derived : values of the unknowns -> published parameters that follow from them, to first order.
+    fitted : values of the fitted unknowns. found : their biases, one for each profile; the largest is used.
+    derived : values of the unknowns -> published parameters derived from them, to first order.
 
     Notes
     -----
-    A published parameter that neither is fitted nor follows by ``derived`` is taken to be as uncertain in proportion
-    to its interval as the worst of the others.
+    A published parameter that is neither fitted nor derived gets the largest ratio of bias to interval of the others.
     """
     if not found:
         return {}
@@ -126,7 +125,7 @@ def biases(
 def _derived(
     fitted: Mapping[str, float], bias: Bias, derived: Callable[[Mapping[str, float]], Mapping[str, float]]
 ) -> Bias:
-    """The bias of derived parameters: sum over fitted ones of slope times bias."""
+    """The bias of derived parameters: the sum over fitted ones of slope times bias."""
     base = derived(fitted)
     total = {n: np.zeros(len(next(iter(bias.values())))) for n in base}
     for name, parts in bias.items():

@@ -1,4 +1,4 @@
-"""The judgment that names a learned law, where no law of the catalogue suffices."""
+"""Names a learned law where no law of the catalogue suffices."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ def with_learned_law(
 ) -> tuple[Strategy, Judgment, Learned] | None:
     """The strategy with the learned law as a further candidate, and the judgment that names it.
 
-    A formula is tried first where one does as well as the free curve; the table where that does not hold in the data,
-    or predicts held-out runs worse.
+    A formula is tried first if one is as good as the free curve; then the table.
 
     Parameters
     ----------
@@ -30,7 +29,7 @@ def with_learned_law(
 
     Returns
     -------
-    None where no fit holds, the law leaves much of the misfit, or the gain on held-out runs is not positive.
+    None if every fit fails, leaves much of the misfit, or does not predict held-out runs better.
     """
     forms = fitted_forms(finding)
     good = [f.form for f in forms if f.as_good]

@@ -1,4 +1,4 @@
-"""The law of a part as it is learned from the data: a short formula where one does as well, else a table."""
+"""The law of a part learned from the data: a short formula if one is as good as the free curve, else a table."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from vdyn_cli.quantities.law_definition import CurveDefinition, Form, LawDefinit
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.learned_effect import LAW_FORMS, learned_effect
 
-RIDGE = 1e-9  # of the mean variance of a curve's points, so that their covariance can be inverted
-ROOM = 3.0  # times its value both ways: the range of a formula's shape in the fit
-MOST = 20.0  # times its value, or the plausible size: the range of an amplitude
+RIDGE = 1e-9  # share of the mean variance of a curve's points, added so that their covariance can be inverted
+ROOM = 3.0  # bounds of a formula's shape parameter in the fit: its value times and divided by this
+MOST = 20.0  # bounds of an amplitude in the fit: +- this times its value or its plausible size
 
 
 @dataclass(frozen=True)
 class FittedForm:
-    """A form for all places of the part.
+    """A formula fitted to the curves of all places of the part.
 
     Parameters
     ----------
-    values : (coefficients,) of each curve. distance : chi-square distance from the curves, of ``freedom``.
-    share : of the curves' rms deviation from the baseline's law that it explains.
+    values : (coefficients,) of each curve. distance : chi-square distance from the curves.
+    share : share of the curves' rms deviation from the baseline's law that it explains.
     """
 
     form: str
@@ -41,7 +41,7 @@ class FittedForm:
 
     @property
     def as_good(self) -> bool:
-        """Whether the data do not tell it from the free curve, or what it leaves does not matter."""
+        """Whether the data cannot discriminate it from the free curve, or the remaining deviation is negligible."""
         return self.share >= POLICY.formula_share
 
     @property
@@ -56,8 +56,8 @@ class Learned:
 
     Parameters
     ----------
-    indistinguishable : other forms that do as well.
-    free : of a formula, the same law as a table; None for a table.
+    indistinguishable : other forms that fit equally well.
+    free : for a formula, the same law as a table; None for a table.
     """
 
     name: str
@@ -69,7 +69,7 @@ class Learned:
 
 
 def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
-    """Every form fitted to the part's curves, the best first: as good as the free curve, then fewest coefficients."""
+    """Every form fitted to the part's curves, first those as good as the free curve, by number of coefficients."""
     found = []
     for form in LAW_FORMS:
         each = [_fit(curve, form, finding) for curve in finding.curves]
@@ -87,7 +87,10 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
 
 
 def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, float, float] | None:
-    """Coefficients, chi-square distance, and squares left and present beside the baseline's law; None without fit."""
+    """Coefficients, chi-square distance, and squares of the curve's deviation after and before the fit; None without.
+
+    Deviations are from the baseline's law.
+    """
     from scipy.optimize import minimize
 
     law, definition = LAW_FORMS[form], _definition(curve.part, form, (), curve)
@@ -122,7 +125,7 @@ def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ..
 
 
 def _grids(curve: Curve, units: Sequence[str]) -> list[list[float]]:
-    """Starts of each shape: exponents, or places and widths within the covered range."""
+    """Starting values of each shape parameter: exponents, or places and widths within the covered range."""
     low, high = float(curve.at[0]), float(curve.at[-1])
     reach = max(abs(low), abs(high))
     grids = []
@@ -161,7 +164,7 @@ def learned(finding: PartFinding, form: FittedForm | None, others: Sequence[str]
 
     Parameters
     ----------
-    form : None for a table. others : forms that these data cannot tell from it. label : the part in words.
+    form : None for a table. others : forms that fit equally well. label : the part in words.
     """
     name = f"learned_{finding.name}"
     curves: list[CurveDefinition] = []
@@ -191,7 +194,7 @@ def learned(finding: PartFinding, form: FittedForm | None, others: Sequence[str]
 
 
 def _tags(part: Part) -> tuple[str, ...]:
-    """What the law belongs to: a sensor, the test, or the vehicle."""
+    """Tags of the law: of a sensor, of this test only, or none for the vehicle."""
     if part.sensor:
         return ("sensor",)
     if part.factor or part.coordinate in ("elapsed", "run_time", "position"):
@@ -200,11 +203,11 @@ def _tags(part: Part) -> tuple[str, ...]:
 
 
 def _directions(finding: PartFinding, part: Part, curve: Curve) -> tuple[Array, Array]:
-    """(cosines, directions) the shapes that the data determine, each with a largest value of one, and their sizes.
+    """(cosines, directions) the shapes that the data determine, each with a largest value of one, and their amplitudes.
 
-    With C the posterior covariance of the coefficients and S the prior's, the information of the data is C^-1 - S^-1;
-    directions of S^1/2 in which it is several times the prior's own are kept. What the baseline's law can follow has
-    no information, so that no direction holds it.
+    With C the posterior and S the prior covariance of the coefficients, the information of the data is C^-1 - S^-1.
+    Directions of S^1/2 in which it exceeds ``learned_information`` times the prior's are kept. Shapes that the
+    baseline's law can follow carry no information and are thereby excluded.
     """
     solution, count = finding.fitted.solution, len(part.unknowns)
     place = [p.name for p in finding.parts].index(part.name)

@@ -1,4 +1,4 @@
-"""What is left of a linearized system without one run, or one block, at a time."""
+"""A linearized system with one run, or one block, left out at a time."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Fold = tuple[int, NDArray[np.bool_]]  # the run that is left out (-1: a block), 
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """A system with what is left out of it in turn: every run, or every block where runs are few.
+    """The folds of a system: every run is left out in turn, or every block if runs are few.
 
     Parameters
     ----------
-    fewest : number of runs from which runs are left out.
+    fewest : number of runs from which whole runs are left out.
     """
 
     system: LinearizedSystem
@@ -30,7 +30,7 @@ class LeftOut:
 
     @cached_property
     def folds(self) -> Sequence[Fold]:
-        """Each run or block that is left out, with its rows."""
+        """The run (-1: a block) and the rows (a mask) that each fold leaves out."""
         system = self.system
         runs = np.unique(system.run[system.run >= 0])
         of_row = system.run[system.label]
@@ -39,7 +39,7 @@ class LeftOut:
         return [(-1, system.label == u) for u in np.flatnonzero(system.run >= 0)]
 
     def rest(self, fold: int) -> LinearizedSystem:
-        """All rows but those of a fold; where runs are the units, as one QR factor, whose products are the same."""
+        """The system without the rows of a fold; if runs are the units, compressed to one QR factor."""
         if self.system.kind == "run" and not self.system.own:
             factor = self._factors[fold]
             label, one = np.zeros(len(factor), dtype=np.int64), np.ones(1, dtype=np.int64)
@@ -47,7 +47,7 @@ class LeftOut:
         return self.kept(fold)
 
     def kept(self, fold: int) -> LinearizedSystem:
-        """All rows but those of a fold, unit by unit."""
+        """The system without the rows of a fold, with its units."""
         system, kept = self.system, ~self.folds[fold][1]
         units, label = np.unique(system.label[kept], return_inverse=True)
         return LinearizedSystem(
@@ -62,7 +62,7 @@ class LeftOut:
 
     @cached_property
     def _factors(self) -> Sequence[Array]:
-        """QR factor of the rows of all other folds, for each: from those before it and those after, in linear time."""
+        """QR factor of all rows outside each fold, in linear time from the factors of the folds before and after it."""
         whole = np.column_stack([self.system.columns, self.system.y])
         parts = [qr_factor(whole[rows]) for _, rows in self.folds]
         after = [np.zeros((0, whole.shape[1]))]

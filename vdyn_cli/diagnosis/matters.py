@@ -1,4 +1,4 @@
-"""What matters to the user: the limits of a description, or a tenth of what is uncertain anyway."""
+"""The limits below which a finding does not matter: those of the description, or shares of the uncertainty."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def limits_of(result: Result, unit: str, stated: Mapping[str, str | float]) -> L
     Parameters
     ----------
     result : of the baseline. unit : of the main channel in which gains are measured.
-    stated : ``diagnose.matters`` of the description: by output or parameter, in its unit, or in percent of a
-        parameter's value. What it leaves out has the default.
+    stated : ``diagnose.matters`` of the description: a limit by output or parameter, in its unit or, for a parameter,
+        in percent of its value. Default of the others: ``matters_share`` of the half interval or noise floor.
 
     Raises
     ------

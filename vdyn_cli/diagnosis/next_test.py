@@ -1,4 +1,4 @@
-"""What to drive next and the expected separation: for ambiguous answers, and for effects that cannot be detected."""
+"""Recommends the next tests, with the expected separation of ambiguous answers and of undetectable effects."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.quantities.diagnosis import NextTest
 
 # These choose what is shown, no verdict.
-MOST_RUNS = 200  # of the same kind; beyond, another manoeuvre is needed
+MOST_RUNS = 200  # of the same kind; if more are needed, another manoeuvre is recommended
 SHOWN = 4  # manoeuvres in the report
-HELPFUL = 1.0  # standard error: a separation below is within chance
+HELPFUL = 1.0  # standard errors: a smaller separation is within chance
 AT_TYPICAL = ", at half of the plausible range"
 
 
 def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
-    """The next tests, those with an expected separation first, then what confirms an effect in its own words.
+    """The next tests: first those with an expected separation, then the confirming tests that effects describe.
 
     Parameters
     ----------
-    judgment : of the present data; it decides whether tests discriminate, confirm, or only add data.
+    judgment : of the present data; its verdict decides whether tests discriminate, confirm, or only add data.
     """
     designer = ExperimentDesigner(strategy)
     setup = strategy.model.setup
@@ -47,7 +47,7 @@ def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
 def _discriminating(
     designer: ExperimentDesigner, pairs: Sequence[tuple[CandidateModel, CandidateModel]], more: bool = True
 ) -> tuple[NextTest, ...]:
-    """For each pair that differs in one effect, what discriminates between them.
+    """For each pair of models that differ in one effect, the tests that discriminate between them.
 
     ``more``: whether more runs of the same kind are considered.
     """
@@ -67,9 +67,9 @@ def _discriminating(
 
 
 def _contrasts(model: FullModel, *answers: tuple[CandidateModel, str]) -> tuple[Contrast, ...]:
-    """Each of two effects at its amplitude, while the other is fitted instead.
+    """For each of two answers, its effect at its amplitude while the other answer's effects are fitted.
 
-    A rival of many unknowns imitates any effect of few; of the two the simpler is then the answer.
+    A rival with many unknowns is skipped: it imitates any simpler effect, which is then the answer.
     """
     found = []
     for (one, effect), (other, rival) in (answers, answers[::-1]):
@@ -90,7 +90,7 @@ def _planned(
     best: PlannedTest | None,
     of: str = "",
 ) -> list[NextTest]:
-    """The planned manoeuvre, where it helps. ``of``: which amplitude it assumes, where none was estimated."""
+    """The planned manoeuvre, if it helps. ``of``: text on the assumed amplitude, if none was estimated."""
     if best is None or best.t < HELPFUL:
         return []
     text = f"{best.text} (t is {designer.now(contrasts):.1f} now{of})"
@@ -103,7 +103,7 @@ def _repeated(
     separates: Sequence[str],
     best: PlannedTest | None,
 ) -> list[NextTest]:
-    """More runs of the same kind, where they are fewer than those of the planned manoeuvre."""
+    """More runs of the same kind, if fewer than those of the planned manoeuvre suffice."""
     now, model = designer.now(contrasts), designer.strategy.model
     further = ceil(model.runs * ((POLICY.separated_t / now) ** 2 - 1)) if now > 0 else MOST_RUNS + 1
     if not 0 < further <= MOST_RUNS or (best is not None and best.t >= POLICY.separated_t and further >= best.runs):
@@ -113,7 +113,7 @@ def _repeated(
 
 
 def _revealing(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTest, ...]:
-    """What shows the effects that these data cannot show, at a typical amplitude; those of the fewest runs first."""
+    """Tests that reveal the undetectable effects at a typical amplitude, those with the fewest runs first."""
     model = designer.strategy.model
     answer = judgment.answer.effects if judgment.answer else ()
     beside = _beside(model, answer)
@@ -136,7 +136,7 @@ def _revealing(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
 
 
 def _confirming(model: FullModel, effect: str, plans: Mapping[tuple[str, ...], PlannedTest | None]) -> NextTest:
-    """The test that shows the effect by its own description; and whether no planned manoeuvre helps."""
+    """The confirming test that the effect describes, with a remark if no planned manoeuvre helps."""
     own = {names: plan for names, plan in plans.items() if effect in names}
     rivals = dict.fromkeys(n for names in own for n in names if n != effect)
     candidate = model.setup.candidates[effect]
@@ -149,12 +149,10 @@ def _confirming(model: FullModel, effect: str, plans: Mapping[tuple[str, ...], P
 
 
 def _more_data(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTest, ...]:
-    """What was driven too little of; where all went one way, what runs both ways would show."""
+    """More runs where these are too few; where all have one direction, runs in both and what these reveal."""
     model = designer.strategy.model
     setup, runs = model.setup, model.runs
-    if (
-        judgment.verdict == "not_testable" and not judgment.why
-    ):  # no candidate would show, however often the same is driven
+    if judgment.verdict == "not_testable" and not judgment.why:  # more runs of this kind reveal no candidate
         return _revealing(designer, judgment)
     wanted = max(POLICY.fewest_runs_between, setup.fewest_runs, runs if setup.one_way else 2 * runs)
     if not setup.one_way:

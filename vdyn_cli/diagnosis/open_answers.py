@@ -1,4 +1,4 @@
-"""The answers that a verdict leaves open, published each, and the intervals that hold them all."""
+"""Publishes each answer that a verdict leaves open, and widens the intervals to include them all."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.interval_text import with_wider_intervals
 
 BASELINE = "baseline"
-HOLD_ALL = "The intervals hold every answer that the diagnosis leaves open."
-HOLD_REMAINDER = "The intervals hold the bias by what remains unexplained."
+HOLD_ALL = "The intervals include every answer that the diagnosis leaves open."
+HOLD_REMAINDER = "The intervals include the bias by the unexplained residual."
 
 
 def with_open_answers(
     strategy: Strategy, judgment: Judgment, extension: Extension, problem: SimulatedProblem, base: Result
 ) -> Result:
-    """The result whose intervals know the verdict.
+    """The result with intervals widened by the verdict.
 
-    ``adequate``: they are those of the mixture of the baseline with answers of one effect. ``named``: of the
-    mixture with answers of one effect more; where a significant remainder is left, with the bias by that, and they
-    hold the probable answers of one effect more. ``ambiguous``: they hold the values of all answers, and of the
-    baseline where that gives a result and is not excluded. ``unknown``: those of the baseline and of what comes
-    closest, each with the bias by what it leaves unexplained. An answer that is not in the model, as a learned law
-    unless the description requests it, is held beside the baseline, and the baseline beside a learned law that was
-    taken in because the logs contradict the baseline. How much of a law that the catalogue does not have the
-    baseline's parameters took in is unknown: theirs have the bias by all that they leave unexplained.
+    * ``adequate``: the mixture of the baseline with answers of one effect.
+    * ``named``: the mixture with answers of one more effect. With a significant residual: the bias by that residual,
+      and every probable answer of one more effect.
+    * ``ambiguous``: all answers, and the baseline if it has a result and is not excluded.
+    * ``unknown``: the baseline and the closest model, each with the bias by its unexplained residual.
+    * An answer that is not in the model (a learned law, unless requested): that answer and the baseline. A learned law
+      in the model because the logs contradict the baseline: both, too. The baseline then has the bias by its whole
+      unexplained residual, since its parameters may have absorbed an unknown share of the missing law.
     """
     result = extension.result or base
     if not result.parameters or judgment.verdict == "not_testable":
@@ -74,10 +74,9 @@ def with_open_answers(
 
 
 def holding_free_curve(result: Result, extension: Extension, law: Learned | None, problem: SimulatedProblem) -> Result:
-    """The result of a learned formula, whose intervals beside the parameters hold those of the free curve.
+    """The result of a learned formula, with the band of its prediction widened by that of the free curve.
 
-    A formula may leave a tenth of the curve's deviation, and as much where the data do not tell it from the curve: at
-    the flank of a step a sine is off by more than its own interval.
+    A formula may deviate locally by more than its own interval: for example a sine at the flank of a step.
     """
     if law is None or law.free is None or extension.effects != (law.name,) or not result.parameters:
         return result
@@ -86,7 +85,7 @@ def holding_free_curve(result: Result, extension: Extension, law: Learned | None
 
 
 def _averaged(strategy: Strategy, fitted: FittedModel, problem: SimulatedProblem, result: Result) -> Result:
-    """The result of a fit, with the intervals of its mixture with answers of one effect more."""
+    """The result of a fit, with the intervals of its mixture with answers of one more effect."""
     probable = probable_answers(strategy, fitted)
     each = [_published(strategy, [one], problem, result) for one, _ in probable]
     found = [replace(one[0][0], probability=p) for one, (_, p) in zip(each, probable, strict=True)]
@@ -102,9 +101,9 @@ def _published(
     base: Result,
     unexplained: bool = False,
 ) -> tuple[list[Answer], list[Result]]:
-    """The parameters with each answer in the model, by the diagnosis's fit where the step cannot publish them.
+    """The parameters with each answer in the model, and the results of those answers that the step can publish.
 
-    Beside them the results of those that it publishes.
+    The parameters are those of the diagnosis's fit where the step publishes no result.
     """
     found, results, candidates = [], [], strategy.model.setup.candidates
     for answer in answers:
@@ -117,7 +116,7 @@ def _published(
 
 
 def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:
-    """The published parameters that are fitted, with the values and intervals of a fit of the diagnosis."""
+    """The published parameters among the fitted ones, with the values and intervals of a fit of the diagnosis."""
     fit = near.solution
     return {
         n: replace(e, value=float(fit.values[n]), std=float(fit.std[n]), interval95=fit.interval95[n])
@@ -127,7 +126,7 @@ def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:
 
 
 def _biases(strategy: Strategy, at: FittedModel, result: Result, problem: SimulatedProblem) -> dict[str, float]:
-    """Half the interval of each published parameter's bias by what a fit leaves unexplained."""
+    """Half the 95 % interval of each published parameter's bias by the unexplained residual of a fit."""
     found = unexplained_biases(strategy.model, at)
     return biases({n: float(v) for n, v in at.values.items()}, found, result.parameters, problem.derived)
 

@@ -1,4 +1,4 @@
-"""The law of a part as a curve with its band, and how far laws of the catalogue follow it."""
+"""The law of a part as a curve with its 95 % band, and how closely laws of the catalogue follow it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from vdyn_cli.steps.free_part import Part
 
 POINTS = 61  # of a curve: three for each of its twenty cosines
 FEWEST_POINTS = 5  # of a curve that is shown
-OUTERMOST = 10  # samples at each end of the coordinate: a curve there rests on single moments
-STEADY, STEP = 3.0, 1e-3  # s: how long, and in which steps, an effect's own states approach their rest
+OUTERMOST = 10  # samples left out at each end of the coordinate, where single moments determine the curve
+STEADY, STEP = 3.0, 1e-3  # s: duration and step of the integration of an effect's states to their steady values
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Curve:
     Parameters
     ----------
     at : (n,) coordinate. value : (n,) the whole law, or a sensor's error. half : (n,) half of the 95 % interval.
-    baseline : (n,) of the fit without addition. covariance : (n, n) of the value.
+    baseline : (n,) the law of the baseline's fit. covariance : (n, n) of the value.
     """
 
     part: Part
@@ -43,7 +43,7 @@ class Curve:
     covariance: Array
 
     def gauge(self, values: Mapping[str, float]) -> Array:
-        """(n, k) what the baseline's law can follow by its own unknowns, and a constant where nothing anchors it."""
+        """(n, k) curves that the baseline's unknowns can produce, and a constant if the law is not anchored."""
         columns = self.part.slopes(self.at, values)
         return columns if self.part.anchored else np.column_stack([columns, np.ones(len(self.at))])
 
@@ -53,15 +53,15 @@ class Curve:
         return np.asarray(np.gradient(self.at) / max(float(self.at[-1] - self.at[0]), 1e-300))
 
     def deviation(self, values: Mapping[str, float]) -> Array:
-        """(n,) the curve less the baseline's law of the same shape that is nearest to it."""
+        """(n,) the curve minus the nearest law of the baseline's form."""
         return self.beside_baseline(self.value, values)
 
     def beside_baseline(self, curve: Array, values: Mapping[str, float]) -> Array:
-        """(n,) what of a curve the own unknowns of the baseline's law cannot follow, by weighted least squares.
+        """(n,) the part of a curve that the unknowns of the baseline's law cannot follow, by weighted least squares.
 
         Parameters
         ----------
-        curve : (n,). values : of the unknowns about which the law is linear.
+        curve : (n,). values : of the unknowns about which the law is linearized.
         """
         columns = self.gauge(values)
         root = np.sqrt(self.weights)[:, None]
@@ -70,21 +70,22 @@ class Curve:
 
 
 def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | None = None) -> Curve | None:
-    """The curve of one of the fitted parts; None where hardly anything of it is covered.
+    """The curve of one of the fitted parts; None where the data cover fewer than ``FEWEST_POINTS`` points.
 
-    The band is the wider of two: by the scatter between units, and by the noise model with the prior of smoothness,
-    which holds what the smoothing leaves out. Covered is where there are samples, and the band is half the prior's.
+    The band is the wider of two: by the scatter between units, and by the noise model with the smoothness prior, which
+    includes the truncation error. A point is covered if samples are near and the band is at most half of the prior's.
 
     Parameters
     ----------
-    fitted : the fit with the part free. base : without. samples : of the coordinate in the runs; None: anywhere.
+    fitted : the fit with the part free. base : the fit without. samples : of the coordinate in the runs; None:
+        everywhere.
     """
     solution = fitted.solution
     x = part.points(POINTS)
     own = [n for n in part.own if n in solution.values]
     names = [*own, *part.unknowns]
     basis = part.basis(x)
-    if not part.own and not part.anchored:  # a constant is absorbed: the curve is what varies over the coordinate
+    if not part.own and not part.anchored:  # the fitted parameters absorb a constant: remove it from the curve
         within = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
         basis = basis - basis[within].mean(axis=0)
     gradient = np.column_stack([part.slopes(x, solution.values), basis]) if own else basis
@@ -113,12 +114,12 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
 
 
 def _covariance(gradient: Array, solution: Solution, at: Sequence[int]) -> Array:
-    """(points, points) by the noise model, of linear functions of the unknowns at places ``at``."""
+    """(points, points) covariance by the noise model of linear functions of the unknowns at indices ``at``."""
     return np.asarray(gradient @ solution.classical_covariance[np.ix_(at, at)] @ gradient.T)
 
 
 def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[int]) -> Array:
-    """(points,) half-widths of the 95 % interval of linear functions of the unknowns at places ``at``."""
+    """(points,) half-widths of the 95 % interval of linear functions of the unknowns at indices ``at``."""
     std = np.sqrt(np.maximum(np.einsum("pi,ij,pj->p", gradient, covariance[np.ix_(at, at)], gradient), 0.0))
     if covariance is solution.classical_covariance:
         return np.asarray(NORMAL95 * std)
@@ -127,14 +128,14 @@ def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[i
 
 
 def _seen(x: Array, samples: Array) -> NDArray[np.bool_]:
-    """(points,) whether a point lies within the samples of the coordinate, their outermost left out."""
+    """(points,) whether a point lies within the samples of the coordinate, without the outermost ones."""
     known = np.sort(samples[np.isfinite(samples)])
     left_out = min(OUTERMOST, known.size // 20)
     return np.asarray((x >= known[left_out]) & (x <= known[-1 - left_out]))
 
 
 def _longest(good: NDArray[np.bool_], x: Array) -> NDArray[np.bool_]:
-    """The longest unbroken run of good points."""
+    """(points,) the contiguous good points with the longest range of ``x``."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
     runs = list(zip(edges[::2], edges[1::2], strict=True))
     chosen = np.zeros_like(good)
@@ -145,9 +146,9 @@ def _longest(good: NDArray[np.bool_], x: Array) -> NDArray[np.bool_]:
 
 
 def law_values(curve: Curve, effect: Effect, values: Mapping[str, float]) -> Array | None:
-    """(n,) the element's law with an effect in it, at the curve's points; None where it depends on other signals.
+    """(n,) the element's law with an effect, at the curve's points; None where it depends on other signals.
 
-    States of the effect stand at the values that they approach while the coordinate is held.
+    States of the effect have their steady values at each coordinate.
 
     Parameters
     ----------
@@ -184,11 +185,11 @@ def _at_rest(effect: Effect, s: Signals) -> dict[str, float]:
 def share_of_curve(curves: Sequence[tuple[Curve, Array]], values: Mapping[str, float]) -> float:
     """Share of the curves' rms deviation from the baseline's law that laws explain, 0 to 1.
 
-    1 - sqrt(sum w (curve - law)^2 / sum w deviation^2), both beside the baseline's law
+    1 - sqrt(sum w (curve - law)^2 / sum w deviation^2), both without what the baseline's unknowns can follow.
 
     Parameters
     ----------
-    curves : each with the law's values at its points. values : about which the baseline's law is linear.
+    curves : each with the law's values at its points. values : of the unknowns, to linearize the baseline's law.
     """
     left = sum(float(c.weights @ c.beside_baseline(c.value - law, values) ** 2) for c, law in curves)
     whole = sum(float(c.weights @ c.deviation(values) ** 2) for c, _ in curves)

@@ -1,4 +1,4 @@
-"""The part of the model that is at fault, and the law of the catalogue within it."""
+"""Finds the part of the model at fault, and the laws of the catalogue within it."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class LawWithin:
 
     Parameters
     ----------
-    share_of_curve, share_of_rms : of what the part explains, that the law explains; the first is NaN where the law
-        depends on more than the part's coordinate.
-    values : at the points of each curve.
+    share_of_curve, share_of_rms : share of the curve's rms deviation, and of the rms error that the part explains, that
+        the law explains; the first is NaN where the law depends on more than the part's coordinate.
+    values : of the law at the points of each curve.
     """
 
     effect: str
@@ -35,7 +35,7 @@ class LawWithin:
 
     @property
     def follows(self) -> bool:
-        """Whether the law is the curve's, as nearly as laws of elements are known, or leaves next to nothing."""
+        """Whether the law follows the curve within the accuracy of laws, or explains almost all that the part does."""
         if self.share_of_rms >= 1.0 - POLICY.negligible_rest:
             return True
         if np.isfinite(self.share_of_curve):
@@ -46,14 +46,15 @@ class LawWithin:
 
 @dataclass(frozen=True)
 class PartFinding:
-    """What the free parts show.
+    """The part with the strongest evidence, its curves and the laws within it.
 
     Parameters
     ----------
     fitted : the part, or all places of an element, with the strongest evidence.
-    share_of_rms : of the rms error above the noise that it explains.
+    curves : of its places that the data cover.
+    share_of_rms : share of the rms error above the noise that it explains.
     rivals : other elements whose evidence is not significantly weaker.
-    laws : of the catalogue on the same element, the nearest first.
+    laws : of the catalogue on the same element, the nearest to the curve first.
     """
 
     search: PartSearch
@@ -70,14 +71,14 @@ class PartFinding:
 
     @property
     def name(self) -> str:
-        """The element, with its place where it is one."""
+        """The name of the part; the name of the element if all its places are free."""
         return self.parts[0].name if len(self.parts) == 1 else self.parts[0].group
 
     @property
     def explains(self) -> bool:
-        """Whether the part suffices: nearly nothing is left, and no other element explains as much.
+        """Whether the part suffices: it explains ``part_squares``, and no other element explains as much.
 
-        A sensor's error over its value may imitate any force over the same signal; it is stated as a rival.
+        A sensor error as a rival is allowed, since it can imitate any force over the same signal; it is reported.
         """
         least = 1.0 - float(np.sqrt(1.0 - POLICY.part_squares))
         sensors = {p.group for p in self.search.parts if p.sensor}
@@ -90,7 +91,7 @@ def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding |
 
     Parameters
     ----------
-    strategy : with the baseline's fit. problem : whose parts are freed.
+    strategy : with the baseline's fit. problem : its parts are freed.
     """
     search = part_search(strategy, problem)
     if search is None:
@@ -106,11 +107,10 @@ def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding |
 
 
 def _strongest(search: PartSearch) -> FittedParts | None:
-    """The fit with the strongest evidence among all places, alone and together, of the most likely elements.
+    """The fit with the strongest evidence among the places, alone and together, of the most likely elements.
 
-    Elements are compared by their linearization; one whose evidence comes near the strongest is refitted as well,
-    unless the fits before it leave nothing by which it could exceed them. An error of a sensor has to exceed those of
-    the elements clearly.
+    Elements are compared by their linearization. Those with nearly the strongest evidence are refitted, too, unless the
+    fits so far leave too little for them to win. A sensor's error must clearly exceed the elements.
     """
     linear = _by_coordinate(search)
     top = max(linear.values(), default=0.0)
@@ -134,9 +134,10 @@ def _strongest(search: PartSearch) -> FittedParts | None:
 
 
 def _by_coordinate(search: PartSearch) -> dict[tuple[str, str], float]:
-    """The linearized evidence of each group over its most likely coordinate; sensors' only if clearly the strongest.
+    """Linearized evidence by (group, most likely coordinate); sensors only if clearly the strongest.
 
-    Of coordinates that explain as much, such as speed and time in a coast-down, the step lists the usual one first.
+    Of coordinates with equal evidence, such as speed and time in a coast-down, the one that the step lists first is
+    taken.
     """
     listed = {(p.group, p.coordinate): k for k, p in reversed(list(enumerate(search.parts)))}
     each: dict[str, dict[str, float]] = {}
@@ -157,7 +158,7 @@ def _by_coordinate(search: PartSearch) -> dict[tuple[str, str], float]:
 
 
 def _rivals(search: PartSearch, best: FittedParts) -> tuple[str, ...]:
-    """Other elements, sensors and effects with evidence as strong, and those that such logs never tell apart."""
+    """Other elements, sensors and effects with equal evidence, and those inseparable from the part in such logs."""
     part = best.parts[0]
     own = next(e.gain for some, e in search.gains if some == best.parts)
     least = own - _margin(own)
@@ -168,12 +169,12 @@ def _rivals(search: PartSearch, best: FittedParts) -> tuple[str, ...]:
 
 
 def _margin(gain: float) -> float:
-    """Evidence by which a gain must exceed another to be told from it."""
+    """The difference in evidence from which a gain is significantly larger than another."""
     return max(POLICY.part_gain, POLICY.rival_share * gain)
 
 
 def _laws(search: PartSearch, best: FittedParts, curves: Sequence[Curve]) -> list[LawWithin]:
-    """The candidates that correct the part's element, each fitted in place of the free addition."""
+    """The candidates that correct the part's element, each fitted instead of the free addition."""
     found = []
     for name, effect in search.strategy.model.setup.candidates.items():
         if not best.parts[0].concerns(effect):

@@ -1,4 +1,4 @@
-"""Part before law: the judgment revised by the part of the model that is at fault."""
+"""Revises the judgment by the part of the model at fault: first the part is found, then its law."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from vdyn_cli.steps.free_part import Part
 
 @dataclass(frozen=True)
 class PartJudgment:
-    """A judgment with the part of the model behind it.
+    """A judgment with the part of the model at fault.
 
     Parameters
     ----------
-    strategy : of the judgment's fits. finding : the part; None where no part was looked for, or none has evidence.
-    law : of the catalogue within the part, which the judgment names. learned : else the law that it names.
+    strategy : of the judgment's fits. finding : the part; None where none was searched or none has evidence.
+    law : the law of the catalogue within the part that the judgment names. learned : the learned law that it names.
     """
 
     strategy: Strategy
@@ -37,19 +37,19 @@ class PartJudgment:
 
 
 def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
-    """The judgment, revised where the part of the model that is at fault says more.
+    """The judgment, revised if a part of the model at fault explains more than the candidates.
 
-    Where no candidate suffices, the named one leaves much of what one part explains, or answers hold a law of the part
-    and a further effect that mends its shape, the law of the catalogue that
-    follows the part's curve is named, if held-out runs are predicted better with it; where none does, the law that is
-    learned from the curve. A part that does not suffice changes nothing.
+    The part is used if no candidate suffices, if the part explains much more than each answer, or if each answer is a
+    law of the part with a further effect that only corrects its shape. Then the law of the catalogue that follows the
+    part's curve is named if it predicts held-out runs better; else the law learned from the curve. A part that does not
+    suffice changes nothing.
 
     Parameters
     ----------
-    judgment : by the candidates alone. problem : whose parts are freed.
+    judgment : by the candidates alone. problem : its parts are freed.
     """
     detected = judgment.verdict in ("named", "ambiguous", "unknown")
-    # A problem of an installed package need not know of parts.
+    # A problem of a plug-in may have no parts.
     parts = getattr(problem, "parts", ())
     if not detected or not parts or judgment.beyond_range or _explained_elsewhere(strategy, judgment, parts):
         return PartJudgment(strategy, judgment)
@@ -65,8 +65,8 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
             return PartJudgment(strategy, named, finding, law)
     if not more:
         return same
-    # A law of place on the road, or of a wind, has no signal of its own that a learned law could keep.
-    # One in drives with prior values has no linearization from which it could be fitted again.
+    # A law over the position on the road, or of a wind, reads no signal of the model that a learned law could read.
+    # With prior values (drives), there is no linearization in which a learned law could be refitted.
     if strategy.prior_values or any(p.reads is not None for p in finding.parts):
         return same
     found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
@@ -74,7 +74,7 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
 
 
 def _explained_elsewhere(strategy: Strategy, judgment: Judgment, parts: Sequence[Part]) -> bool:
-    """Whether one effect that is none of these parts' explains as much as a part must: then no part can say more."""
+    """Whether the one answer, which acts on none of these parts, explains as much as a part at fault must."""
     if judgment.answer is None or judgment.gain is None:
         return False
     candidates = strategy.model.setup.candidates
@@ -84,21 +84,21 @@ def _explained_elsewhere(strategy: Strategy, judgment: Judgment, parts: Sequence
 
 
 def label_of(parts: Sequence[Part]) -> str:
-    """Parts of one element in words: "the rear damper's force", "the dampers' force"."""
+    """The label of parts of one element: "the rear damper's force", "the dampers' force"."""
     first = parts[0]
     return first.what if len(parts) == 1 else first.what.replace(f"{first.place} ", "").replace("'s ", "s' ")
 
 
 def _named_law(judgment: Judgment, finding: PartFinding) -> LawWithin | None:
-    """The law within the part that the judgment already names."""
+    """The law within the part that the judgment names already; None where it names none."""
     named = judgment.answer.effects if judgment.answer is not None else ()
     return next((law for law in finding.laws if law.effect in named), None)
 
 
 def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
-    """Whether the part explains much more than each answer: an answer that leaves so much is not the cause.
+    """Whether the part explains much more than each answer, so that none of the answers is the true effect.
 
-    Where an answer's fit is refused here, as one at a bound is, that it leaves no more than noise is enough.
+    An answer whose refit fails here, such as one at a bound, stands if it is sufficient.
     """
     search = finding.search
     most = search.explained(finding.fitted)
@@ -115,9 +115,9 @@ def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
 
 
 def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> bool:
-    """Whether each answer is a law of the part and a further effect: that one only mends the shape of the law.
+    """Whether each answer is a law of the part with a further effect, which only corrects the shape of that law.
 
-    A profile, such as that of a road, has every shape: what is needed beside it is another cause.
+    A profile, such as that of a road, can have any shape: an effect needed beside it is a separate one.
     """
     model = strategy.model
     laws = {w.effect for w in finding.laws if w.follows and len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns}
@@ -128,7 +128,7 @@ def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
     """The judgment that names a law of the catalogue; None where its fit fails or its gain is not positive.
 
-    Where the law leaves much that one further effect explains, both are named if held-out runs are predicted better.
+    If the law leaves much that one further effect explains, both are named if they predict held-out runs better.
     """
     answer = candidate_model(strategy, (law.effect,))
     if answer is None:

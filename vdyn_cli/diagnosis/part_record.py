@@ -1,4 +1,4 @@
-"""The part at fault as published: its curve, its share, and the sentence about it."""
+"""The published record of the part at fault: its curve, its share, and the sentence about it."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.diagnosis import CurvePoint, Diagnosis, FaultyPart, LearnedLaw, PartLaw
 from vdyn_cli.steps.learned_effect import LAW_FORMS
 
-WHOLE = "none: the curve is the whole law, the baseline's included"
-ADDITION = "the curve is an addition to the model, up to a constant and what the fitted parameters absorb"
-ERROR = "the curve is the sensor's error, up to a gain and a zero that the fitted parameters absorb"
-MOST_FORMS = 3  # of like quality, that a sentence names
+WHOLE = "nothing; it is the whole law, including the baseline's"
+ADDITION = "a constant and what the fitted parameters absorb; it is an addition to the model"
+ERROR = "a gain and a zero, which the fitted parameters absorb; it is the sensor's error"
+MOST_FORMS = 3  # equally good forms that a sentence names
 
 
 def with_part_record(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
-    """The diagnosis with the part at fault, and its sentence with the part's.
+    """The diagnosis with the part at fault, and with the sentence about that part added to its sentence.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def _record(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
 
 
 def _followed(finding: PartFinding, law: LawWithin | None) -> tuple[Array | None, ...]:
-    """The values of the law that follows the curves, of each; None where none does."""
+    """Values of the law for each curve if it follows the curves; None otherwise."""
     return law.values if law is not None and law.follows and law.values else (None,) * len(finding.curves)
 
 
@@ -70,8 +70,8 @@ def points_of(curve: Curve, law: Array | None = None) -> tuple[CurvePoint, ...]:
 
     Parameters
     ----------
-    law : (n,), another estimate of the same curve: a law of the catalogue that follows it. The band holds both, since
-        the free curve rounds what turns more sharply than its shapes.
+    law : (n,), a law of the catalogue that follows the curve. The band includes it, since the free curve is too smooth
+        for sharp bends.
     """
     half = curve.half if law is None else np.hypot(curve.half, curve.value - law)
     return tuple(
@@ -120,11 +120,11 @@ def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> Learne
 
 def _lies_in(finding: PartFinding, part: FaultyPart) -> str:
     what = f"The error lies in {part.label} over the {finding.parts[0].over} (curve with 95 % band)"
-    return what + (f"; these data cannot tell it from an error of {_and(part.rivals)}" if part.rivals else "")
+    return what + (f"; these data cannot discriminate it from an error of {_and(part.rivals)}" if part.rivals else "")
 
 
 def _acting(finding: PartFinding, diagnosis: Diagnosis) -> tuple[str, ...] | None:
-    """The labels of the effects that the verdict names and that act on the part; None where it names none."""
+    """Labels of the effects that the verdict names and that act on the part; None where it names no effect."""
     if diagnosis.verdict not in ("named", "ambiguous"):
         return None
     joined = (*(c.effect for c in diagnosis.causes), *(e for one in diagnosis.ambiguous for e in one))
@@ -134,7 +134,7 @@ def _acting(finding: PartFinding, diagnosis: Diagnosis) -> tuple[str, ...] | Non
 
 
 def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[str] | None) -> str:
-    """Which law the curve of the part at fault has, as the end of a sentence.
+    """The end of the sentence about the part: the law of its curve.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
     """
     if learned is not None:
         like = [form.replace("_", " ") for form in learned.indistinguishable[:MOST_FORMS]]
-        others = f" ({' or '.join(like)} would do as well)" if like else ""
+        others = f" ({' or '.join(like)} would fit equally well)" if like else ""
         form = "a table" if learned.form == "table" else f"{learned.form.replace('_', ' ')}: {learned.formula}"
         return f"no law of the catalogue follows the curve, and its law is learned as {form}{others}"
     if part.law is None and acting is None:
@@ -151,7 +151,7 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
     if part.law is None:
         return f"of the named effects, these act on it: {', '.join(acting or ()) or 'none'}"
     label = part.law.label
-    # A law that does not follow the curve over its whole span may explain all that the data show of it.
+    # A law that does not follow the whole curve may still explain all of the misfit, if few samples cover the rest.
     if not part.law.share_of_curve >= POLICY.law_share:
         share = f"{100 * part.law.share_of_rms:.0f} % of the rms error that the free curve explains"
     else:

@@ -1,9 +1,9 @@
-"""Which part of the model is at fault: each element's law over its coordinates is freed, and the evidence compared.
+"""Searches the part of the model at fault: gives each element's law a free addition and compares the evidence.
 
 The additions of all parts are linearized about the baseline's fit in one pass. A part's evidence is its marginal
-likelihood, in which a flexible function has to pay for what it could have fitted as well, so that parts of any number
-of coefficients compare with each other and with the effects of the catalogue. The most likely parts are then refitted
-nonlinearly, with the smoothness that the evidence chose as prior.
+likelihood, which penalizes flexibility, so that parts with any number of coefficients can be compared with each other
+and with the effects of the catalogue. The most likely parts are then refitted nonlinearly, with the prior of smoothness
+that maximizes the evidence.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 
-MOST_ITERATIONS = 25  # of a refit: beyond, it creeps along a kink, and what it has explained until then counts
+MOST_ITERATIONS = 25  # of a refit: slow convergence along a kink is cut off, and the fit so far is used
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class FittedParts:
     ----------
     parts : of one element over one coordinate; none for the baseline alone.
     effects : of the catalogue, in the fit instead of parts.
-    solution : of the fit; its priors hold the additions smooth.
-    squares : sum of squares of the residuals, the additions' priors left out.
-    gain : log evidence over the baseline, by the fit.
+    solution : of the fit; its priors keep the additions smooth.
+    squares : sum of squares of the residuals, without the penalty of the additions' priors.
+    gain : log evidence of the fit over the baseline.
     variance : prior variances of the coefficients. freedom : effective number of free coefficients.
     """
 
@@ -57,17 +57,17 @@ class FittedParts:
 
 @dataclass(frozen=True)
 class PartSearch:
-    """The regression with all parts and candidates in it, and the evidence of each part by its linearization.
+    """The regression with all parts and candidates, and the evidence of each part by its linearization.
 
     Parameters
     ----------
-    regression : baseline, candidates, coefficients of all parts without priors.
+    regression : baseline, candidates, and coefficients of all parts without priors.
     base : names of the baseline's shared unknowns.
     start : the baseline's solution.
-    parts : all of the step's.
+    parts : all parts of the step.
     gains : evidence of every set of parts, the largest first.
     rivals : evidence of every candidate effect, on the same scale.
-    floor : variance of the whitened residual with all parts and candidates in: 1 where the noise model holds.
+    floor : variance of the whitened residual with all parts and candidates: 1 where the noise model is valid.
     """
 
     strategy: Strategy
@@ -80,25 +80,25 @@ class PartSearch:
     floor: float
 
     def noise(self, fitted: FittedParts) -> float:
-        """Variance of a whitened row that is noise, as far as a fit tells."""
+        """Noise variance of a whitened row: the smaller of ``floor`` and that of a fit."""
         return min(self.floor, solution_floor(fitted.solution))
 
     @property
     def most_gain(self) -> float:
-        """The log evidence over the baseline of a fit that leaves nothing but noise."""
+        """The log evidence over the baseline of a fit that leaves only noise."""
         return (self.start.cost - 0.5 * self.floor * len(self.start.residuals)) / self.floor
 
     def explained(self, fitted: FittedParts) -> float:
-        """Reduction of the sum of squares by a fit, beyond what its free coefficients would explain by chance."""
+        """Reduction of the sum of squares by a fit, beyond what its free coefficients explain by chance."""
         return 2 * self.start.cost - fitted.squares - self.noise(fitted) * fitted.freedom
 
     def explained_share(self, fitted: FittedParts) -> float:
-        """Share of what is explained by a fit and by what then explains most of the rest, that the fit explains."""
+        """Squares explained by a fit, as a share of these plus those that the best addition would explain; 0 to 1."""
         explained = self.explained(fitted)
         return float(np.clip(explained / max(explained + self.rest(fitted), 1e-12), 0.0, 1.0))
 
     def rest(self, fitted: FittedParts) -> float:
-        """Sum of squares that another part, or a candidate, would explain beside the fitted parts; 0 by chance."""
+        """Squares that the best other part or candidate would explain beside the fitted parts; 0 if not significant."""
         names = [n for p in fitted.parts for n in p.unknowns]
         priors = dict(zip(names, np.sqrt(fitted.variance).tolist(), strict=True))
         unknowns = tuple(
@@ -119,7 +119,7 @@ class PartSearch:
         return max((e.explained * self.noise(fitted) for e in beside if e.gain > POLICY.part_gain), default=0.0)
 
     def share_of_part(self, law: FittedParts, part: FittedParts) -> float:
-        """Share of the rms error that a part explains which a law explains, 0 to 1."""
+        """The rms error that a law explains, as a share of that which the part explains, 0 to 1."""
         share = self.explained(law) / max(self.explained(part), 1e-12)
         return 1.0 - float(np.sqrt(1.0 - np.clip(share, 0.0, 1.0)))
 
@@ -130,11 +130,11 @@ class PartSearch:
         by: FunctionEvidence | None = None,
         near: FittedParts | None = None,
     ) -> FittedParts | None:
-        """The nonlinear fit with these parts free, or these effects of the catalogue in; None where it fails.
+        """The nonlinear fit with these parts free, or with these effects of the catalogue; None where it fails.
 
         Parameters
         ----------
-        by : the evidence that gives the additions' prior. near : a fit from which this one is started.
+        by : the evidence with the prior of the additions. near : a fit from which this one starts.
         """
         names = [n for p in parts for n in p.unknowns]
         variance = by.variance if by is not None and names else np.zeros(0)
@@ -149,7 +149,7 @@ class PartSearch:
             for u in self.regression.shared
             if u.name not in free
         }
-        # What is held starts where it is held: only then can the simulation leave it out.
+        # Held unknowns start at their held value, so that the simulation can omit them.
         unknowns = tuple(
             replace(u, start=values.get(u.name, 0.0), prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf)
             if u.name in priors
@@ -175,7 +175,7 @@ class PartSearch:
         return FittedParts(tuple(parts), tuple(effects), solution, squares, gain, variance, freedom)
 
     def _shrinkage(self, solution: Solution, priors: Mapping[str, float]) -> Array:
-        """(n,) eigenvalues of the posterior covariance of the additions' coefficients over the prior's, 0 to 1."""
+        """(n,) eigenvalues of the additions' posterior covariance relative to the prior's, 0 to 1."""
         at = [solution.names.index(n) for n in priors]
         prior = np.array(list(priors.values()))
         variance = solution_floor(solution)
@@ -195,11 +195,11 @@ def _nominal(candidates: Mapping[str, Effect]) -> set[str]:
 
 
 def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | None:
-    """The evidence of every part beside the baseline's fit; None where a step has no parts, or cannot be linearized.
+    """The evidence of every part beside the baseline's fit; None where a step has no parts or cannot be linearized.
 
     Parameters
     ----------
-    strategy : with the baseline's fit. problem : whose parts are freed.
+    strategy : with the baseline's fit. problem : its parts are freed.
     """
     base, parts = strategy.fitted(()), problem.parts
     if not parts or base is None:
@@ -237,7 +237,7 @@ def _gains(
 
 
 class _Projected:
-    """Information and scores of columns beside what the baseline fits."""
+    """Information and scores of columns beside the fitted unknowns."""
 
     def __init__(self, system: LinearizedSystem, fitted: Sequence[str]) -> None:
         self.system, self.basis = system, orthonormal(system.of(fitted))
@@ -253,7 +253,7 @@ class _Projected:
 
 
 def _floor(strategy: Strategy, projected: _Projected, system: LinearizedSystem, parts: Sequence[Part]) -> float:
-    """Variance of a row with everything in, at least one."""
+    """Residual variance of a row with all parts and candidates fitted, at least one."""
     names = [n for p in parts for n in p.unknowns]
     names += [n for e in strategy.model.setup.candidates for n in strategy.model.amplitudes(e)]
     q = orthonormal(projected.left(names))
@@ -274,7 +274,7 @@ def _sets(parts: Sequence[Part]) -> list[tuple[Part, ...]]:
 
 
 def _regression(strategy: Strategy, problem: SimulatedProblem) -> Regression:
-    """The step's regression with every candidate and every part, whose noise no part has to explain."""
+    """The step's regression with every candidate and every part, with the noise model of the strategy's regression."""
     setup, parts = strategy.model.setup, problem.parts
     extra = [u for e in setup.effects for u in unknowns_of(e, prior=True)]
     extra += [Unknown(n, 0.0, unit=p.unit, prior=(0.0, p.size)) for p in parts for n in p.unknowns]

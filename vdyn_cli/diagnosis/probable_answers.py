@@ -1,9 +1,9 @@
-"""Answers with one effect more than the published one that these data do not exclude: its intervals must hold them.
+"""Answers with one more effect than the published one that these data do not exclude; intervals must include them.
 
-Beside a named effect, or beside the road that a coast-down's runs share, another effect may be hidden: a free road
-takes in most of a brake that lets go slowly, and the parameters then follow the road. Its score test has little power
-there, so that its p value says little; its posterior probability does, with a prior that one more effect is as likely
-as not, which one being equally likely, and amplitudes a ~ N(0, sigma^2):
+A named effect, or the free road of a coast-down, can hide another effect: a free road absorbs most of a brake that
+releases slowly, and the parameters are biased. The score test then has little power, so that its p value means little.
+The posterior probability is used instead, with the prior that one more effect is as likely as none, that all candidates
+are equally likely, and that amplitudes are a ~ N(0, sigma^2):
 
     P_k ~ (1 / m) B_k,   P_0 ~ 1,   B_k = s / sqrt(s^2 + sigma^2) exp(a^2 sigma^2 / (2 s^2 (s^2 + sigma^2)))
 
@@ -25,7 +25,7 @@ from vdyn_cli.diagnosis.strategy import Strategy
 
 
 def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[CandidateModel, float]]:
-    """The candidate models with one effect more whose posterior probability exceeds ``open_probability``, and that.
+    """The candidate models with one more effect whose probability exceeds ``open_probability``, with that probability.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
             first, std = model.amplitudes(name)[0], float(beside.spread[name][0])
             sigma = POLICY.catalogue_prior * reach(effect, first)
             stated = model.setup.stated.get(first, sigma)
-            if std < stated:  # else the description knows it better, and the intervals have its standard deviation
+            if std < stated:  # else the stated standard deviation, which the intervals include, is the smaller one
                 odds[name] = bayes_factor(float(beside.estimate[name][0]), std, min(sigma, stated))
     total = len(odds) + sum(odds.values())
     found: list[tuple[CandidateModel, float]] = []
@@ -53,7 +53,7 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
 
 
 def bayes_factor(estimate: float, std: float, sigma: float) -> float:
-    """How much likelier data are with an amplitude ~ N(0, sigma^2) than with none: B above.
+    """The Bayes factor B above: likelihood with an amplitude ~ N(0, sigma^2) over likelihood with none.
 
     Parameters
     ----------

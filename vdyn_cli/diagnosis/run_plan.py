@@ -1,4 +1,4 @@
-"""Which effects a set of runs could show and tell apart, and which runs to add, from the Cramer-Rao bound."""
+"""Which effects a set of runs would detect and discriminate, and which runs to add, from the Cramer-Rao bound."""
 
 from __future__ import annotations
 
@@ -25,17 +25,19 @@ from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 SHOWN = 4  # manoeuvres that are listed
 
-Question = tuple[tuple[str, ...], tuple[Contrast, ...]]  # effects, and what separates them
+Question = tuple[tuple[str, ...], tuple[Contrast, ...]]  # effects, and the contrasts that separate them
 
 
 @dataclass(frozen=True)
 class RunPlan:
-    """What runs could show.
+    """The expected information of planned runs.
 
     Parameters
     ----------
-    confused : pairs, each of which would be found and not told from the other. spread : standard error of each unknown
-        of the baseline.
+    detectable, not_testable : as in a diagnosis.
+    confused : pairs of effects that are each detected but not discriminated.
+    added : what further runs would add.
+    spread : standard error of each unknown of the baseline.
     """
 
     detectable: tuple[Detectable, ...]
@@ -46,9 +48,9 @@ class RunPlan:
 
 
 def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
-    """What ``runs`` runs of the kind of those in the problem could show, and what further runs would add.
+    """The information of ``runs`` runs like those in the problem, and what further runs would add.
 
-    Assumes that the noise is as in the problem's logs, and the model without effects.
+    Assumes the noise of the problem's logs and a model without effects.
 
     Raises
     ------
@@ -87,14 +89,14 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
 
 
 def _repeated(base: FittedModel, times: float) -> FittedModel:
-    """The fitted baseline with every run ``times`` over: the sensitivities of its rows grow with the root of that."""
+    """The fitted baseline with every run repeated ``times`` times: sensitivities of its rows grow with the root."""
     system = base.system
     of_runs = (system.run[system.label] >= 0)[:, None]
     return replace(base, system=replace(system, columns=np.where(of_runs, sqrt(times), 1.0) * system.columns))
 
 
 def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple[AddedRuns, ...]:
-    """Each manoeuvre of the step, and the same runs once more."""
+    """The information added by each manoeuvre of the step, and by repeating the same runs."""
     model = designer.strategy.model
     again = Manoeuvre(
         lambda runs: f"{runs} more {model.setup.run}{'' if runs == 1 else 's'} of the same kind",
@@ -106,7 +108,7 @@ def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple
 
 
 def _brought(designer: ExperimentDesigner, one: Manoeuvre, questions: Sequence[Question]) -> AddedRuns:
-    """The fewest runs of a manoeuvre that answer a question, or one set of them where none does."""
+    """The fewest runs of a manoeuvre that separate any of the effects, or one set of runs where none does."""
     answers: list[Separation] = []
     for times in range(1, one.most + 1):
         rows = designer.after(one, times)

@@ -1,4 +1,4 @@
-"""The size of a finding as it is published: change of the output, shift of the parameters, share of the rms error."""
+"""The published size of a finding: change of the output, shift of the parameters, share of the rms error."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ WHITENED = "error over its noise"
 
 
 def published_size(found: FindingSize | None, base: Result, last: Result | None, unit: str) -> Size | None:
-    """The size of a finding in three currencies.
+    """The size of a finding in output, parameters and rms error; None without a finding.
 
     Parameters
     ----------
-    found : by the diagnosis's fits. base, last : results without and with the effects; without ``last`` (the model was
-        not extended by exactly these effects) the fits tell. unit : of the main channel.
+    found : by the diagnosis's fits. base, last : results without and with the effects. Without ``last`` (the model was
+        not extended by exactly these effects), the size is that of the fits. unit : of the main channel.
     """
     if found is None:
         return None
@@ -51,7 +51,7 @@ def published_size(found: FindingSize | None, base: Result, last: Result | None,
 def effect_sizes(
     strategy: Strategy, judgment: Judgment, base: Result, last: Result | None, unit: str
 ) -> dict[str, Size]:
-    """The size of each effect of the answer: of several, beside the others."""
+    """The size of each effect of the answer, with its other effects in the model."""
     answer = judgment.answer
     if answer is None:
         return {}
@@ -69,7 +69,7 @@ def effect_sizes(
 
 
 def remainder(judgment: Judgment) -> Remainder | None:
-    """What the answer leaves, or what comes closest."""
+    """The significant residual of the answer, or of the model that comes closest."""
     one = judgment.remainder
     if one is None or not np.isfinite(one.rest_share):
         return None
@@ -77,7 +77,7 @@ def remainder(judgment: Judgment) -> Remainder | None:
 
 
 def _by_results(found: FindingSize, base: Result, last: Result) -> Size | None:
-    """By what the step publishes, in the unit of its fit; None where nothing is compared in that unit."""
+    """The size by the step's results, in the unit of the fit; None where no channel is compared in that unit."""
     channel = main_output(base)
     after = {(c.run, c.channel): c for c in last.comparisons}
     changes = []

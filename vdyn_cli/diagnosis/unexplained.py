@@ -1,17 +1,17 @@
-"""What a part of the data that no effect explains can do to the parameters.
+"""The bias of the parameters by an unexplained residual.
 
-The unexplained part is a free profile f = sum_k a_k hat_k that is continuous, as physical laws are: a random walk from
-the middle of its coordinate, a = tau L e with e ~ N(0, I). It is as large where the fitted parameters hide it as where
-it shows. What shows of it after the fit gives tau: with V = S'S = sum_i l_i v_i v_i' the information about e of the
-profile's visible part S and u = S'y its score,
+The unexplained effect is modeled as a continuous free profile f = sum_k a_k hat_k: a random walk from the middle of its
+coordinate, a = tau L e with e ~ N(0, I), of the same size in directions that the fitted parameters absorb and in
+visible ones. The visible ones give tau: with V = S'S = sum_i l_i v_i v_i' the information about e of the profile's
+sensitivities S orthogonal to the fitted ones, and u = S'y its score,
 
     u_i / l_i ~ N(0, tau^2 + 1 / l_i),     tau by maximum likelihood,
 
-and a parameter is off by B e, with B the bias by one unit of each e: half = t(r) tau |B|, r the number of visible
-directions: those of which refitting leaves ``least_visibility`` or more. What it leaves of the others is the error of
-the laws themselves, as of straight lines between knots beside a parabola, and tells no size. Independent coefficients
-instead of a walk would make the part that looks like a parameter (a level, a slope) as small as one wiggle. Source:
-empirical Bayes, Morris, J. Am. Stat. Assoc. 78 (1983) 47.
+and the error of a parameter is tau B e, with B the bias by one unit of each e: half = t(r) tau |B|, r the number of
+visible directions, of which refitting leaves ``least_visibility`` or more. The remainder of the others is an error of
+the laws (straight lines between knots instead of a parabola) and gives no size. With independent coefficients instead
+of a walk, the part that resembles a parameter (a level, a slope) would be too small. Source: empirical Bayes, Morris,
+J. Am. Stat. Assoc. 78 (1983) 47.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from vdyn_cli.diagnosis.scores import ROUNDING
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 
-STEPS = 60  # values of tau tried for each of DECADES: within 4 % of the best, and its own error is a quarter and more
-DECADES = 4.0  # below the largest estimated coefficient, where tau is next to nothing
+STEPS = 60  # values of tau tried per decade: within 4 % of the best, while tau's own error is a quarter or more
+DECADES = 4.0  # range of tau below the largest estimated coefficient; smaller ones are negligible
 
 
-Bias = Mapping[str, Array]  # by fitted unknown, (k,): half intervals of independent parts of its bias
+Bias = Mapping[str, Array]  # by fitted unknown, (k,): half intervals of independent components of its bias
 
 
 def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
-    """The bias of a fit's shared unknowns by what it leaves unexplained, over every free profile.
+    """The bias of a fit's shared unknowns by its unexplained residual, for every free profile.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
 
     Returns
     -------
-    For each profile in which more than noise is left, t(r) tau B: half the 95 % interval of an unknown's bias is the
-    root of its sum of squares.
+    t(r) tau B for each profile with tau > 0: half the 95 % interval of an unknown's bias is the root of its sum of
+    squares.
     """
     system, fitted = at.system, model.with_base(at.effects)
     known = system.of([*fitted, *system.own])
@@ -62,9 +62,9 @@ def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
 
 
 def walk(knots: int) -> Array:
-    """A root L of the covariance of a random walk from the middle knot, whose value there is as large: (k, k).
+    """A root L, (k, k), of the covariance of a random walk from the middle knot m, with unit variance there.
 
-    L L' = 1 + min(|i - m|, |j - m|) / m on the same side of the middle m, else 1; as large as 1 to 2 times tau.
+    (L L')_ij = 1 + min(|i - m|, |j - m|) / m for i and j on the same side of m, else 1; variances are 1 to 2.
     """
     place = np.arange(knots) - 0.5 * (knots - 1)
     same = np.sign(place)[:, None] == np.sign(place)[None]
@@ -74,7 +74,7 @@ def walk(knots: int) -> Array:
 
 
 def half_widths(found: Sequence[Bias]) -> dict[str, float]:
-    """Half the 95 % interval of each unknown's bias: of the profile that makes it largest."""
+    """Half the 95 % interval of each unknown's bias, by the profile with the largest one."""
     names = {n for one in found for n in one}
     return {n: max(float(np.linalg.norm(one[n])) for one in found) for n in sorted(names)}
 
@@ -84,8 +84,8 @@ def unexplained_size(whole: Array, left: Array, y: Array) -> tuple[float, int]:
 
     Parameters
     ----------
-    whole : (n, k), whitened sensitivities to the coefficients. left : the same less what is fitted. y : (n,), the
-        residual.
+    whole : (n, k), whitened sensitivities to the coefficients. left : the same, orthogonal to the fitted ones.
+    y : (n,), the residual.
     """
     values, axes = np.linalg.eigh(left.T @ left)
     good = values > POLICY.least_visibility**2 * np.sum((whole @ axes) ** 2, axis=0)
@@ -104,7 +104,7 @@ def unexplained_size(whole: Array, left: Array, y: Array) -> tuple[float, int]:
 
 
 def _absorbed(known: Array, columns: Array) -> Array:
-    """Least squares of columns (n, k) on what is fitted (n, p), of any scale: (p, k)."""
+    """Least-squares coefficients, (p, k), of columns (n, k) on the fitted sensitivities (n, p) of any scale."""
     size = np.sqrt(np.sum(known**2, axis=0))
     size = np.where(size > 0, size, 1.0)
     return np.asarray(np.linalg.lstsq(known / size, columns, rcond=ROUNDING)[0] / size[:, None])

@@ -1,4 +1,4 @@
-"""Candidates that the data cannot show, and the bias of the parameters if they were there."""
+"""Candidates that are not detectable in the data, and the bias of the parameters if they were present."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import absorbed
 
-NOTICEABLE = 0.01  # standard deviations of a parameter: a bias below would not change its last published digit
+NOTICEABLE = 0.01  # standard deviations of a parameter: a smaller bias does not change its last published digit
 
 
 @dataclass(frozen=True)
 class UntestableEffect:
-    """A candidate that these data cannot show, why, and the parameters' bias if it had this amplitude."""
+    """A candidate that is not detectable in these data, why, and the parameters' bias if it had this amplitude."""
 
     effect: str
     obstacle: Obstacle
@@ -27,11 +27,11 @@ class UntestableEffect:
 
 
 def untestable(model: FullModel, base: FittedModel, found: Detection) -> tuple[UntestableEffect, ...]:
-    """Every candidate that has a sensitivity in these data but cannot be detected in them.
+    """The candidates that change the outputs in these data but are not detectable.
 
     Parameters
     ----------
-    base : the fitted baseline. found : its scores.
+    base : the fitted baseline. found : scores of the candidates beside it.
 
     Returns
     -------

@@ -18,11 +18,11 @@ from vdyn_cli.quantities.parameters import Estimate
 SHOWN = 4  # effects named in one sentence
 REVEALED = 2  # smallest errors that an adequate model would have revealed
 PLAIN = (1e-3, 1e5)  # amplitudes that read as plain numbers in a sentence
-# A factor is a known one within its interval, or within 1 % where that is narrower, and never beyond 6 %.
+# A factor equals a known one if they differ by less than its interval (at least 1 %) and by less than 6 %.
 SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
-MANY_TIMES = 1.5  # a scale that is off by more is stated as a factor, too
+MANY_TIMES = 1.5  # a scale that is off by more is also stated as a factor
 SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
-CLAUSE = ("that", "another")  # a label with one of them ends in what is no quantity
+CLAUSE = ("that", "another")  # after a label with one of these words, the amplitude stands in brackets
 
 
 def verdict_sentence(
@@ -33,15 +33,15 @@ def verdict_sentence(
     size: Size | None = None,
     shown: Sequence[Detectable] = (),
 ) -> str:
-    """The verdict as one sentence.
+    """The verdict as a sentence, with the size of the finding or the smallest detectable errors.
 
     Parameters
     ----------
     effects : the candidates by name.
-    amplitudes : of the unknowns of effects that were named or taken into the model.
+    amplitudes : by unknown of the effects that were named or added to the model.
     narrowed : whether the description restricts the candidates.
     size : of the finding.
-    shown : what an adequate model would have revealed.
+    shown : detectable amplitudes, for an adequate model.
     """
     text = _sentence(judgment, effects, amplitudes)
     if judgment.material is False:
@@ -57,7 +57,7 @@ def verdict_sentence(
 
 
 def _revealed(smallest: Detectable) -> str:
-    """The effect with the amplitude, "brakes that drag (9 N)"."""
+    """The effect with its detectable amplitude, "brakes that drag (9 N)"."""
     value, unit = (smallest.amplitude, smallest.unit) if smallest.unit else (100.0 * smallest.amplitude, "%")
     return f"{smallest.label} ({two_digits(value)} {unit})"
 
@@ -102,7 +102,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
 
 
 def remainder_sentence(share: float, most_like: str = "") -> str:
-    """The significant residual that a named effect leaves: its share of the rms misfit, and what it is most like."""
+    """The sentence on a significant residual: its share of the rms misfit, and what it resembles most."""
     size = "small " if share < SMALL_REMAINDER else ""
     percent = f"{100 * share:.0f}" if share >= 0.01 else f"{100 * share:.1g}"
     return f"A {size}significant residual remains ({percent} % of the rms misfit{most_like})."
@@ -111,10 +111,10 @@ def remainder_sentence(share: float, most_like: str = "") -> str:
 def _immaterial(
     judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate], size: Size | None
 ) -> str:
-    """What is significant and does not matter: the size first, then what it may be."""
+    """The sentence on a significant finding that does not matter: first its size, then a possible effect."""
     text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
     if judgment.note is None:
-        return f"{text}: a free profile changes neither output nor parameters by what matters."
+        return f"{text}: free profiles change neither the output nor the parameters by more than the limits."
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.note.effects)
     verb = "come" if len(judgment.note.effects) > 1 or is_plural(named) else "comes"
     what = "would explain it" if judgment.noted else f"{verb} closest to it"
@@ -129,7 +129,7 @@ def size_text(size: Size | None) -> str:
     parts = [f"{size.output.replace('_', ' ')} {size.change:.2g}{unit} rms (noise floor {size.noise_floor:.2g}{unit})"]
     if size.shifts_in_std:
         name, most = max(size.shifts_in_std.items(), key=lambda item: abs(item[1]))
-        parts.append(f"parameters at most {abs(most):.1g} standard deviations ({name.replace('_', ' ')})")
+        parts.append(f"parameters at most {two_digits(abs(most))} standard deviations ({name.replace('_', ' ')})")
     return f": {', '.join(parts)}"
 
 
@@ -144,7 +144,7 @@ def data_fault(fault: str) -> str:
 
 
 def _ambiguous(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:
-    """What all answers share is asserted; what they differ in is left open."""
+    """The sentence on several answers: the effects that they share, and the alternatives joined by "or"."""
     sets = interchangeable(judgment.answers)
     if len(judgment.answers[0].effects) == 1 or not sets:
         every = [" with ".join(_with_amplitude(effects[e], amplitudes) for e in t.effects) for t in judgment.answers]
@@ -163,14 +163,14 @@ def _either(named: Sequence[str]) -> str:
 
 
 def _share(gain: HeldOutGain | None) -> str:
-    """The share of the rms error above the noise floor that is gone, on held-out data."""
+    """The share of the rms error above the noise floor that is explained on held-out data."""
     if gain is None or not gain.better:
         return "part of the rms error"
     return f"{100 * gain.share:.0f} % of the rms error above the noise floor"
 
 
 def _explained(judgment: Judgment) -> str:
-    """What an answer explains: an error, or the contradiction to a stated value where no output shows it."""
+    """What an answer explains: a share of the error, or only a contradiction to a stated value."""
     if judgment.by_prior and (judgment.gain is None or not judgment.gain.better):
         return "why the model without it contradicts a stated value"
     return _share(judgment.gain)
@@ -182,7 +182,7 @@ def is_plural(label: str) -> bool:
 
 
 def _compensated(gain: HeldOutGain | None) -> str:
-    """Two errors that compensated each other are one left: parameters that are off as stated then show."""
+    """A note where the answer makes predictions with stated parameters worse; empty where it does not."""
     if gain is None or not (gain.prediction_worse or gain.refitted):
         return ""
     return (
@@ -196,7 +196,7 @@ def _with_amplitude(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
 
 
 def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
-    """The amplitude as it follows the effect's label, " of 2.0 +- 0.1 m/s"; empty where it has several."""
+    """The amplitude as text after the effect's label, " of 2.0 +- 0.1 m/s"; empty for several amplitudes."""
     name = next(iter(effect.unknowns))
     if name not in amplitudes or len([n for n in effect.unknowns if n not in effect.nominal]) > 1:
         return ""
@@ -216,7 +216,7 @@ def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
 
 
 def _factor_text(effect: Effect, e: Estimate) -> str:
-    """A scale that is off by a factor, with the usual mistake that makes it; empty where it is not."""
+    """The factor of a scale that is far off, with the usual mistake that causes it; empty where it is not."""
     factor, half = 1.0 + e.value, e.half_width
     if not effect.mistakes or factor <= 0.0:
         return ""

@@ -1,4 +1,4 @@
-"""Where the baseline's simulation departs from the data: the largest errors that noise does not explain."""
+"""The segments of the runs with the largest errors of the baseline's simulation that noise does not explain."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from vdyn_cli.quantities.diagnosis import WorstSegment
 from vdyn_cli.quantities.result import Comparison, Result
 
 # These choose what is shown, no verdict.
-SEGMENTS = 12  # of each run
+SEGMENTS = 12  # number in each run
 SHOWN = 6  # segments in the report
-LEAST_NOISE = 0.3  # of the channel's median noise over runs, for a run that repeats values is no more exact
+LEAST_NOISE = 0.3  # share of the channel's median noise over runs: repeated values make a run look too exact
 SIGNIFICANT = 3.0  # standard errors of a segment's mean
 
 
