@@ -509,12 +509,12 @@ def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path)
         "no speed: no column has such",
         "is constant at 0",
         "than run_0.csv (time)",
-        "holds no numbers",
+        "contains no numbers",
     ):
         assert said in found.text
     with pytest.raises(InputError, match=r"no\.csv: no such file"):
         draft("coastdown", *runs, tmp_path / "no.csv")
-    with pytest.raises(InputError, match="holds no numbers"):
+    with pytest.raises(InputError, match="contains no numbers"):
         draft("coastdown", tmp_path / "cut_off.csv")
 
 

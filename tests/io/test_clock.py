@@ -36,7 +36,7 @@ def test_dropping_leaves_a_rising_clock_and_says_how_many_rows_it_cost() -> None
     assert not found.problems
     assert time[found.kept].tolist() == [float(t) for t in range(18)]
     text = str(found.findings[0])
-    assert "is not written in 1 row (line 17)" in text
+    assert "is missing in 1 row (line 17)" in text
     assert "repeats in 1 row (line 5)" in text
     assert "steps back in 2 rows (line 8, 9)" in text
     assert "4 rows left out" in text

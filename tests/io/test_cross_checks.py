@@ -118,7 +118,7 @@ def test_a_shaft_torque_that_reads_nothing_beside_one_that_does_did_not_measure(
     found = log().with_channels(shaft_torque_left=nothing, shaft_torque_right=torque)
     (finding,) = with_cross_checks(found).findings
     assert finding.fault
-    assert finding.what.startswith("shaft_torque_left is 0 throughout and shaft_torque_right is not")
+    assert finding.what.startswith("shaft_torque_left is 0 in the whole log and shaft_torque_right is not")
     for left in (torque, nothing):  # both measure, or neither
         assert not with_cross_checks(log().with_channels(shaft_torque_left=left, shaft_torque_right=left)).findings
 

@@ -67,17 +67,17 @@ def test_what_is_no_file_or_may_not_be_read(tmp_path: Path, monkeypatch: pytest.
     [
         ("", "the file is empty"),
         ("\ufeff\r\n", "the file is empty"),
-        ("t,v [m/s]\n", "holds no numbers, at most a header"),
-        ("t,v [m/s]\n\n\n", "holds no numbers, at most a header"),
+        ("t,v [m/s]\n", "contains no numbers, at most a header"),
+        ("t,v [m/s]\n\n\n", "contains no numbers, at most a header"),
         ("t,v [m/s]\n0,1\n", "fewer than two rows of data"),
-        ("0,1\n0.1,2\n", "has no header: the first line holds numbers"),
+        ("0,1\n0.1,2\n", "has no header: the first line contains numbers"),
         ("speed\n1\n2\n", "has no columns"),
         ("\0\1\2\3" * 100, "is not a text file"),
         (bytes(range(256)) * 10, "is not a text file"),
         (b"PK\3\4" + bytes(99), "Excel workbook (.xlsx), not a text log"),
         (b"MDF     4.10    " + bytes(99), "MDF/MF4 measurement, not a text log"),
         (b"\x89HDF\r\n" + bytes(99), "HDF5"),
-        (gzip.compress(GOOD.encode())[:-30], "gzip file is damaged or cut off"),
+        (gzip.compress(GOOD.encode())[:-30], "gzip file is damaged or incomplete"),
         (gzip.compress(GOOD.encode())[:40] + b"??????" + gzip.compress(GOOD.encode())[46:], "gzip file is damaged"),
         (gzip.compress(b"", mtime=0), "the file is empty"),
     ],
@@ -146,7 +146,7 @@ def test_damaged_rows_are_named_by_line(tmp_path: Path, line: int, text: str, me
 
 def test_a_header_before_a_clock_that_begins_anew_joins_two_files(tmp_path: Path) -> None:
     message = refused(tmp_path, "t,v [m/s],a\n0,1,2\n1,2,3\n2,3,4\nt,v [m/s],a\n0,1,2\n1,2,3\n")
-    assert "the header is repeated, and the clock begins anew: two files were joined; split them" in message
+    assert "the header is repeated and the clock restarts: two files were joined; split them" in message
 
 
 def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,8 +190,8 @@ def test_a_column_of_text_is_refused_without_reading_on(tmp_path: Path) -> None:
     [
         ([0, 1, 2, 2, 3], "time repeats in 1 row (line 5)"),
         ([0, 1, 2, 1.5, 3], "time steps back in 1 row (line 5); the largest step back is from 2 s to 1.5 s at line 5"),
-        ([0, 1, 2, "", 3], "time is not written in 1 row (line 5)"),
-        ([0, 1, 2, "inf", 3], "time is not written in 1 row (line 5)"),
+        ([0, 1, 2, "", 3], "time is missing in 1 row (line 5)"),
+        ([0, 1, 2, "inf", 3], "time is missing in 1 row (line 5)"),
     ],
 )
 def test_a_clock_that_does_not_rise_is_refused_with_the_remedy(

@@ -88,7 +88,7 @@ def test_another_reader_is_checked_and_converted_as_csv_is(monkeypatch: pytest.M
     assert np.allclose(log["speed"], -10.0)
     (found,) = log.findings
     assert found.where == "500.count, speed"
-    assert "is constant throughout" in found.what
+    assert "is constant in the whole log" in found.what
 
 
 def test_what_no_reader_matches_is_named(path: Path) -> None:

@@ -99,5 +99,5 @@ def test_a_table_with_a_row_for_each_run_is_turned(text: str, tmp_path: Path) ->
 
 def test_a_table_without_levels_in_its_head_is_refused(tmp_path: Path) -> None:
     options = ReadOptions(split_times="elapsed", split_runs="rows")
-    with pytest.raises(InputError, match="no row holds speed levels"):
+    with pytest.raises(InputError, match="no row has speed levels"):
         read_log(table(tmp_path, LEVELS, ["0", "1", "2", "3", "4"]), MAPPING, options)

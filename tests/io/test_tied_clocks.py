@@ -60,7 +60,7 @@ def test_the_pair_with_the_smallest_error_is_chosen_and_the_others_agree() -> No
     assert clock.pair == ("speed", "speed")
     assert "one of these sensors lags" not in said(merged)
     named, (clock,) = merge(bus, [box], ("wheel_speed", "speed"))
-    assert "; by 'wheel_speed' and 'speed'" in said(named)
+    assert "; estimated from 'wheel_speed' and 'speed'" in said(named)
 
 
 def test_a_sensor_that_lags_behind_its_own_logger_is_said() -> None:
@@ -85,10 +85,10 @@ def test_a_frozen_segment_takes_no_part() -> None:
 def test_loggers_without_a_tied_pair_are_refused_with_the_channels_that_would_serve() -> None:
     t = np.arange(0.0, 60.0, 0.1)
     bus, box = Log("bus", t, {"speed": 10.0 + np.sin(t)}), Log("box", t, {"front_load": 4000.0 + t})
-    with pytest.raises(InputError, match="they share no channel, and physics ties none") as refused:
+    with pytest.raises(InputError, match="they have no channel in common and no physically related pair") as refused:
         merge(bus, [box])
     assert "map one of these from box: position, speed" in str(refused.value)
-    with pytest.raises(InputError, match="are not tied by physics"):
+    with pytest.raises(InputError, match="are not physically related"):
         merge(bus, [box], ("speed", "front_load"))
 
 

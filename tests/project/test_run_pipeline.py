@@ -117,7 +117,7 @@ def test_a_sensor_that_did_not_measure_is_told_on_the_console_and_in_the_set(day
     run_pipeline(day / "pipeline.yaml", day.parent / "out", keep_going=True, jobs=1, tell=tell)
     document = json.loads((day.parent / "out" / "parameters.json").read_text())
     assert document["steps"]["tire"]["verdict"] == "data_fault"
-    assert "is constant throughout" in document["steps"]["tire"]["diagnosis"]
+    assert "is constant in the whole log" in document["steps"]["tire"]["diagnosis"]
     assert any("Data fault" in line for line in told)
     assert any("with warnings" in line for line in told)
 

@@ -119,7 +119,7 @@ def test_a_file_that_changes_while_it_is_read_is_refused(tmp_path: Path) -> None
         return text, (path,)
 
     for files in ((path,), None):
-        with pytest.raises(InputError, match="changed while it was read"):
+        with pytest.raises(InputError, match="changed while it was being read"):
             read_unchanged(read, files)
 
 

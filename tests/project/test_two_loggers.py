@@ -111,7 +111,7 @@ def test_a_stated_delay_is_taken_with_its_uncertainty(described: Path) -> None:
     ("delay", "problem"),
     [
         ("0 s", "from the stated one: one of these sensors"),
-        ("300 s", "is not of the time of car_1.csv with the stated delay"),
+        ("300 s", "does not overlap car_1.csv enough with the stated delay"),
     ],
 )
 def test_a_wrong_stated_delay_is_reported(described: Path, delay: str, problem: str) -> None:

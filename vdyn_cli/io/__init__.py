@@ -1,1 +1,1 @@
-"""Logs in: one reader a format, alignment of loggers, quality of channels."""
+"""Reading of logs: one reader per format, alignment of loggers' clocks, quality checks of channels."""

@@ -1,4 +1,4 @@
-"""Several loggers on one clock: the others' channels are resampled to the reference's, and each is reported."""
+"""Put several loggers on one clock: resample the channels of the others to the reference's clock, and report it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vdyn_cli.quantities.quality_flags import Flag
 from vdyn_cli.quantities.quantity import Given
 
 AlignOn = str | tuple[str, str] | None
-"""The channel that both loggers recorded, the reference's channel and the other's, or None: found by itself."""
+"""A channel that both loggers recorded, or the reference's channel and the other's; None: chosen automatically."""
 
 LINES = "straight lines between samples"  # how a slower logger's channel is resampled
 
@@ -29,24 +29,24 @@ LINES = "straight lines between samples"  # how a slower logger's channel is res
 def merge(
     reference: Log, others: Sequence[Log], align_on: AlignOn = None, delays: Sequence[Given | None] = ()
 ) -> tuple[Log, tuple[ClockDifference, ...]]:
-    """Put other loggers' channels on the reference's clock, saying delay and drift of each and how it was resampled.
+    """Resample other loggers' channels to the reference's clock; report each delay, drift and resampling.
 
     Parameters
     ----------
-    reference : gives the clock, and every channel that it has.
-    others : give the channels that no log before them has.
-    align_on : what tells the clocks; left out, it is the tied pair with the smallest standard error of the delay.
-    delays : of each other logger, s, where it is known; else None. Left out: of none.
+    reference : defines the clock; all its channels are kept.
+    others : each adds the channels that no earlier log has.
+    align_on : channels that determine the delay; None: the pair with the smallest standard error of the delay.
+    delays : known delay of each other logger, s; None where it is estimated. Empty: all are estimated.
 
     Returns
     -------
-    log : channels of a faster logger are means over the reference's usual step, those of a slower one lie on straight
-        lines between its samples, which the log holds too; NaN beyond its ends and in its gaps.
-    clocks : one difference for each other logger.
+    log : channels of a faster logger are averaged over the reference's median step, those of a slower one are
+        interpolated linearly, and ``log.samples`` keeps their samples; NaN beyond its ends and in its gaps.
+    clocks : one clock difference for each other logger.
 
     Raises
     ------
-    InputError : a delay that cannot be estimated.
+    InputError : a delay cannot be estimated.
     """
     merged = replace(reference, findings=(*reference.findings, *(f for log in others for f in log.findings)))
     step = float(np.median(np.diff(reference.time)))
@@ -68,7 +68,7 @@ def merge(
 
 
 def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -> tuple[ClockDifference, list[Finding]]:
-    """The difference of two clocks, and a doubt for each other pair of channels that contradicts it."""
+    """The difference of two clocks, and a warning for each other pair of channels that contradicts it."""
     possible = _possible(reference, other, align_on) if delay is None else ties(reference.channels, other.channels)
     sound, also = (_sound(log, possible) for log in (reference, other))
     found, problems = list[tuple[ChannelTie, ClockDifference]](), list[Finding]()
@@ -91,16 +91,16 @@ def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -
         if one is not best and abs(apart) > CLOCKS.pairs_apart * std:
             what = f"{tie} gives a delay that differs by {apart:+.4f} s +- {std:.4f} s from {by}: one "
             what += "of these sensors lags behind its own logger"
-            remedy = "check the stated 'delay'" if best.stated else "name the pair to go by with 'align_on'"
+            remedy = "check the stated 'delay'" if best.stated else "select the pair to use with 'align_on'"
             remedy += ", and see the sensors' data sheets for their delay"
             doubts.append(Finding(other.name, what, remedy=remedy, doubt=True))
     return best, doubts
 
 
 def _sound(log: Log, pairs: Sequence[ChannelTie]) -> Log:
-    """The channels of the pairs, and the speeds that tell whether the car moves, without samples that failed a test.
+    """The channels of the pairs, and the speeds that show whether the car moves, without samples that failed a test.
 
-    A segment in which a sensor is frozen would be matched to a motion of the other logger that is not there.
+    A frozen segment would otherwise be matched to a motion that only the other logger recorded.
     """
     used = {n for pair in pairs for n in (pair.first, pair.second)} | set(SPEEDS)
     part = replace(log, channels={n: v for n, v in log.channels.items() if n in used})
@@ -109,7 +109,7 @@ def _sound(log: Log, pairs: Sequence[ChannelTie]) -> Log:
 
 
 def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]:
-    """The pairs of channels that may tell the clocks.
+    """The pairs of channels that can align the clocks.
 
     Raises
     ------
@@ -123,13 +123,13 @@ def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]
     if align_on is not None:
         tie = tie_of(*align_on)
         if tie is None:
-            what = f"'{align_on[0]}' and '{align_on[1]}' are not tied by physics, so they cannot align the clocks"
+            what = f"'{align_on[0]}' and '{align_on[1]}' are not physically related, so they cannot align the clocks"
             ways = ", ".join(tying((align_on[0],))) or "none"
-            raise InputError(Finding(other.name, what, "", f"channels tied to '{align_on[0]}': {ways}"))
+            raise InputError(Finding(other.name, what, "", f"channels related to '{align_on[0]}': {ways}"))
         return [tie]
     found = ties(reference.channels, other.channels)
     if not found:
-        what = f"cannot be aligned with {reference.name}: they share no channel, and physics ties none"
+        what = f"cannot be aligned with {reference.name}: they have no channel in common and no physically related pair"
         got = f"{_listed(other)}; of {reference.name}: {_listed(reference)}"
         choices = ((other, tying(reference.channels)), (reference, tying(other.channels)))
         serving = [f"map one of these from {log.name}: {', '.join(names)}" for log, names in choices if names]
@@ -143,7 +143,7 @@ def _listed(log: Log) -> str:
 
 
 def _one_name(reference: Log, other: Log, name: str, lacking: Log) -> Finding:
-    """That one of two loggers lacks the channel to align on, with the pair that would serve."""
+    """The finding that one of two loggers lacks the channel to align on; the remedy names a usable pair."""
     sides = [(name,) if name in log else tuple(log.channels) for log in (reference, other)]
     pair = next(iter(ties(*sides)), None)
     remedy = "map it for every logger"
@@ -156,16 +156,16 @@ def _one_name(reference: Log, other: Log, name: str, lacking: Log) -> Finding:
 
 
 def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
-    """Put channels of the same file that stand on other clocks on the reference's, saying how each was resampled.
+    """Resample channels of one file that have other clocks to the reference's clock; report how each was resampled.
 
     Parameters
     ----------
-    reference : gives the clock.
-    others : logs of channels that count the time from the same moment, so that no delay is estimated.
+    reference : defines the clock.
+    others : logs whose time has the same origin, so that no delay is estimated.
 
     Returns
     -------
-    Log : channels resampled as by `merge`; those whose samples have the same times are taken as they are.
+    Log : channels resampled as by `merge`; channels with the same sampling times are copied.
     """
     added: dict[str, Array] = {}
     how: dict[str, str] = {}
@@ -195,10 +195,10 @@ def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
 def _resampled(
     log: Log, channel: str, at: Array, step: float, gaps: NDArray[np.bool_] | None = None
 ) -> tuple[Array, str]:
-    """A channel at other times, and how; ``gaps`` (n,): which times lie in gaps of its clock or beyond its ends."""
+    """A channel at other times, and the method; ``gaps`` (n,): the times in gaps or beyond the ends of its clock."""
     signal = Signal(*_samples_of(log, channel))
     if signal.time.size < 2:
-        return np.full(at.size, np.nan), "nothing written"
+        return np.full(at.size, np.nan), "fewer than two values"
     whole = signal.time.size == log.time.size and channel not in log.samples
     if signal.step < 0.75 * step:
         return signal.averages(at, step), f"means over {step:.4g} s"
@@ -208,7 +208,7 @@ def _resampled(
 
 
 def _samples_of(log: Log, channel: str) -> Samples:
-    """What was written of a channel."""
+    """Times and values of a channel's recorded samples."""
     if channel in log.samples:
         return log.samples[channel]
     written = np.isfinite(log[channel])
@@ -216,27 +216,30 @@ def _samples_of(log: Log, channel: str) -> Samples:
 
 
 def _between_lines(log: Log, how: Mapping[str, str]) -> dict[str, Samples]:
-    """The samples, on the log's own clock, of its channels that were resampled on straight lines between them."""
+    """The samples, on the log's own clock, of its linearly interpolated channels."""
     return {n: _samples_of(log, n) for n in log.channels if how.get(n) == LINES}
 
 
 def _on_reference(samples: Mapping[str, Samples], at: Array, time: Array) -> dict[str, Samples]:
-    """Samples with the reference's times, of which ``time`` (n,) is ``at`` (n,) on their own; both are steady."""
+    """Samples with their times converted to the reference's clock.
+
+    ``time`` (n,) on the reference's clock is ``at`` (n,) on theirs; the relation is linear.
+    """
     rate = (time[-1] - time[0]) / (at[-1] - at[0])
     return {n: (time[0] + rate * (own - at[0]), values) for n, (own, values) in samples.items()}
 
 
 def _estimated(found: ClockDifference, drift: str) -> str:
-    """The drift, and the channels by which a clock is aligned."""
+    """Text of the drift, and of the channels that aligned a clock."""
     first, second = found.pair
     corrected = "corrected" if found.corrected else "not significant and not corrected"
     same = f"channel '{first}', which here is {found.gain:.4g} x {found.run} {found.offset:+.3g}"
     by = same if first == second else f"'{first}' and '{second}'"
-    return f" at {found.at:.4g} s, and drifts by {drift}, which is {corrected}; by {by}"
+    return f" at {found.at:.4g} s, and drifts by {drift}, which is {corrected}; estimated from {by}"
 
 
 def _clock_findings(found: ClockDifference, how: dict[str, str]) -> list[Finding]:
-    """What is done with a logger's clock, and a doubt where its drift is that of no quartz clock."""
+    """A note of how a logger's clock was aligned, and a warning where it drifts more than a quartz clock."""
     drift = f"{1e6 * found.drift:+.0f} ppm +- {1e6 * found.drift_std:.0f} ppm"
     what = f"clock is {found.delay:+.4f} s +- {found.delay_std:.4f} s (standard error) from that of {found.run}"
     what += ", as stated" if found.stated else _estimated(found, drift)

@@ -1,4 +1,4 @@
-"""Condensing of a log to the rate that a step's model needs: means over blocks of equal time."""
+"""Reduce a log to the rate that a step's model needs, by means over blocks of equal duration."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
-LEAST_SAMPLES = 2  # of a block, on average: a log sampled more slowly stays as it is
-LEAST_FINITE = 0.5  # share of a block's samples that must hold a number
+LEAST_SAMPLES = 2  # per block on average; a log with fewer is not averaged
+LEAST_FINITE = 0.5  # share of a block's samples that must be finite
 
 
 def condensed(log: Log, rate: float) -> Log:
-    """The log averaged over blocks of 1 / rate; the log itself where that joins fewer than two samples.
+    """The log averaged over blocks of 1 / rate; the log itself if a block has fewer than two samples on average.
 
-    Mean of every channel and of the time over the samples of each block: for white noise the block means hold all the
-    information about a signal that is straight within a block; the mean of a curved one is off by x'' / (24 rate^2).
-    Blocks without samples, as in a gap, have no row; a block of a channel with fewer than half of its samples is NaN.
+    Mean of every channel and of the time over the samples of each block: for white noise the block means keep all the
+    information about a signal that is linear within a block; the mean of a curved one is off by x'' / (24 rate^2).
+    Blocks without samples, as in a gap, have no row; a block with fewer than half of a channel's samples is NaN.
 
     Parameters
     ----------
-    rate : Hz, of the blocks.
+    rate : blocks per second, Hz.
     """
     if log.time.size < 2 or log.time.size < LEAST_SAMPLES * rate * log.duration:
         return log
@@ -48,7 +48,7 @@ def _means(values: Array, starts: NDArray[np.intp], counts: NDArray[np.int64]) -
 
 
 def condensing_note(before: tuple[Log, ...], after: tuple[Log, ...], rate: float) -> tuple[Finding, ...]:
-    """A note of how many rows were averaged into how many; empty where no log was condensed."""
+    """A note with the number of rows before and after averaging; empty if no log was averaged."""
     made = [(b.time.size, a.time.size) for b, a in zip(before, after, strict=True) if a is not b]
     if not made:
         return ()

@@ -1,4 +1,4 @@
-"""What each channel of a log of any format holds: rate, span, range, rests, and which channels are the same."""
+"""Facts about each channel of a log of any format: rate, span, range, constant segments, identical channels."""
 
 from __future__ import annotations
 
@@ -20,34 +20,33 @@ from vdyn_cli.quantities.quantity import UnitError, from_si
 
 State = Literal["clock", "varies", "constant", "empty", "text"]
 
-_SWITCH = 16  # values; a channel of fewer is a switch or a gear, which may rest anywhere
-_REST = 0.1  # of the channel's duration: shorter rests are usual in traffic
+_SWITCH = 16  # distinct values; a channel with no more is a switch or a gear, which may be constant for any time
+_REST = 0.1  # of the channel's duration: shorter constant segments are usual in traffic
 _SHORTEST_REST = 10.0  # s
-_ANGLES = 20_000  # samples that show a mean angle
-_LONG_FALL = 10.0  # s; shorter ones are those of brakes
-_FALL_STEP = 2.0  # s: a car that coasts loses more speed in it than a receiver's noise leaves in its mean
+_ANGLES = 20_000  # samples that suffice for a mean angle
+_LONG_FALL = 10.0  # s; shorter decreases of speed are braking
+_FALL_STEP = 2.0  # s, averaging time: a coasting car loses more speed in it than the noise of a receiver's mean
 
 
 @dataclass(frozen=True)
 class ChannelFacts:
-    """What a channel holds.
+    """Facts about a channel.
 
     Parameters
     ----------
     info : name, unit, rate, span, group and source.
-    column : how a description names it, with ``#2`` for the second of its name where no group tells them apart, and
-        then ``#1`` for the first.
+    column : its name in a description; ``#1``, ``#2`` are appended to equal names that no group distinguishes.
     state : ``clock``, ``varies``, ``constant``, ``empty``, or ``text``.
-    samples : written ones.
-    lowest, highest : in the unit of the file; NaN where nothing is written.
-    rest : first and last time (s) and value of the longest rest of a channel that varies otherwise; None where it
-        has none of a tenth of its duration and 10 s.
-    same_as : the first channel with the same samples; empty where there is none.
-    repeated : how many channels of the file have this name.
-    ends : first and last written value, in the unit of the file; NaN where nothing is written.
-    angle : mean of exp(i x), x read as degrees: its argument is the mean angle, its size 1 where all agree.
-    longest_fall : s, of the longest time over which the means of two seconds fall one after the other.
-    falls : first and last time, s, of each fall by half of the channel's range, where one lasts 10 s.
+    samples : number of recorded values.
+    lowest, highest : in the unit of the file; NaN for an empty channel.
+    rest : first and last time (s) and value of the longest constant segment of a channel that varies otherwise; None
+        if none lasts 10 s and a tenth of the channel's duration.
+    same_as : the first channel with the same samples; empty if there is none.
+    repeated : number of channels of the file with this name.
+    ends : first and last recorded value, in the unit of the file; NaN for an empty channel.
+    angle : mean of exp(i x) with x in degrees: its argument is the mean angle, its modulus 1 if all x are equal.
+    longest_fall : longest time, s, over which successive 2 s means decrease.
+    falls : first and last time, s, of each decrease by half of the channel's range; empty if none lasts 10 s.
     """
 
     info: ChannelInfo
@@ -66,11 +65,11 @@ class ChannelFacts:
 
 
 def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[ChannelFacts, ...]:
-    """What each channel of a log holds, in the file's order.
+    """The facts about each channel of a log, in the file's order.
 
     Parameters
     ----------
-    span : first and last time, s, of the part that is looked at; None: all of the log.
+    span : first and last time, s, of the part to evaluate; None: the whole log.
 
     Raises
     ------
@@ -90,7 +89,7 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
         label = f"{info.group}.{column}" if info.group else column
         same = seen.setdefault(mark, label) if mark else label
         facts.append(replace(one, same_as="" if same == label else same))
-    # The first of several of one name is not to be had by the name alone, except for the clocks of a file's tables.
+    # A name that several channels share does not select the first of them, except for the clocks of a file's tables.
     clocks = [f.info.name for f in facts if f.state == "clock"]
     several = {
         f.column: f"{f.column}#1"
@@ -109,7 +108,7 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
 
 
 def recordings(path: Path) -> Iterator[Recorded]:
-    """Every channel with its samples; of a reader that cannot hand them out, as it reads them by name.
+    """Every channel with its samples; a reader without ``recordings`` reads them by name.
 
     Raises
     ------
@@ -134,7 +133,7 @@ def recordings(path: Path) -> Iterator[Recorded]:
 
 
 def _within(recorded: Recorded, span: tuple[float, float]) -> Recorded:
-    """The samples of a span of time; all of a channel without a clock."""
+    """The samples within a time span; all samples of a channel without a clock."""
     time, values = recorded.time, recorded.values
     if time is None or not (inside := (time >= span[0]) & (time <= span[1])).any():
         return recorded
@@ -168,8 +167,10 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
 
 
 def _longest_fall(time: Array, values: Array) -> float:
-    """The longest time, s, over which each mean of two seconds, or sample where these are rarer, is below the last;
-    without the gaps in it."""
+    """The longest time, s, over which each 2 s mean (or sample, if these are rarer) is below the previous one.
+
+    Gaps within that time do not count.
+    """
     begins, means = _step_means(time, values)
     if means.size < 2:
         return 0.0
@@ -178,7 +179,7 @@ def _longest_fall(time: Array, values: Array) -> float:
 
 
 def _falls(time: Array, values: Array) -> tuple[tuple[float, float], ...]:
-    """First and last time of each fall by half of the range, between turning points as far apart."""
+    """First and last time of each decrease by half of the range, between turning points."""
     begins, means = _step_means(time, values)
     half = 0.5 * float(np.ptp(means))
     found: list[tuple[float, float]] = []
@@ -198,14 +199,14 @@ def _falls(time: Array, values: Array) -> tuple[tuple[float, float], ...]:
 
 
 def _step_means(time: Array, values: Array) -> tuple[Array, Array]:
-    """Begin, s, and mean of each step of two seconds that has samples."""
+    """Start, s, and mean of each 2 s interval that has samples."""
     bins = np.floor((time - time[0]) / _FALL_STEP)
     first = np.flatnonzero(np.diff(bins, prepend=-1.0) > 0.0)
     return time[first], np.add.reduceat(values, first) / np.diff(first, append=values.size)
 
 
 def _rest(time: Array, values: Array) -> tuple[float, float, float] | None:
-    """The longest time within which a channel of many values does not change."""
+    """Start, end and value of the longest constant segment of a channel with many distinct values."""
     starts = np.concatenate([[0], np.flatnonzero(values[1:] != values[:-1]) + 1])
     if starts.size <= _SWITCH or np.unique(values[starts]).size <= _SWITCH:
         return None
@@ -218,7 +219,7 @@ def _rest(time: Array, values: Array) -> tuple[float, float, float] | None:
 
 
 def _fingerprint(recorded: Recorded) -> str:
-    """Equal for channels with the same samples, at the same times as far as that shows in their number and span."""
+    """Hash that is equal for channels with the same samples, number of samples and time span."""
     values = recorded.values
     if values is None:
         return ""

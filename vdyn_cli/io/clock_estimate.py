@@ -1,18 +1,18 @@
-"""The delay and the drift between two loggers' clocks from channels that physics ties, and their standard errors.
+"""Delay and drift between two loggers' clocks, with standard errors, from physically related channels.
 
-Of two recordings x (the reference's) and y (the other's) of the same motion::
+For two recordings x (the reference's) and y (the other's) of the same motion::
 
     y(t + delay + drift (t - at)) = gain x(t) + offset [+ slip V V']
 
-The slip term is there for a wheel's speed against the vehicle's speed V: slip grows with the tire's force, so with the
-acceleration, and a delay of the speed looks the same at a constant speed. Of a speed and an acceleration, the change
-of the speed over a second is compared with that of the integral of the acceleration.
+The slip term is used for a wheel speed against the vehicle speed V: slip grows with the tire force and so with the
+acceleration, which a delay of the speed would imitate. For a speed and an acceleration, the change of the speed over a
+second is compared with that of the integral of the acceleration.
 
-The whole-step delay has the largest concordance 2 cov(x, y) / (var x + var y + (mean x - mean y)^2), or correlation
-where the two have different units, over all delays that leave enough overlap. It is refined by least squares, both
-smoothed by the same symmetric kernel, which moves neither in time, weighted by a slope that is smoothed until noise no
-longer spoils it. Standard errors come from 16 blocks of equal information (jackknife), so that they hold for colored
-differences between the sensors.
+The coarse delay, to one sampling step, maximizes the concordance 2 cov(x, y) / (var x + var y + (mean x - mean y)^2),
+or the correlation if the units differ, over all delays with enough overlap. Least squares refine it: both signals are
+smoothed by the same symmetric kernel, which shifts neither in time, and weighted by a slope that is smoothed enough to
+suppress its noise. Standard errors come from a jackknife over 16 blocks of equal information, so that they hold for
+autocorrelated differences between the sensors.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _BLOCKS = 16
 _ITERATIONS = 30
 _MOST_POINTS = 1 << 21  # of the coarse search
 _CHANGE = 1.0  # s over which the change of a speed is compared with an acceleration
-_SLOW = 8.0  # s of the moving mean that is taken from such changes: slopes and tilt are slower
+_SLOW = 8.0  # s, length of the moving mean subtracted from such changes: road slope and tilt vary more slowly
 _DRIFT_ROUNDS = 4
 
 
@@ -48,15 +48,15 @@ class _Fit:
     std: float
     gain: float
     offset: float
-    noise: float  # variance of the delay for white residuals of variance 1, less scattered than std is
-    at: float  # on the other's clock
+    noise: float  # variance of the delay for white residuals of variance 1; it scatters less than std
+    at: float  # s on the other's clock
     drift: float
     drift_std: float
 
 
 @dataclass(frozen=True)
 class _Cells:
-    """Both recordings as means over fine cells, each on its own clock's grid, with a smoothing width, s."""
+    """Both recordings as means over fine cells, each on a grid of its own clock; ``width``: smoothing width, s."""
 
     grids: tuple[Array, ...]
     values: tuple[Array, ...]
@@ -65,17 +65,17 @@ class _Cells:
 
 
 def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
-    """Estimate how far another logger's clock is ahead, from a channel that both loggers recorded.
+    """Estimate by how much another logger's clock is ahead, from a channel that both loggers recorded.
 
     Parameters
     ----------
-    reference, other : logs that overlap by at least half of the shorter.
+    reference, other : logs that overlap by at least half of the shorter one.
     channel : recorded by both; it may differ by a gain and an offset.
 
     Returns
     -------
-    (delay, std) : s, at the middle of the information. What the reference stamps t, the other stamps t + delay; std
-        is the standard error.
+    (delay, std) : s, at the information-weighted mean time. An event at t on the reference's clock is at t + delay on
+        the other's; std is the standard error.
 
     Raises
     ------
@@ -86,15 +86,15 @@ def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
 
 
 def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDifference:
-    """Estimate delay and drift of another logger's clock from two channels that physics ties.
+    """Estimate delay and drift of another logger's clock from two physically related channels.
 
-    The drift, with the prior of quartz clocks, is corrected where it exceeds ``drift_determined`` standard errors; the
-    delay is then that beside it.
+    The drift, with the prior of quartz clocks, is corrected if it exceeds ``drift_determined`` standard errors; the
+    delay is then estimated together with it.
 
     Raises
     ------
-    InputError : a channel is missing, moves too little or too evenly, or matches at no delay or at several; the drift
-        is that of no clock.
+    InputError : a channel is missing, varies too little or too uniformly, matches at no delay or at several, or the
+        drift is larger than that of any clock.
     """
     x, y = _signal(reference, tie.first), _signal(other, tie.second)
     where = f"{reference.name}, {other.name}: {tie}"
@@ -108,8 +108,8 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
     cells = _Cells(grids, means, width, tie.vehicle)
     first = _best(cells, coarse, 0.0, 0.0)
     if first is None:
-        what = "varies too little or too evenly to separate a delay from a gain and an offset"
-        remedy = f"log accelerating and braking too, {_OTHERS}"
+        what = "varies too little or too uniformly to separate a delay from a gain and an offset"
+        remedy = f"record acceleration and braking as well, {_OTHERS}"
         raise InputError(Finding(where, what, remedy=remedy))
     at = first.at - first.delay
     found, corrected, settled = first, False, False
@@ -133,22 +133,22 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
 
 
 def stated_difference(reference: Log, other: Log, delay: Given) -> ClockDifference:
-    """The difference of two clocks whose delay is known; a delay with an uncertainty has the drift of quartz clocks.
+    """The difference of two clocks whose delay is known; a delay with an uncertainty has the drift prior of quartz.
 
     Parameters
     ----------
-    delay : by which the other's clock is ahead, s; exact (std 0) where both have one clock.
+    delay : time by which the other's clock is ahead, s; std 0 if both loggers share one clock.
 
     Raises
     ------
-    InputError : with this delay the logs are not of the same time.
+    InputError : with this delay the logs do not overlap enough.
     """
     (first, last), (start, stop) = ((log.time[0], log.time[-1]) for log in (reference, other))
     together = min(last, stop - delay.value) - max(first, start - delay.value)
     if together < CLOCKS.least_overlap * min(last - first, stop - start):
-        what = f"is not of the time of {reference.name} with the stated delay"
-        got = f"{start:.6g} s to {stop:.6g} s, less {delay.value:.6g} s, against {first:.6g} s to {last:.6g} s"
-        remedy = "correct 'delay' (what this clock shows less what the first logger's shows), or leave it out"
+        what = f"does not overlap {reference.name} enough with the stated delay"
+        got = f"{start:.6g} s to {stop:.6g} s, minus {delay.value:.6g} s, against {first:.6g} s to {last:.6g} s"
+        remedy = "correct 'delay' (time on this clock minus time on the first logger's clock), or remove it"
         raise InputError(Finding(other.name, what, got, remedy))
     drift_std = CLOCKS.prior_drift if delay.std > 0.0 else 0.0
     at = float(np.mean(reference.time[[0, -1]]))
@@ -157,11 +157,13 @@ def stated_difference(reference: Log, other: Log, delay: Given) -> ClockDifferen
 
 
 def _with_prior(drift: float, std: float) -> tuple[float, float]:
-    """A measured drift and its standard error with the prior of quartz clocks; as measured where it contradicts that.
+    """Combine a measured drift and its standard error with the prior of quartz clocks.
+
+    A drift that contradicts the prior is returned as measured.
 
     Parameters
     ----------
-    drift, std : s/s; an infinite error leaves the prior.
+    drift, std : s/s; an infinite std returns the prior.
     """
     if abs(drift) > CLOCKS.prior_contradicted * float(np.hypot(std, CLOCKS.prior_drift)):
         return drift, std
@@ -170,15 +172,17 @@ def _with_prior(drift: float, std: float) -> tuple[float, float]:
 
 
 def _check_drift(drift: float, std: float, where: str) -> None:
-    """Refuse a drift that is that of no clock.
+    """Refuse a drift larger than that of any clock.
 
     Raises
     ------
-    InputError : beyond ``most_drift``, which is only left where the data contradict the prior.
+    InputError : the drift exceeds ``most_drift``; this happens only where the data contradict the prior.
     """
     if abs(drift) > CLOCKS.most_drift:
-        what = "the logs do not belong together or a channel is faulty: one clock would drift against the other"
-        got = f"{1e6 * drift:+.0f} ppm +- {1e6 * std:.0f} ppm; quartz clocks keep {1e6 * CLOCKS.prior_drift:.0f} ppm"
+        what = "the clocks drift apart too fast: the logs are of different runs or a channel is faulty"
+        got = (
+            f"{1e6 * drift:+.0f} ppm +- {1e6 * std:.0f} ppm; quartz clocks drift by {1e6 * CLOCKS.prior_drift:.0f} ppm"
+        )
         remedy = "check which logs belong to this run, and the unit and the sampling rate of their times; or "
         raise InputError(Finding(where, what, got, f"{remedy}{_OTHERS}"))
 
@@ -196,7 +200,7 @@ def _signal(log: Log, channel: str) -> Signal:
 
 
 def _compared(signal: Signal, grid: Array, step: float, tie: ChannelTie, side: int) -> Array:
-    """Means over cells of what is compared: the channel, or the change per second of it or of its integral."""
+    """Cell means of the compared quantity: the channel, or its change per second, or that of its integral."""
     if tie.order == 0:
         return signal.averages(grid, step)
     higher = side == (1 if tie.order > 0 else 0)
@@ -211,7 +215,7 @@ def _compared(signal: Signal, grid: Array, step: float, tie: ChannelTie, side: i
 
 
 def _moving_mean(values: Array, half: int) -> Array:
-    """Means over so many values on both sides, NaN where fewer are there."""
+    """Means over ``half`` values on both sides, NaN where fewer exist."""
     mean, width = np.full(values.size, np.nan), 2 * half + 1
     if values.size >= width:
         total, known = (
@@ -223,11 +227,11 @@ def _moving_mean(values: Array, half: int) -> Array:
 
 
 def _coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
-    """The delay at which the recordings are most alike on a common grid, to about one step of it.
+    """The delay, s, at which the recordings are most similar on a common grid, to about one grid step.
 
     Raises
     ------
-    InputError : no delay matches, only the opposite sign does, or two delays match equally well.
+    InputError : the recordings match at no delay, only with opposite sign, or equally well at two delays.
     """
     span = np.ptp(x.time) + np.ptp(y.time)
     step = max(x.step, y.step, span / _MOST_POINTS)
@@ -244,7 +248,7 @@ def _coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
         remedy = "one logger has the opposite sign: add 'sign: -1' to its channel" if opposite else remedy
         raise InputError(Finding(where, "the two recordings do not match at any delay", got, remedy))
     miss = 1.0 - likeness
-    far = np.flatnonzero(miss > CLOCKS.lost * miss[best])  # where the match is plainly lost, on either side
+    far = np.flatnonzero(miss > CLOCKS.lost * miss[best])  # where the match is clearly lost, on either side
     left, right = (int(far[far < best].max(initial=-1)), int(far[far > best].min(initial=miss.size)))
     rivals = [i for i in np.flatnonzero(miss < CLOCKS.rival * miss[best]) if i < left or i > right]
     if rivals:
@@ -255,7 +259,7 @@ def _coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
 
 
 def _likeness(a: Array, b: Array, same: bool) -> Array:
-    """Concordance, or correlation, of a and b for each lag of b, -1 where too little of them overlaps."""
+    """Concordance, or correlation, of a and b for each lag of b; -1 where they overlap too little."""
     a, b = a - float(np.nanmean(a)), b - float(np.nanmean(a if same else b))
     if not same:
         b = b * float(np.nanstd(a)) / max(float(np.nanstd(b)), 1e-300)
@@ -271,7 +275,7 @@ def _likeness(a: Array, b: Array, same: bool) -> Array:
 
 
 def _lagged_sums(a: Array, b: Array) -> tuple[Array, ...]:
-    """For each lag of b from -(len a - 1) on: samples in common, sums of a, b, a^2, b^2 and a b over them."""
+    """For each lag of b from -(len a - 1): number of common samples, and sums of a, b, a^2, b^2 and a b over them."""
     size = 1 << int(a.size + b.size - 1).bit_length()
     parts = [(np.isfinite(v).astype(float), np.nan_to_num(v)) for v in (a, b)]
     (ones_a, za), (ones_b, zb) = parts
@@ -287,14 +291,14 @@ def _lagged_sums(a: Array, b: Array) -> tuple[Array, ...]:
 
 
 def _best(cells: _Cells, delay: float, rate: float, at: float) -> _Fit | None:
-    """The fit with the smoothing of the weights that leaves the least noise; None where none determines a delay."""
+    """The fit with the smoothing of the weights that gives the least noise; None if none determines a delay."""
     smooth: tuple[Array, ...] = tuple(smoothed(c, 1.0) for c in cells.values)
     slip: tuple[int, Array] | None = None
     found: list[_Fit] = []
     for times in _WIDTHS:
         wide = tuple(smoothed(c, times / _WIDTHS[0]) for c in cells.values)
         slopes = tuple(np.gradient(c, cells.width / FINE) for c in wide)
-        if cells.vehicle is not None:  # V V' = (V^2 / 2)', smoothed as what it explains
+        if cells.vehicle is not None:  # V V' = (V^2 / 2)', smoothed like the signals
             smooth, energy = wide, smoothed(0.5 * cells.values[cells.vehicle] ** 2, times / _WIDTHS[0])
             slip = cells.vehicle, np.gradient(energy, cells.width / FINE)
         fit = _refined(cells.grids, (smooth, slopes, slip), (delay, rate, at), 4.0 * times * cells.width / _WIDTHS[0])
@@ -308,15 +312,16 @@ def _refined(
     clock: tuple[float, float, float],
     reach: float,
 ) -> _Fit | None:
-    """Solve sum(slope (y(stamp(t)) - gain x(t) - offset)) = 0; None where that determines no delay nearby.
+    """Solve sum(slope (y(stamp(t)) - gain x(t) - offset)) = 0 for the delay; None if that determines no delay nearby.
 
     The channels are smoothed just enough to be interpolated, so that neighboring blocks stay independent; the slopes
-    that weight them are smoothed as much as pays.
+    that weight them are smoothed more.
 
     Parameters
     ----------
-    recordings : both channels, their slopes, and what slip adds, with the grid (0, 1) on which it stands.
-    clock : the delay to start from, the drift that is corrected, and the reference's time at which the delay holds.
+    recordings : both channels, their slopes, and the slip term with the index (0, 1) of its grid.
+    clock : initial delay (s), corrected drift (s/s), and the reference's time (s) to which the delay refers.
+    reach : largest accepted change of the delay, s.
     """
     (start, rate, at), (smooth, slopes, slip) = clock, recordings
     every = slice(None, None, FINE // 2)
@@ -334,7 +339,7 @@ def _refined(
             added = slip[1][every] if slip[0] == 0 else np.interp(warped + delay, fine, slip[1], np.nan, np.nan)
         space = _basis(base, None if added is None else added[use])
         own, residual = _without(space, slope[use]), _without(space, value[use])
-        # The noise of the two slopes is independent: their product is information, either one's square is not.
+        # The noise of the two slopes is independent: their product is unbiased information, a square is not.
         theirs = _without(space, reference_slope)
         information = own * theirs
         if information.sum() <= CLOCKS.least_likeness * np.sqrt(_dot(own, own) * _dot(theirs, theirs)):
@@ -355,13 +360,13 @@ def _refined(
 
 
 def _basis(base: Array, slip: Array | None) -> Array:
-    """Orthonormal columns of what gain and offset explain, and the slip of a wheel: (n, 2 or 3)."""
+    """Orthonormal columns for offset, gain and, where given, wheel slip: (n, 2 or 3)."""
     columns = [np.ones(base.size), base - base.mean(), *([] if slip is None else [slip])]
     return np.linalg.qr(np.column_stack([c / max(float(np.sqrt(_dot(c, c))), 1e-300) for c in columns]))[0]
 
 
 def _without(space: Array, values: Array) -> Array:
-    """What the columns do not explain of the values."""
+    """The values minus their projection on the orthonormal columns."""
     for column in space.T:
         values = values - column * _dot(column, values)
     return np.asarray(values)
@@ -374,15 +379,15 @@ def _dot(a: Array, b: Array) -> float:
 def _uncertainty(
     time: Array, columns: tuple[Array, Array, Array], residual: Array, information: Array
 ) -> tuple[float, float, float, float]:
-    """Standard error of the delay, the time for which it holds, the drift (s/s), and the drift's standard error.
+    """Standard error of the delay, the time (s) to which it refers, the drift (s/s), and the drift's standard error.
 
-    From the delete-one-block jackknife of the linearized regression: all coefficients are estimated again without each
-    block, so that a block which alone tells slip or gain from a delay counts as such.
+    Delete-one-block jackknife of the linearized regression: all coefficients are estimated again without each block, so
+    that the error includes a block that alone separates slip or gain from a delay.
 
     Parameters
     ----------
-    columns : the other's slope, the reference's in the other's unit (each (n,)), and what gain, offset and slip
-        explain, (n, 2 or 3). residual : of the other, without these. information : of the delay, by sample.
+    columns : the other's slope, the reference's in the other's unit (each (n,)), and the columns of gain, offset and
+        slip, (n, 2 or 3). residual : of the other, without these. information : about the delay, per sample.
     """
     slope, theirs, space = columns
     gathered = np.cumsum(np.maximum(information, 0.0))
@@ -399,7 +404,7 @@ def _uncertainty(
 def _jackknife(
     block: NDArray[np.int64], instruments: Array, columns: Array, values: Array, k: int
 ) -> tuple[float, float]:
-    """A coefficient of the instrumental regression of -values on columns, and its delete-one-block standard error."""
+    """Coefficient k of the instrumental regression of -values on columns, and its delete-one-block standard error."""
     parts = [block == b for b in range(_BLOCKS)]
     left = np.array([instruments[p].T @ columns[p] for p in parts])
     right = np.array([-instruments[p].T @ values[p] for p in parts])

@@ -12,20 +12,21 @@ class ClockPolicy:
     """The thresholds of clock alignment. ``vdyn explain policy`` prints each with unit, meaning and reason."""
 
     least_overlap: float = threshold(
-        0.5, "of the shorter log", "that both loggers must have recorded at a delay",
-        "Two short pieces of unlike motions are alike by chance; half of a log is not.",
+        0.5, "share of the shorter log", "least overlap of two loggers at a delay",
+        "Short segments of different motions can be similar by chance; half of a log cannot.",
     )  # fmt: skip
     least_likeness: float = threshold(
-        0.5, "correlation", "of the two recordings at the best delay, and of their slopes",
-        "Below, more than three quarters of the variance of one is something else, and the best delay is by chance.",
+        0.5, "correlation", "least correlation of the two recordings, and of their slopes, at the best delay",
+        "Below, more than three quarters of the variance of one is unexplained, and the best delay is by chance.",
     )  # fmt: skip
     rival: float = threshold(
-        1.2, "of the misfit", "up to which another delay counts as good as the best, if the match is lost between them",
+        1.2, "times the misfit", "up to which another delay is not distinguished from the best, if the match is lost "
+        "between them",
         "Repeated manoeuvres leave misfits within some per cent of each other; without repetition all other delays "
         "have a misfit several times that of the best.",
     )  # fmt: skip
     lost: float = threshold(
-        4.0, "of the misfit", "from which the match counts as lost between two such delays",
+        4.0, "times the misfit", "from which the match counts as lost between two such delays",
         "Twice the rms difference of the recordings.",
     )  # fmt: skip
     drift_determined: float = threshold(
@@ -34,11 +35,11 @@ class ClockPolicy:
     )  # fmt: skip
     prior_drift: float = threshold(
         1e-4, "s/s", "standard deviation of the prior of a drift, whose mean is zero",
-        "Data sheets of loggers' quartz clocks state 20 to 100 ppm. A short log alone tells the drift to no better "
-        "than thousands of ppm, and by chance calls some of that significant.",
+        "Data sheets of loggers' quartz clocks state 20 to 100 ppm. A short log alone determines the drift only to "
+        "thousands of ppm, and some estimates are significant by chance.",
     )  # fmt: skip
     prior_contradicted: float = threshold(
-        4.0, "standard errors, the prior's included", "beyond which a drift is not that of a sound quartz clock",
+        4.0, "standard errors, including the prior", "beyond which a drift is not that of a healthy quartz clock",
         "Student's t with 15 degrees of freedom exceeds 4 by chance in 0.12 % (two-sided).",
     )  # fmt: skip
     most_drift: float = threshold(
@@ -46,7 +47,7 @@ class ClockPolicy:
         "Ten times the usual tolerance: logs of different runs, a faulty channel, or a wrong sampling rate.",
     )  # fmt: skip
     pairs_apart: float = threshold(
-        4.0, "standard errors", "by which the delays of two tied pairs must differ to be reported",
+        4.0, "standard errors", "by which the delays of two pairs of channels must differ to be reported",
         "Student's t with 13 degrees of freedom exceeds 4 by chance in 0.15 % (two-sided), for each pair.",
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Names of a file's columns: exact ones, the n-th of several, and the closest where none is the same."""
+"""Search for a file's columns by name: exact, the n-th of equal names, and the closest names for a message."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _NTH = re.compile(r"(.*)#(\d+)")
 
 
 def positions(names: Sequence[str], wanted: str) -> list[int]:
-    """Where a name stands; ``Name#2`` is the second of several of that name."""
+    """The indices of a name; ``Name#2`` is the second of several equal names."""
     at = [i for i, cell in enumerate(names) if cell == wanted]
     if at or (nth := _NTH.fullmatch(wanted)) is None:
         return at
@@ -22,9 +22,9 @@ def positions(names: Sequence[str], wanted: str) -> list[int]:
 
 
 def closest_names(names: Sequence[str], wanted: str) -> str:
-    """The remedy for a name that a file does not have: first those that differ in case, blanks or unit alone.
+    """The remedy for a name that a file does not have: names that differ only in case, blanks or unit, or close ones.
 
-    Names are offered as a description writes them: of several of one name, ``Name#1`` and so on.
+    Names are suggested as a description writes them: equal names as ``Name#1`` and so on.
     """
     named = [cell for cell in _written(names) if cell]
     bare: dict[str, list[str]] = {}

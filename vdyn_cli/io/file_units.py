@@ -1,4 +1,4 @@
-"""Units as a file states them, against those of the description."""
+"""Units that a file states, compared with those of the description."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from vdyn_cli.quantities.unit_grammar import written_powers
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
 _DEGREES = str.maketrans({"℃": "°C", "℉": "°F"})
-OTHER_UNIT = "correct the unit in the description, or make sure that the file's is wrong"  # remedy of a contradiction
+OTHER_UNIT = "correct the unit in the description, or make sure that the file's is wrong"  # a remedy
 BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 
 
 def unit_text(cell: str) -> str:
-    """A unit as a file writes it, without its brackets and outer or repeated blanks."""
+    """A unit as a file writes it, without brackets and without outer or repeated blanks."""
     return " ".join(cell.translate(_DEGREES).split()).strip("[](){}<> ")
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text from a file is a unit; what cannot be one is not given to the parser of units."""
+    """Whether a text from a file is a unit; impossible texts are not passed to the parser of units."""
     if _UNIT.fullmatch(text) is None:
         return False
-    # m/s2, but not V2, which is a name as well.
+    # m/s2, but not V2, which may be a name.
     plain = written_powers(text) if "/" in text else text
     for same in (plain, plain.lower()):  # Deg, Km/h, Meters/second
         try:
@@ -36,18 +36,20 @@ def is_unit(text: str) -> bool:
 
 
 def stated_unit(name: str, unit: str = "") -> str:
-    """The unit that a file states for a channel, in a field of its own or in brackets; empty where it states none."""
+    """The unit that a file states for a channel, in a separate field or in brackets of its name; empty if none."""
     bracket = BRACKET.search(name)
     stated = (unit_text(unit), unit_text(bracket[2]) if bracket else "")
     return next((text for text in stated if text and is_unit(text)), "")
 
 
 def contradicts(stated: str, column: Column, only_scale: bool = False) -> bool:
-    """Whether a unit from a file is another one than the description's.
+    """Whether the unit that a file states differs from the description's.
 
     Parameters
     ----------
-    only_scale : units of another dimension do not count, since what stands in brackets may be no unit at all.
+    stated : text of the file's unit.
+    column : the description's column.
+    only_scale : ignore units of another dimension, since a text in brackets may not be a unit.
     """
     stated = unit_text(stated)
     if not stated or not is_unit(stated):
@@ -61,7 +63,7 @@ def contradicts(stated: str, column: Column, only_scale: bool = False) -> bool:
 
 
 def contradiction(where: str, channel: str, column: Column, stated: str) -> Finding:
-    """The finding that the file states another unit than the description, whose unit is used."""
+    """The warning that the file ``where`` states another unit than the description, whose unit is used."""
     place = f" ({column.where})" if column.where else ""
     what = (
         f"channel '{channel}' is read in '{column.unit}' as the description says{place}, but the file states "
@@ -71,7 +73,7 @@ def contradiction(where: str, channel: str, column: Column, stated: str) -> Find
 
 
 def unit_problem(column: Column, name: str) -> Finding | None:
-    """What is wrong with the description's unit of a column of the log ``name``: unknown, or another dimension."""
+    """The problem if the description's unit for a column of the log ``name`` is unknown or has another dimension."""
     try:
         to_si(1.0, column.unit, column.si_unit)
     except UnitError as error:

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all, and their fingerprints."""
+"""Atomic writing of files, and their fingerprints."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ TEMPORARY = ".vdyn-tmp"  # ending of files that are being written
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file under a temporary name and rename it into place, so that no reader ever sees a part of it.
+    """Write a file under a temporary name and rename it into place, so that no reader sees an incomplete file.
 
     Raises
     ------
-    InputError : the folder cannot be made or written.
+    InputError : the folder cannot be created or written to.
     """
     write_together({path: content})
 
 
 def write_together(files: Mapping[Path, str | bytes]) -> None:
-    """Write files of which the first is the one that all others belong to.
+    """Write a main file, the first, and files that belong to it.
 
-    All are written under temporary names before any is renamed into place. Earlier files of the others' names are
-    removed before the first is renamed, so that at no moment one stands beside a first that it does not belong to.
+    All are written under temporary names before any is renamed into place. Old files with the names of the others are
+    removed before the main file is renamed, so that a main file never stands beside files of another run.
 
     Raises
     ------
-    InputError : a folder cannot be made or written.
+    InputError : a folder cannot be created or written to.
     """
     staged: dict[Path, Path] = {}
     path = next(iter(files))
@@ -57,7 +57,7 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
 
 
 def _stage(path: Path, data: bytes, staged: dict[Path, Path]) -> None:
-    """Write the data beside the file, and enter the temporary file."""
+    """Write the data to a temporary file in the same folder, and enter its path in ``staged``."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", suffix=TEMPORARY, delete=False) as file:
         staged[path] = Path(file.name)
@@ -68,7 +68,7 @@ def _stage(path: Path, data: bytes, staged: dict[Path, Path]) -> None:
 
 
 def remove_temporaries(folder: Path) -> None:
-    """Remove the temporary files of killed writers. Assumes that no other process writes to the folder."""
+    """Remove the temporary files of processes that were killed. Assumes that no other process writes to the folder."""
     for left in folder.glob(f".*{TEMPORARY}") if folder.is_dir() else ():
         with contextlib.suppress(OSError):
             left.unlink()
@@ -81,7 +81,7 @@ def _umask() -> int:
 
 
 def sha256(path: Path) -> str:
-    """The file's fingerprint, read in pieces.
+    """The sha256 of a file, read in pieces.
 
     Raises
     ------
@@ -98,12 +98,12 @@ def sha256(path: Path) -> str:
 
 
 def digest_of(content: str | bytes) -> str:
-    """sha256 of the content of a file, text in UTF-8."""
+    """The sha256 of the content of a file; text is encoded in UTF-8."""
     return hashlib.sha256(content.encode("utf-8") if isinstance(content, str) else content).hexdigest()
 
 
 def folder_as_log(path: Path) -> InputError:
-    """The error for a folder in the place of a log, with how to name the logs in it."""
+    """The error for a folder given as a log; the remedy says how to name the logs in it."""
     kinds = Counter(p.suffix for p in path.iterdir() if p.is_file() and p.suffix not in _NO_LOGS)
     usual = max(kinds, key=lambda suffix: kinds[suffix], default="")
     remedy = f"name the logs in it, such as {path}/*{usual}" if usual else "name a file in it"

@@ -1,4 +1,4 @@
-"""One writer at a time in a folder of results: locks that the system releases when their process ends."""
+"""Locks that allow one writer at a time in a folder of results; the system releases them when their process ends."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 @contextmanager
 def pipeline_lock(folder: Path) -> Iterator[None]:
-    """Keep a folder for one pipeline.
+    """Lock a folder for one pipeline.
 
     Raises
     ------
-    InputError : another pipeline or a step writes there, or the folder cannot be made.
+    InputError : another pipeline or a step writes there, or the folder cannot be created.
     """
     with _opened(folder) as number:
         if not _try(number, shared=False):
@@ -29,15 +29,15 @@ def pipeline_lock(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def step_lock(folder: Path, own: Path) -> Iterator[None]:
-    """Keep a folder for the results of one step; steps wait for each other.
+    """Lock a folder for the results of one step; steps wait for each other.
 
     Parameters
     ----------
-    own : a folder within it, whose lock is the turn to write.
+    own : a folder within it, whose lock serializes the steps.
 
     Raises
     ------
-    InputError : a pipeline writes there, or the folder cannot be made.
+    InputError : a pipeline writes there, or the folder cannot be created.
     """
     with _opened(folder) as number, _opened(own) as turn:
         if not _try(number, shared=True):
@@ -47,7 +47,7 @@ def step_lock(folder: Path, own: Path) -> Iterator[None]:
 
 
 def refuse_busy(folder: Path) -> None:
-    """Refuse a folder in which a pipeline writes, before work that would be lost.
+    """Refuse a folder to which a pipeline writes, before work that would be lost.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def _busy(folder: Path) -> Finding:
     return Finding(str(folder), "another run of vdyn writes its results here", remedy=remedy)
 
 
-# Windows has no flock; there, and on network drives without locks, two runs in one folder are not noticed.
+# Windows has no flock; there, and on network drives without locks, two runs in one folder are not detected.
 @contextmanager
 def _opened(folder: Path) -> Iterator[int]:
     try:

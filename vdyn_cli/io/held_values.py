@@ -1,7 +1,7 @@
-"""A slower sensor whose value is held on a faster clock: which rows are its own, and the channel between them.
+"""A slower sensor whose value is held (zero-order hold) on a faster clock: its samples, and interpolation between them.
 
-Held for k rows, a value is (k - 1)/2 rows late on average, which looks like a delay of the sensor, and k rows hold one
-reading. On straight lines between its own rows it is not late, and the log holds its samples.
+A value held for k rows is (k - 1)/2 rows late on average, which looks like a delay of the sensor, and k rows contain
+only one reading. Linear interpolation between the samples removes the delay.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from vdyn_cli.quantities.log import Log
 
 Rows = NDArray[np.intp]
 
-LEAST_HELD = 1.5  # rows to one value on average: below, more than half of the values stand in one row
-FEWEST = 30  # changes that show it
-REGULAR = 0.8  # of the changes that must come after the usual number of rows
-JITTERING = 5  # rows, from which on a change may come one row sooner or later
-LEVELS = 16  # a channel of so few values is a switch or a gear
-COARSE = 1.5  # steps of the resolution: a steady slope of a coarse channel changes as regularly, always by one
-SAMPLE = 20_000  # values that show the resolution
+LEAST_HELD = 1.5  # rows per value on average: below, more than half of the values last one row
+FEWEST = 30  # changes, at least
+REGULAR = 0.8  # share of the changes that must come after the median number of rows
+JITTERING = 5  # rows per value, from which a change may come one row earlier or later
+LEVELS = 16  # distinct values; a channel with no more is a switch or a gear
+COARSE = 1.5  # quanta, least median step: a constant slope of a coarse channel changes as regularly, always by one
+SAMPLE = 20_000  # values that suffice to estimate the resolution
 
 
 def held_rows(values: Array) -> Rows | None:
-    """The rows (m,) at which a held channel (n,) without gaps has values of its own; None where it is not held.
+    """The rows (m,) at which a held channel (n,) without gaps was sampled; None if it is not held.
 
-    A stretch of m k rows holds m equal readings, as of a car at rest.
+    A constant segment of m k rows contains m equal readings, as of a car at rest.
     """
     first = np.r_[0, np.flatnonzero(values[1:] != values[:-1]) + 1]
     length = np.diff(first, append=values.size)
@@ -42,7 +42,7 @@ def held_rows(values: Array) -> Rows | None:
         return None
     if np.unique(values[:: -(-values.size // SAMPLE)]).size <= LEVELS:
         return None
-    starts, stops = first[1:-1], first[2:]  # the log begins and ends within a stretch
+    starts, stops = first[1:-1], first[2:]  # the log begins and ends within a held value
     counts = np.maximum(np.rint((stops - starts) / usual), 1).astype(np.intp)
     nth = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     inner = np.repeat(starts, counts) + nth * np.repeat((stops - starts) / counts, counts)
@@ -51,9 +51,9 @@ def held_rows(values: Array) -> Rows | None:
 
 
 def without_held(log: Log) -> Log:
-    """The log whose held channels lie on straight lines between their own samples, which it holds.
+    """The log with held channels interpolated linearly between their samples, which ``log.samples`` keeps.
 
-    Before its first and after its last own row a channel stays as it is; gaps stay gaps.
+    Before its first and after its last sample a channel is unchanged; gaps stay gaps.
     """
     samples, changed = dict(log.samples), dict[str, Array]()
     for name, values in log.channels.items():

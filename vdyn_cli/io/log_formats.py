@@ -1,6 +1,6 @@
-"""Logs of any format: the known readers, and the log that the matching one reads.
+"""Reading of logs of any format by the reader that matches.
 
-An installed package adds a format by the entry point ``vdyn.readers: NAME = package.module:READER``.
+An installed package adds a format with the entry point ``vdyn.readers: NAME = package.module:READER``.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from vdyn_cli.quantities.input_file import open_regular
 from vdyn_cli.quantities.log import Log
 
 GROUP = "vdyn.readers"
-# Beside CSV, which takes what no other reader matches.
+# CSV is not listed: it reads every file that no other reader matches.
 BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, VBO, LONG)
 
 
 def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
-    """Every reader, those of installed packages first and CSV last, and why others cannot be used."""
+    """All readers, those of installed packages first and CSV last, and the errors of plug-ins that cannot be used."""
     found: list[Reader] = []
     refused: list[Finding] = []
     for plugin in plugins(GROUP).values():
         try:
-            # A protocol is no class that mypy lets pass as a type, but isinstance takes it.
+            # mypy does not accept a protocol as a type argument, although isinstance does.
             found.append(plugin.load(Reader))  # type: ignore[type-abstract]
         except InputError as error:
             refused += error.findings
@@ -41,17 +41,17 @@ def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
 
 
 def refuse_pipes(path: Path) -> None:
-    """Refuse what exists and is no regular file or folder, before a reader that does not look at it waits for ever.
+    """Refuse a path that is neither a regular file nor a folder, on which a reader could wait forever.
 
     Raises
     ------
-    InputError : a named pipe, a device, a socket.
+    InputError : the path is a named pipe, a device or a socket.
     """
     try:
         if path.exists() and not path.is_dir():
             open_regular(path).close()
     except PermissionError:
-        return  # each reader says that in its own way
+        return  # each reader reports it
     except (OSError, ValueError) as error:
         raise InputError(Finding(str(path), f"cannot be read: {getattr(error, 'strerror', None) or error}")) from None
 
@@ -63,14 +63,14 @@ def read_log(
 
     Parameters
     ----------
-    mapping : where each channel stands; ``time`` is among them.
-    options : how the file is written, where guessing is not wanted.
-    name : what the log is called in all findings; the file's name where None.
+    mapping : the column of each channel, ``time`` included.
+    options : format of the file where it is not to be guessed.
+    name : name of the log in all findings; None: the file's name.
 
     Raises
     ------
-    InputError : with every problem of the file. A file that no reader matches is read as text, so that the message
-        says what it is.
+    InputError : with all problems of the file. A file that no reader matches is read as text, so that the message
+        states its type.
     """
     refuse_pipes(path)
     known, refused = readers()

@@ -1,4 +1,4 @@
-"""Tables with a row for each value: time, name of the channel, value, and its unit, as loggers of OBD write them.
+"""Long tables: one row for each value, with time, channel name, value and unit, as OBD loggers write them.
 
 SECONDS;PID;VALUE;UNITS
 73772.550;Engine RPM;714;rpm
@@ -36,7 +36,7 @@ _WIDEST = 8  # columns
 
 @dataclass(frozen=True)
 class _Head:
-    """Delimiter, and the positions of the four columns; ``unit`` is -1 where there is none."""
+    """Delimiter, and the indices of the four columns; ``unit`` is -1 if there is none."""
 
     delimiter: str
     names: tuple[str, ...]
@@ -47,7 +47,7 @@ class _Head:
 
 
 class _LongTable:
-    """The channels of one file, each with the times of its own rows."""
+    """The channels of one file, each with the times of its rows."""
 
     row = "line"
 
@@ -74,7 +74,7 @@ class _LongTable:
         return int(self._lines[self._rows[which][row]])
 
     def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
-        """Times, and values; None for a channel of text."""
+        """Times and values; None for a channel of text."""
         found: list[Array | None] = []
         for channel in wanted:
             which = channel.at[0] if isinstance(channel.at, tuple) else 0
@@ -84,7 +84,7 @@ class _LongTable:
 
 
 def _head(text: str) -> _Head | None:
-    """The columns of a table of this kind; None where the first line is not its header."""
+    """The columns of a long table; None if the first line is not the header of one."""
     line = text.splitlines()[0] if text.strip() else ""
     for delimiter in _DELIMITERS:
         names = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
@@ -112,7 +112,7 @@ def _parsed(path: Path) -> _LongTable:
             rows.append(row)
             lines.append(reader.line_num)
     if not rows:
-        raise InputError(Finding(path.name, "holds no rows below its header", remedy="export the log again"))
+        raise InputError(Finding(path.name, "has no rows below its header", remedy="export the log again"))
     return _LongTable(head, rows, lines)
 
 

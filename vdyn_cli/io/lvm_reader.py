@@ -1,4 +1,4 @@
-"""LabVIEW measurement files (.lvm): segments with headers of their own, joined to one time.
+"""LabVIEW measurement files (.lvm): segments, each with a header, joined on one time axis.
 
 Format: National Instruments, "Specification for the LabVIEW Measurement File (.lvm)".
 """
@@ -23,12 +23,12 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 _MAGIC = b"LabVIEW Measurement"
 _END = "***End_of_Header***"
-_SINCE_1904 = 1e9  # s; a time above this is one of day and date, counted from 1904, and not of a test
+_SINCE_1904 = 1e9  # s; a larger time is absolute, counted from 1904, and not relative to a test
 
 
 @dataclass(frozen=True)
 class _Segment:
-    """One header and its rows: channel names and units, the line of the first row, and the cells as numbers."""
+    """One header and its rows: channel names and units, start time (s), line of the first row, times and values."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
@@ -57,7 +57,7 @@ class _LvmTable:
         self.listed = tuple(listed)
 
     def _first_alike(self, i: int) -> int:
-        """The first channel that has the same times."""
+        """The index of the first channel with the same times."""
         return next(k for k in range(i + 1) if np.array_equal(self._times[k], self._times[i]))
 
     def line(self, channel: StoredChannel, row: int) -> int:
@@ -70,7 +70,7 @@ class _LvmTable:
         return 0
 
     def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
-        """Times and values as they were parsed."""
+        """Times and values as parsed."""
         return [(self._times if c.master else self._values)[c.at[0]] for c in wanted if isinstance(c.at, tuple)]
 
 
@@ -79,7 +79,8 @@ def _parsed(path: Path) -> _LvmTable:
     lines = path.read_bytes().decode("utf-8-sig", "replace").splitlines()
     ends = [i for i, line in enumerate(lines) if line.strip().startswith(_END)]
     if len(ends) < 2:
-        raise InputError(Finding(path.name, "has no channel header: cut off", remedy="export or record it again"))
+        what = "has no channel header: the file is incomplete"
+        raise InputError(Finding(path.name, what, remedy="export or record it again"))
     general = _fields(lines[: ends[0]], "\t" if any("\t" in line for line in lines[: ends[0]]) else ",")
     separator = "," if general.get("Separator", ["Tab"])[0].lower() == "comma" else "\t"
     general = _fields(lines[: ends[0]], separator)
@@ -91,12 +92,12 @@ def _parsed(path: Path) -> _LvmTable:
         header = _fields(lines[begin:end], separator)
         segments.append(_segment(lines[end + 1 : stop], end + 2, header, general, (separator, decimal, path.name)))
     if any(s.names != segments[0].names for s in segments):
-        raise InputError(Finding(path.name, "its segments have different channels", remedy="split the file"))
+        raise InputError(Finding(path.name, "segments have different channels", remedy="split the file"))
     return _LvmTable(_from_first(segments))
 
 
 def _header_begin(lines: Sequence[str], start: int, end: int) -> int:
-    """The line of the last ``Channels`` before the end of a header, with which every header of a segment begins."""
+    """The line of the last ``Channels`` before the end of a header: the first line of a segment's header."""
     return max((i for i in range(start, end) if lines[i].startswith("Channels")), default=end)
 
 
@@ -112,7 +113,7 @@ def _segment(
     general: Mapping[str, list[str]],
     form: tuple[str, str, str],
 ) -> _Segment:
-    """One segment's channels; times from its X columns, or from X0 and Delta_X where it has none."""
+    """One segment's channels; times from its X columns, or from X0 and Delta_X if it has none."""
     separator, decimal, name = form
     count = int(header["Channels"][0])
     head = next(csv.reader([lines[0]], delimiter=separator)) if lines else []
@@ -160,12 +161,12 @@ def _numbers(rows: Sequence[str], at: set[int], width: int, form: tuple[str, str
             quoting=csv.QUOTE_NONE,
         )
     except (ValueError, pd.errors.ParserError) as error:
-        raise InputError(Finding(where, "holds text among the numbers", str(error)[:80], "export it again")) from None
+        raise InputError(Finding(where, "has text among the numbers", str(error)[:80], "export it again")) from None
     return {i: table[i].to_numpy(dtype=float) for i in at}
 
 
 def _trimmed(values: Array) -> Array:
-    """Without the empty cells below a channel that is shorter than others of its segment."""
+    """The values without the empty cells below a channel that is shorter than others of its segment."""
     written = np.flatnonzero(np.isfinite(values))
     return values[: written[-1] + 1] if written.size else values[:0]
 
@@ -178,7 +179,7 @@ def _number(cells: Sequence[str], k: int, decimal: str) -> float:
 
 
 def _start(header: Mapping[str, list[str]]) -> float:
-    """Date and time of a header, s of an arbitrary origin; NaN where it states none."""
+    """Date and time of a header, s from an arbitrary origin; NaN if it states none."""
     try:
         day = datetime.strptime(header["Date"][0], "%Y/%m/%d")
         hours, minutes, seconds = header["Time"][0].replace(",", ".").split(":")
@@ -188,7 +189,7 @@ def _start(header: Mapping[str, list[str]]) -> float:
 
 
 def _from_first(segments: Sequence[_Segment]) -> list[_Segment]:
-    """The segments with times from the first one's start: by their X where that goes on or is absolute, or by dates."""
+    """The segments with times from the start of the first: by X if it is continuous or absolute, else by the dates."""
     shifted: list[_Segment] = []
     absolute = any(t.size and t[0] > _SINCE_1904 for t in segments[0].times)
     origin = min((float(t[0]) for t in segments[0].times if t.size), default=0.0) if absolute else 0.0

@@ -1,7 +1,7 @@
-"""MATLAB files: vectors, columns of matrices, and fields of structs; version 7.3, which is HDF5, by h5py.
+"""MATLAB files: vectors, columns of matrices, and fields of structs; h5py reads version 7.3, which is HDF5.
 
-A field of a struct has the struct as its group, a column of a matrix is named ``name(:,2)``. A vector stands on the
-clock of its own struct, or else on the only clock of its length.
+A field of a struct has the struct as its group; a column of a matrix is named ``name(:,2)``. A vector has the clock of
+its struct, or else the only clock of its length.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 _HDF5 = b"\x89HDF"
 _DATA, _NAME, _UNIT = ("data", "values"), ("name", "label"), ("unit", "units")
-_DEEPEST = 8  # structs within structs; a loop of references in an HDF5 file would have no end
+_DEEPEST = 8  # nested structs; references in an HDF5 file may form an endless loop
 
 
 @dataclass(frozen=True)
 class _Leaf:
-    """A numeric array of a file: its shape without dimensions of one, and how it is loaded."""
+    """A numeric array of a file: its shape without dimensions of length one, and the function that loads it."""
 
     shape: tuple[int, ...]
     load: Callable[[], NDArray[Any]]
@@ -75,7 +75,7 @@ def _walk(node: Mapping[str, Any], path: str, depth: int) -> Loaded:
 
 
 def _named(node: Mapping[str, Any], path: str, inner: str, depth: int) -> Loaded:
-    """A struct that names its own data, such as ``Name, Data, Unit``, is one channel; others are groups."""
+    """The channels of a struct: one with fields such as ``Name, Data, Unit`` is one channel, any other a group."""
     name, data = _text(node, _NAME), next((v for k, v in node.items() if k.lower() in _DATA), None)
     if name and isinstance(data, _Leaf) and len(data.shape) == 1:
         yield from _vectors(name, data, path, inner, _text(node, _UNIT))
@@ -98,7 +98,7 @@ def _column(leaf: _Leaf, n: int) -> NDArray[Any]:
 
 
 def _text(node: Mapping[str, Any], keys: Sequence[str]) -> str:
-    """The first text of a struct under one of some keys, whatever their case."""
+    """The first text of a struct under one of some keys, ignoring case."""
     return next((v.strip() for k in keys for n, v in node.items() if n.lower() == k.lower() and isinstance(v, str)), "")
 
 
@@ -124,7 +124,7 @@ def _opened(path: Path) -> Iterator[_MatFile]:
 
 
 def _version_5(path: Path) -> dict[str, Any]:
-    """Structs as loaded; plain arrays are loaded when they are used."""
+    """The variables of a file before version 7.3; plain arrays are loaded when they are used."""
     from scipy.io import loadmat, whosmat
 
     plain = {"double", "single", "logical"} | {f"{u}int{b}" for u in ("", "u") for b in (8, 16, 32, 64)}
@@ -165,7 +165,7 @@ def _version_5_value(value: Any, depth: int) -> Any:
 
 
 def _hdf5_value(file: Any, node: Any, depth: int) -> Any:
-    """A struct as a mapping, an array of structs as a list of mappings, text as text, numbers as a leaf."""
+    """A struct as a mapping, an array of structs as a list of mappings, text as str, numbers as a leaf."""
     if depth > _DEEPEST:
         return None
     if hasattr(node, "items"):
@@ -188,18 +188,18 @@ def _hdf5_value(file: Any, node: Any, depth: int) -> Any:
 
 @contextmanager
 def _damage_named(path: Path) -> Iterator[None]:
-    """Turn what the parsers raise for a damaged file into a message."""
+    """Convert the parsers' errors on a damaged file to an InputError."""
     try:
         yield
     except InputError:
         raise
     except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, NotImplementedError, zlib.error) as error:
-        what = f"is damaged or cut off ({type(error).__name__}: {error})"
+        what = f"is damaged or incomplete ({type(error).__name__}: {error})"
         raise InputError(Finding(str(path), what[:200], remedy="save it again in MATLAB, with '-v7'")) from None
 
 
 def _begins(head: bytes, path: Path) -> bool:
-    """Whether a file begins as one of MATLAB 5 to 7.3 does, or is an HDF5 file named ``.mat``."""
+    """Whether a file begins like a MATLAB 5 to 7.3 file, or is an HDF5 file named ``.mat``."""
     return head.startswith((b"MATLAB 5.0", b"MATLAB 7.3")) or (head.startswith(_HDF5) and path.suffix == ".mat")
 
 

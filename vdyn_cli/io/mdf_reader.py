@@ -1,6 +1,6 @@
-"""ASAM MDF 4 (and 3) measurements by asammdf: each group of channels on its own clock, in the file's units.
+"""ASAM MDF 4 (and 3) measurements, read with asammdf: each group of channels on its own clock, in the file's units.
 
-Samples that the file marks as invalid are NaN. Values with a conversion to text are the numbers below it.
+Samples that the file marks as invalid are NaN. Values with a conversion to text are read as the numbers before it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 
 _MAGIC = (b"MDF     ", b"UnFinMF ")
-_FRAGMENT = 1 << 20  # bytes that asammdf holds at a time; larger ones cost memory and save no time
+_FRAGMENT = 1 << 20  # bytes that asammdf reads at a time; larger fragments cost memory and save no time
 
 
 class _MdfFile:
@@ -37,7 +37,7 @@ class _MdfFile:
         return row + 1
 
     def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
-        """Samples of channels of one group, read together."""
+        """The samples of channels of one group, read together."""
         group = int(str(wanted[0].table))
         found: dict[StoredChannel, Array | None] = {}
         signals = [c for c in wanted if not c.master]
@@ -54,7 +54,7 @@ class _MdfFile:
 
 
 def _listed(mdf: Any) -> Iterator[StoredChannel]:
-    """The channels of all groups; of groups without samples only those that no other group has."""
+    """The channels of all groups; of groups without samples only the names that no other group has."""
     filled = {c.name for group in mdf.groups if group.channel_group.cycles_nr for c in group.channels}
     for number, group in enumerate(mdf.groups):
         called = _group_name(group, number)
@@ -84,7 +84,7 @@ def _source_name(source: Any) -> str:
 
 
 def _numbers(signal: Any) -> Array | None:
-    """The samples as floating-point numbers, NaN where marked invalid; None where they are no single numbers."""
+    """The samples as floating-point numbers, NaN where marked invalid; None if they are not scalars."""
     samples = signal.samples
     if samples.ndim != 1 or samples.dtype.kind not in "biuf":
         return None
@@ -115,36 +115,36 @@ def _opened(path: Path) -> Iterator[_MdfFile]:
 
 
 def _parsed(parser: Any, stream: BinaryIO, path: Path) -> Any:
-    """What asammdf makes of the file.
+    """The measurement as parsed by asammdf.
 
     Raises
     ------
-    InputError : it is damaged.
+    InputError : the file is damaged.
     """
     try:
         return parser(stream)
-    except Exception as error:  # whatever its parser happens to meet: struct.error, KeyError, MdfException
+    except Exception as error:  # its parser raises many types: struct.error, KeyError, MdfException
         finding = _damage(path, error)
     hook = sys.unraisablehook
-    sys.unraisablehook = lambda _: None  # the half-made object complains on the console when it is deleted
+    sys.unraisablehook = lambda _: None  # the incomplete object prints an error when it is deleted
     gc.collect()
     sys.unraisablehook = hook
     raise InputError(finding)
 
 
 def _damage(path: Path, error: Exception) -> Finding:
-    what = f"is damaged or cut off, so that asammdf cannot read it ({type(error).__name__}: {error})"
+    what = f"is damaged or incomplete: asammdf cannot read it ({type(error).__name__}: {error})"
     return Finding(str(path), what[:200], remedy="copy or record the file again")
 
 
 @contextmanager
 def _damage_named(path: Path) -> Iterator[None]:
-    """Turn what asammdf raises for a damaged file into a message."""
+    """Convert asammdf's errors on a damaged file to an InputError."""
     try:
         yield
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # whatever its parser happens to meet
+    except Exception as error:  # its parser raises many types
         raise InputError(_damage(path, error)) from None
 
 

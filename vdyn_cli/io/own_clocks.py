@@ -1,4 +1,4 @@
-"""Channels of different rates in one table, with blanks between the values of the slower ones: each on its own rows."""
+"""Channels of different rates in one table, with blanks between the values of the slower ones: one log per rate."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from vdyn_cli.quantities.log import Log, LogSource
 
 Rows = NDArray[np.intp]
 
-_FEWEST = 4  # values, whose steps show a rate
-_REGULAR = 0.9  # of the steps between values, which are the usual one: blanks by chance leave steps of all lengths
-_NEAR = 0.25  # of the usual step: messages of a bus come so regularly
-_BETWEEN = 0.25  # stretches of blanks for each value: fewer are dropouts, and one is a gap
+_FEWEST = 4  # values, least number that shows a rate
+_REGULAR = 0.9  # share of the steps that must equal the median step: random blanks leave steps of all lengths
+_NEAR = 0.25  # of the median step, tolerance: bus messages are this regular
+_BETWEEN = 0.25  # runs of blanks per value: fewer are dropouts, and one is a gap
 
 
 def slower_rows(time: Array, values: Array) -> Rows | None:
-    """The rows (m,) of a table at which a slower channel (n,) is written; None where it has the table's clock.
+    """The rows (m,) of a table at which a slower channel (n,) has values; None if it has the table's clock.
 
-    Every k-th row, k > 1, or by a clock of its own between the rows of other channels. Gaps, and values that are
-    missing by chance, are no slower clock.
+    These are every k-th row, k > 1, or rows between those of other channels. Gaps and randomly missing values are not
+    a slower rate.
     """
     written = np.isfinite(values)
     if written.all() or np.count_nonzero(written) < _FEWEST:
@@ -41,9 +41,9 @@ def slower_rows(time: Array, values: Array) -> Rows | None:
 
 
 def on_own_clocks(log: Log) -> Log:
-    """The log of a table as a reader gives it, with the channels of slower rates in ``source.others``.
+    """The log of a table, as read, with the channels of other rates moved to ``source.others``.
 
-    The log has the rows of its first channel; blanks that are no slower rate stay NaN.
+    The log has the rows of its first channel; blanks that do not show a slower rate stay NaN.
     """
     if log.source is None or not log.channels:
         return log
@@ -59,7 +59,7 @@ def on_own_clocks(log: Log) -> Log:
 
 
 def _part(log: Log, source: LogSource, names: list[str], rows: Rows | None) -> Log:
-    """Some channels at their rows; all rows where ``rows`` is None."""
+    """Some channels at ``rows``; None: at all rows."""
     columns = {name: source.columns[name] for name in ("time", *names)}
     channels = {name: log[name] for name in names}
     if rows is None:

@@ -1,6 +1,6 @@
-"""Parquet tables by pyarrow: one row a sample, only the mapped columns read.
+"""Parquet tables, read with pyarrow: one row per sample; only the mapped columns are read.
 
-Nulls are NaN; dates with times become seconds since the first of them.
+Nulls become NaN; timestamps become seconds since the first.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class _ParquetTable:
         return row + 1
 
     def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
-        """Columns one after another, so that only one is held twice."""
+        """The columns, read one at a time, so that memory holds only one of them twice."""
         return [self._column(channel) for channel in wanted]
 
     def _column(self, channel: StoredChannel) -> Array | None:
@@ -46,7 +46,7 @@ class _ParquetTable:
             column = self._file.read(columns=[channel.name], use_threads=False).column(same.index(channel))
             found = _numbers(column)
             del column
-            default_memory_pool().release_unused()  # else every column's buffers stay, beside the numbers
+            default_memory_pool().release_unused()  # otherwise the buffers of every column stay allocated
             return found
 
 
@@ -61,7 +61,7 @@ def _listed(schema: Any) -> Iterator[StoredChannel]:
 
 
 def _numbers(column: Any) -> Array | None:
-    """A column as numbers, NaN for null; None where it holds text or nested values."""
+    """A column as numbers, NaN for null; None if it contains text or nested values."""
     import pyarrow as pa
 
     kind = column.type
@@ -100,13 +100,13 @@ def _opened(path: Path) -> Iterator[_ParquetTable]:
 
 @contextmanager
 def _damage_named(path: Path) -> Iterator[None]:
-    """Turn what pyarrow raises for a damaged file into a message."""
+    """Convert pyarrow's errors on a damaged file to an InputError."""
     from pyarrow import ArrowException
 
     try:
         yield
     except (ArrowException, OSError) as error:
-        what = f"is damaged or cut off, so that pyarrow cannot read it ({error})"
+        what = f"is damaged or incomplete: pyarrow cannot read it ({error})"
         raise InputError(Finding(str(path), what[:200], remedy="copy or export the file again")) from None
 
 

@@ -1,4 +1,4 @@
-"""Pictures as gray levels. The one door to Pillow."""
+"""Pictures as gray levels. The only module that imports Pillow."""
 
 from __future__ import annotations
 
@@ -15,11 +15,15 @@ FORMATS = ("PNG", "JPEG")
 
 
 def read_grey(path: Path, where: str = "") -> NDArray[np.float64]:
-    """Grey levels of a PNG or JPEG, (rows, columns), 0 black to 1 white, turned as the camera says.
+    """Gray levels of a PNG or JPEG, (rows, columns), 0 black to 1 white, rotated as its EXIF data state.
+
+    Parameters
+    ----------
+    where : place in the messages.
 
     Raises
     ------
-    InputError : missing, no picture, another format, damaged, or larger than 60 million pixels.
+    InputError : the file is missing, not a picture, of another format, damaged, or larger than 60 million pixels.
     """
     from PIL import Image, ImageOps, UnidentifiedImageError
 

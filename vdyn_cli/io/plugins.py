@@ -1,7 +1,7 @@
-"""Plug-ins: what installed packages add by the entry points ``vdyn.effects``, ``vdyn.steps`` and ``vdyn.readers``.
+"""Plug-ins: effects, steps and readers of installed packages (entry points ``vdyn.effects``, ``.steps``, ``.readers``).
 
-Nothing of a package is imported before it is used, so that ``vdyn --help`` stays fast and a broken package stops
-nothing but its own commands.
+A package is imported only when it is used, so that ``vdyn --help`` stays fast and a broken package affects only its own
+commands.
 """
 
 from __future__ import annotations
@@ -33,33 +33,33 @@ class Plugin:
 
     @property
     def package(self) -> str:
-        """The installed package that adds it."""
+        """The name of the installed package."""
         return self.entry.dist.name if self.entry.dist else self.entry.module
 
     def load(self, kind: type[T]) -> T:
-        """Import it.
+        """Import the object.
 
         Raises
         ------
-        InputError : it cannot be imported, or is no ``kind``; the message names the package.
+        InputError : it cannot be imported or is not a ``kind``; the message names the package.
         """
         try:
             found = self.entry.load()
-        except Exception as error:  # whatever a foreign module raises is its package's error, not one of vdyn
+        except Exception as error:  # any exception of a foreign module is an error of its package
             self.refuse(
                 f"cannot be imported ({type(error).__name__}: {error})", f"repair or uninstall {self.package}", error
             )
         if not isinstance(found, kind):
-            self.refuse(f"holds a {type(found).__name__}, not a {kind.__name__}", f"repair or uninstall {self.package}")
+            self.refuse(f"is a {type(found).__name__}, not a {kind.__name__}", f"repair or uninstall {self.package}")
         return found
 
     def refuse(self, what: str, remedy: str, error: Exception | None = None) -> NoReturn:
-        """Raise what is wrong with it as an InputError that names its package."""
+        """Raise an InputError that names the package, the problem ``what`` and the remedy."""
         where = f"package {self.package}, plug-in {self.name} ({self.entry.value})"
         raise InputError(Finding(where, what, remedy=remedy)) from error
 
     def docstring(self) -> str:
-        """The docstring of its module, read from the file without importing it; empty where there is no such file."""
+        """The docstring of its module, read from the file without importing it; empty if there is no such file."""
         import ast
 
         path = _source_file(self.entry.module)
@@ -70,11 +70,11 @@ class Plugin:
 
 
 def plugins(group: str) -> Mapping[str, Plugin]:
-    """The plug-ins of one group by name, in the order of their names; of two with one name the first package's."""
+    """The plug-ins of one group by name, sorted by name; of two with one name, that of the first package."""
     return _installed(group, tuple(sys.path))
 
 
-@lru_cache(maxsize=16)  # every installed package's metadata is read for it, 7 ms, and every log file asks
+@lru_cache(maxsize=16)  # reading the metadata of all installed packages takes 7 ms, for every log file
 def _installed(group: str, path: tuple[str, ...]) -> Mapping[str, Plugin]:
     """The plug-ins of one group on an import path."""
     found: dict[str, Plugin] = {}
@@ -84,7 +84,7 @@ def _installed(group: str, path: tuple[str, ...]) -> Mapping[str, Plugin]:
 
 
 def _source_file(module: str) -> Path | None:
-    """The file of a module, found part by part, since importlib's find_spec imports every parent."""
+    """The file of a module, located part by part, since importlib's find_spec would import every parent."""
     path, name, origin = None, "", None
     for part in module.split("."):
         name = f"{name}.{part}" if name else part

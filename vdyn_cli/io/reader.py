@@ -1,4 +1,4 @@
-"""The contract of a reader of logs: it only parses; quality checks, units and signs are the same for all formats."""
+"""The contract of a log reader: it only parses; quality checks, units and signs are handled alike for all formats."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _CLOCK = re.compile(
     r"(\w+[ _.])?time[ _]?stamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )
-# Rates, Hz, that loggers of road tests have: a unit of time is decided where only one gives such a rate.
+# Sampling rates, Hz, of loggers in road tests: the unit of time is known if only one unit gives such a rate.
 _RATES = (0.5, 5_000.0)
 _SERIAL = (20_000.0, 80_000.0)  # days since 1900 as spreadsheets count them: the years 1954 to 2119
 _UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
@@ -30,18 +30,18 @@ _TIME_UNITS = frozenset(["s", "sec", "secs", "second", "seconds", "ms", "msec", 
 
 @dataclass(frozen=True)
 class Column:
-    """Where a channel stands in a file.
+    """The column of a file from which a channel is read.
 
     Parameters
     ----------
-    column : its name in the file; ``Name#2`` is the second of several of that name.
-    unit, si_unit : unit in the file, and the SI unit that the channel has inside.
-    sign : -1 where the logger's convention is the opposite.
-    optional : a missing or empty column is left out rather than refused.
-    where : file and line of the description that requests it.
-    group, source : the group of channels, or the device, where the file has several channels of this name; the group
-        of the channel ``time`` is the one whose clock the log gets.
-    scale : factor of the file's values that corrects the sensor's gain.
+    column : its name in the file; ``Name#2`` is the second of several equal names.
+    unit, si_unit : unit in the file, and the channel's SI unit.
+    sign : -1 if the logger's sign convention is opposite to vdyn's.
+    optional : omit a missing or empty column instead of refusing the log.
+    where : file and line of the description that maps it.
+    group, source : group of channels or device, if the file has several channels of this name; the log gets the clock
+        of the group of the channel ``time``.
+    scale : factor on the file's values that corrects the sensor's gain.
     """
 
     column: str
@@ -55,7 +55,7 @@ class Column:
     scale: float = 1.0
 
     def in_si(self, values: Array) -> Array:
-        """Values (n,) of the file in SI, times ``scale``, with the sign of our convention."""
+        """Values (n,) of the file in SI, times ``scale``, in vdyn's sign convention."""
         converted = to_si(values, self.unit, self.si_unit)
         if self.scale != 1.0:
             converted = self.scale * converted
@@ -64,18 +64,18 @@ class Column:
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """How a log is written, where guessing is not wanted.
+    """Format of a log where it is not to be guessed.
 
     Parameters
     ----------
-    delimiter : ``;``, ``,``, ``|``, ``tab``, ``space`` (any run of blanks); guessed where None.
-    decimal : decimal mark; guessed where None.
-    encoding : such as utf-8, cp1252, utf-16; guessed where None.
-    clock : ``strict`` refuses a clock that does not rise, ``drop`` leaves out the rows that do not rise.
-    header_row : line of the column names, counted from 1; searched where None.
-    split_times : the log is a table of speed levels and split times, ``elapsed`` or ``intervals``; a log where None.
+    delimiter : ``;``, ``,``, ``|``, ``tab``, ``space`` (any run of blanks); None: guessed.
+    decimal : decimal mark; None: guessed.
+    encoding : such as utf-8, cp1252, utf-16; None: guessed.
+    clock : ``strict`` refuses a clock that does not increase, ``drop`` omits the rows that do not increase.
+    header_row : line of the column names, counted from 1; None: searched.
+    split_times : the file is a table of speed levels and split times, ``elapsed`` or ``intervals``; None: it is a log.
     split_runs : whether each run of such a table is a column or a row.
-    levels : m/s, groups of successive speed levels, of a coast-down report that does not state its own.
+    levels : m/s, groups of successive speed levels, for a coast-down report that does not state them.
     """
 
     delimiter: str | None = None
@@ -90,16 +90,16 @@ class ReadOptions:
 
 @dataclass(frozen=True)
 class ChannelInfo:
-    """A channel that a file holds.
+    """A channel of a file.
 
     Parameters
     ----------
-    name, unit : as the file writes them; the unit is empty where the file states none.
-    rate : written samples per second, NaN where the clock is not known.
-    span : first and last time at which it is written, s; NaN where the clock is not known.
-    group, source : the group and the device that the file names for it; empty where it names none.
-    begin : of a clock of times of day, when it counts zero: s since 1970, or since midnight where no date is stated;
-        NaN of all others.
+    name, unit : as the file writes them; the unit is empty if the file states none.
+    rate : recorded samples per second; NaN if the clock is unknown.
+    span : first and last time of its samples, s; NaN if the clock is unknown.
+    group, source : its group and device in the file; empty if the file names none.
+    begin : zero of a clock that was recorded as times of day: s since 1970, or since midnight if no date is stated;
+        NaN for other channels.
     """
 
     name: str
@@ -118,8 +118,8 @@ class Recorded:
     Parameters
     ----------
     info : its name, unit, rate and span.
-    time : (n,) s, the clock of its samples; None where the file has none.
-    values : (n,) in the unit of the file, NaN where nothing is written; None where it holds no numbers.
+    time : (n,) s, times of its samples; None if the file has no clock.
+    values : (n,) in the unit of the file, NaN where no value is recorded; None if it contains no numbers.
     """
 
     info: ChannelInfo
@@ -130,7 +130,7 @@ class Recorded:
 def channel_info(
     name: str, unit: str, time: Array | None, values: Array | None, group: str = "", source: str = ""
 ) -> ChannelInfo:
-    """Rate and span of a channel from its samples (n,) and their times (n,), either None where it has none."""
+    """The ``ChannelInfo`` of a channel; rate and span from its times (n,), s, and values (n,), each possibly None."""
     at = np.empty(0)
     if time is not None and values is not None and time.size == values.size:
         at = time[np.isfinite(values) & np.isfinite(time)]
@@ -141,28 +141,29 @@ def channel_info(
 
 
 def is_clock(name: str, unit: str = "") -> bool:
-    """Whether a channel of a file may be its clock: it begins with a word such as time, t or Zeit, or counts seconds.
+    """Whether a channel of a file may be its clock: its name begins with time, t, Zeit or the like, or its unit is one
+    of time.
 
     Parameters
     ----------
-    unit : that the file states for it; empty where only the name is to tell.
+    unit : stated by the file; empty: judge by the name alone.
     """
     return _CLOCK.match(name) is not None or unit.lower() in _TIME_UNITS
 
 
 def rises(time: Array) -> bool:
-    """Whether the written values (n,) of a column never fall, and do not stand still, as a clock's."""
+    """Whether the recorded values (n,) of a column never decrease and do increase, like a clock."""
     steps = np.diff(time[np.isfinite(time)])
     return bool(steps.size and (steps >= 0.0).all() and (steps > 0.0).any())
 
 
 def clock_units(rate: float, first: float = 0.0) -> list[str]:
-    """The units of time in which a clock has a rate that loggers have.
+    """The units of time in which a clock has a rate that is usual for loggers.
 
     Parameters
     ----------
     rate : samples per unit of the clock.
-    first : its first value, which decides between two units where in one of them it counts from 1970.
+    first : its first value; if it is a date since 1970 in one of several possible units, only that unit is returned.
     """
     units = [u for u in ("s", "ms", "us", "ns") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
     if not units and _SERIAL[0] <= first <= _SERIAL[1] and _RATES[0] <= rate / 86400.0 <= _RATES[1]:
@@ -172,7 +173,7 @@ def clock_units(rate: float, first: float = 0.0) -> list[str]:
 
 
 def has_usual_rate(time: Array, unit: str) -> bool:
-    """Whether a column (n,) whose unit the file states, or does not (empty), may be a clock of a rate loggers have."""
+    """Whether a column (n,) may be a clock: it has a unit, or a rate that is usual for loggers in some unit of time."""
     written = time[np.isfinite(time)]
     span = float(written[-1] - written[0]) if written.size else 0.0
     return bool(unit) or (span > 0.0 and bool(clock_units((written.size - 1) / span)))
@@ -183,7 +184,7 @@ class Reader(Protocol):
     """A log format."""
 
     def matches(self, path: Path) -> bool:
-        """Whether the file has this format, told from its name or its first bytes; False for a missing file."""
+        """Whether the file has this format, by its name or its first bytes; False for a missing file."""
 
     def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
         """The channels of a file, in its order.
@@ -194,27 +195,28 @@ class Reader(Protocol):
         """
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
-        """The mapped channels as the file holds them: in its units and with its signs.
+        """The mapped channels as recorded: in the file's units and sign convention.
 
         Parameters
         ----------
-        mapping : where each channel stands; ``time`` is among them.
-        name : what the log is called in all findings.
+        mapping : the column of each channel, ``time`` included.
+        options : format of the file where it is not to be guessed.
+        name : name of the log in all findings.
 
         Returns
         -------
-        Log : time in SI, each channel NaN where nothing is written, nothing interpolated or sorted; ``source`` says
-            where the samples stand in the file, and holds the channels on other clocks than the log's.
+        Log : time in SI; channels are NaN where no value is recorded, and not interpolated or sorted; ``source`` gives
+            the samples' lines in the file, and the channels on other clocks.
 
         Raises
         ------
-        InputError : with every problem of the file.
+        InputError : with all problems of the file.
         """
 
 
 @runtime_checkable
 class Browsable(Protocol):
-    """A reader that hands out every channel of a file without being asked for it by name."""
+    """A reader that can list every channel of a file with its samples."""
 
     def recordings(self, path: Path) -> Iterator[Recorded]:
         """Every channel with its samples, in the file's order.

@@ -1,4 +1,4 @@
-"""Checks of a log's clock: rows that do not rise, gaps, jitter, a wrong unit; nothing is corrected silently."""
+"""Checks of a log's clock: rows where time does not increase, gaps, jitter, wrong unit; each correction is reported."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from vdyn_cli.quantities.log import Log
 Kept = NDArray[np.bool_]
 LineOf = Callable[[int], int]
 
-_MOST_DROPPED = 0.2  # of the rows; a clock that is wrong more often than this is no clock
-SHORTEST, LONGEST = 0.05, 3e6  # s: a shaft swings for a tenth of a second; a month
-FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; nothing that moves is seen once a minute
+_MOST_DROPPED = 0.2  # of the rows; a column with more errors is not a clock
+SHORTEST, LONGEST = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
+FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; one sample a minute shows no motion
 MOST_ACCELERATION = 60.0  # m/s^2, the bound of the channel 'acceleration': six times that of a tire on a dry road
-_ENOUGH = 200_000  # steps that give the usual step and its scatter well
+_ENOUGH = 200_000  # steps that suffice for the median step and its scatter
 
 
 @dataclass(frozen=True)
 class Rising:
-    """Which rows rise (None: all), what that means, and what may not be passed over."""
+    """Which rows have increasing time (None: all), with notes (``findings``) and errors (``problems``)."""
 
     kept: Kept | None
     findings: tuple[Finding, ...] = ()
@@ -41,18 +41,18 @@ def check_rising(
     row: str = "line",
     channels: Mapping[str, Array] | None = None,
 ) -> Rising:
-    """Find rows whose time does not rise above all rows before.
+    """Find rows whose time does not exceed that of all rows before.
 
-    Rows that repeat the one before, time and channels, hold nothing new: they are left out in either mode.
+    Rows that repeat the previous one in time and channels are removed in both modes.
 
     Parameters
     ----------
     time : (n,) s.
-    mode : ``strict`` makes such rows a problem, ``drop`` leaves them out and says so.
+    mode : ``strict`` makes such rows a problem, ``drop`` removes and reports them.
     where : the file and its column.
-    line_of : the file's line of a row.
-    row : what the file calls a row's place, in messages.
-    channels : (n,) each, of which a row that repeats the one before holds the same; None where that is not asked.
+    line_of : row -> line of the file.
+    row : the word for a row's place in messages.
+    channels : (n,) each, compared to find repeated rows; None: do not look for them.
     """
     again = _repeated(time, channels or {})
     if again.any():
@@ -83,7 +83,7 @@ def check_rising(
     elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
         remedy = "the time has too few digits: export it with more digits"
     elif share > _MOST_DROPPED and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):
-        remedy = f"'{clocks[0]}' rises like a clock: if the two columns are exchanged, correct the header"
+        remedy = f"'{clocks[0]}' increases like a clock: if the two columns are exchanged, correct the header"
     elif share > _MOST_DROPPED:
         remedy = "sort the rows by their time, or export the log again"
     else:
@@ -92,7 +92,7 @@ def check_rising(
 
 
 def _repeated(time: Array, channels: Mapping[str, Array]) -> Kept:
-    """Which rows (n,) hold the time and the channels of the one before; none where there are no channels."""
+    """Which rows (n,) repeat the time and the channels of the previous one; none if there are no channels."""
     again = np.zeros(time.size, dtype=bool)
     again[1:] = (time[1:] == time[:-1]) & bool(channels)
     for values in channels.values() if again.any() else ():
@@ -101,10 +101,10 @@ def _repeated(time: Array, channels: Mapping[str, Array]) -> Kept:
 
 
 def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: LineOf, row: str) -> str:
-    """What is wrong with the rows that do not rise, and where."""
+    """Text of the errors in the rows where time does not increase, with their lines."""
     before = high[np.maximum(dropped - 1, 0)]
     kinds = (
-        ("is not written", np.isnan(time[dropped])),
+        ("is missing", np.isnan(time[dropped])),
         ("repeats", time[dropped] == before),
         ("steps back", time[dropped] < before),
     )
@@ -123,7 +123,7 @@ def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: 
 
 
 def check_steps(log: Log) -> tuple[Finding, ...]:
-    """Gaps, uneven steps, and steps so large or small that the unit is doubtful, of a log's clock."""
+    """Findings on a log's clock: gaps, uneven steps, and steps so large or small that the unit is doubtful."""
     time, where, line_of = log.time, log.place("time"), log.line
     steps = np.diff(time)
     if steps.size < 3:
@@ -155,18 +155,18 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
 
 
 def impossible_clock(log: Log) -> Iterator[Finding]:
-    """Why no log of a road vehicle has this clock: then its unit is another one.
+    """A finding if no log of a road vehicle can have this clock, so that its unit is wrong.
 
     Parameters
     ----------
-    log : with its channels in SI.
+    log : channels in SI.
     """
     duration, where = log.duration, f"{log.name}, channel 'time'"
     usual = duration / max(log.time.size - 1, 1)
     what = f"the log lasts {duration:.3g} s, with a sample every {usual:.3g} s"
     remedy = "check the unit of time"
     if not SHORTEST <= duration <= LONGEST or not FINEST <= usual <= COARSEST:
-        yield Finding(where, f"{what}: no road test does", remedy=remedy)
+        yield Finding(where, f"{what}: impossible for a road test", remedy=remedy)
         return
     for name in ("speed", "vehicle_speed"):
         values = log[name][np.isfinite(log[name])] if name in log else np.empty(0)
@@ -181,7 +181,7 @@ def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf, most: int
 
     Parameters
     ----------
-    line_of : row -> its line in the file. most : number of lines that are named.
+    line_of : row -> line of the file. most : number of lines listed.
     """
     shown = ", ".join(str(line_of(int(row))) for row in rows[:most])
     return shown + (", ..." if len(rows) > most else "")

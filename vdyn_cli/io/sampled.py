@@ -1,4 +1,4 @@
-"""A channel as the samples it is: means over time that no delay enters, gaps, and smoothing that moves nothing."""
+"""A channel as samples: averages and smoothing without phase shift, and gaps."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from vdyn_cli.quantities.arrays import Array
 
 Flags = NDArray[np.bool_]
 
-FINE = 8  # cells in the narrowest smoothing width
-_GAP = 2.6  # usual steps; no value is made up inside a longer one
+FINE = 8  # cells per narrowest smoothing width
+_GAP = 2.6  # median steps; a longer step is a gap, in which no value is interpolated
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A channel's written samples, and where they have gaps."""
+    """A channel's recorded samples: ``time`` (n,), s, and ``values`` (n,)."""
 
     time: Array
     values: Array
@@ -28,7 +28,10 @@ class Signal:
         return float(np.median(np.diff(self.time)))
 
     def averages(self, grid: Array, width: float) -> Array:
-        """Means over cells of ``width`` of the straight lines between samples, NaN across gaps and ends."""
+        """Means of the linearly interpolated channel over cells of ``width``, s, centered on ``grid``.
+
+        NaN where a cell reaches into a gap or beyond an end.
+        """
         area = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (self.values[1:] + self.values[:-1]) / 2.0)])
         mean = (self._area(area, grid + width / 2.0) - self._area(area, grid - width / 2.0)) / width
         mean[self.gap_within(grid, width / 2.0)] = np.nan
@@ -41,7 +44,7 @@ class Signal:
         return np.asarray(area[i] + into * (self.values[i] + slope * into / 2.0))
 
     def gaps_at(self, at: Array) -> Flags:
-        """Which of some sorted times lie inside a gap or beyond an end."""
+        """Whether each of some sorted times lies inside a gap or beyond an end."""
         wide = np.flatnonzero(np.diff(self.time) > _GAP * self.step)
         inside = np.zeros(at.size + 1, dtype=np.int64)
         np.add.at(inside, np.searchsorted(at, self.time[wide], "right"), 1)
@@ -52,7 +55,7 @@ class Signal:
         return np.asarray(flags)
 
     def gap_within(self, grid: Array, reach: float) -> Flags:
-        """Grid points nearer than ``reach`` to a gap or beyond an end."""
+        """Whether each grid point is closer than ``reach``, s, to a gap or an end."""
         wide = np.concatenate([[0], np.cumsum(np.diff(self.time) > _GAP * self.step)])
         last = self.time.size - 1
         left = np.searchsorted(self.time, grid - reach, "right") - 1
@@ -62,7 +65,12 @@ class Signal:
 
 
 def smoothed(cells: Array, widths: float) -> Array:
-    """Smoothed by a bell of the given width, in the narrowest widths; NaN where it reaches over an end or a gap."""
+    """Cell values smoothed with a Hann window; NaN where it reaches over an end or a gap.
+
+    Parameters
+    ----------
+    widths : half of the window's length, in narrowest widths of `FINE` cells.
+    """
     half = round(widths * FINE)
     kernel = np.hanning(2 * half + 3)[1:-1]
     if kernel.size > cells.size:
@@ -77,7 +85,7 @@ def smoothed(cells: Array, widths: float) -> Array:
 
 
 def _convolved(values: Array, kernel: Array) -> Array:
-    """The convolution's middle part, as long as the values, by fast transforms; the kernel's length is odd."""
+    """The middle part of the convolution, as long as the values, by FFT; the kernel's length is odd."""
     size = 1 << int(values.size + kernel.size - 1).bit_length()
     whole = np.fft.irfft(np.fft.rfft(values, size) * np.fft.rfft(kernel, size), size)
     return np.asarray(whole[kernel.size // 2 :][: values.size])

@@ -1,4 +1,4 @@
-"""Tables of split times: the instants at which a vehicle passed given speeds, as they are, without samples between."""
+"""Tables of split times: the instants at which a vehicle passed given speeds, without samples in between."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Rows = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class SplitInstants:
-    """The rows of a table in the order of time, their times (n,) in the unit of the table, and what is wrong."""
+    """The rows of a table in order of time, their times (n,) in the unit of the table, and errors."""
 
     rows: Rows
     time: Array
@@ -28,8 +28,8 @@ def split_instants(times: Array, how: str, place: str) -> SplitInstants:
     Parameters
     ----------
     times : (n,) one for each speed level, NaN for a level that was not passed.
-    how : ``elapsed``: time since the first level; ``intervals``: time from the level of the row above to that of this
-        row, empty or zero in the first row of a run.
+    how : ``elapsed``: time since the first level; ``intervals``: time from the level of the previous row to that of
+        this row, empty or zero in the first row of a run.
     place : file and column, for messages.
     """
     written = np.flatnonzero(np.isfinite(times))
@@ -43,12 +43,10 @@ def split_instants(times: Array, how: str, place: str) -> SplitInstants:
     steps = np.concatenate([[0.0], times[rows[1:]]])
     problems: list[Finding] = []
     if written[0] == 0 and times[0] > 0.0:
-        what = "the first level has an interval, though no level stands above it"
+        what = "the first level has an interval, but there is no level above it"
         problems.append(Finding(place, what, f"{times[0]:g}", "leave its cell empty, or add the level above"))
     missing = np.flatnonzero(~np.isfinite(steps))
     if missing.size:
-        what = (
-            f"an interval is missing in row {rows[missing[0]] + 1} of the table, so that all later instants are unknown"
-        )
-        problems.append(Finding(place, what, remedy="cut the column there, or write elapsed times"))
+        what = f"an interval is missing in row {rows[missing[0]] + 1} of the table, so that later instants are unknown"
+        problems.append(Finding(place, what, remedy="end the column there, or write elapsed times"))
     return SplitInstants(rows, np.cumsum(np.nan_to_num(steps)), tuple(problems))

@@ -1,4 +1,4 @@
-"""Channels of a file that stores them one by one, some on clocks of their own: which one is meant, and its log."""
+"""Reading of formats that store channels separately, possibly on several clocks: selection of channels, and the log."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
-_TOGETHER = 16  # channels read in one pass over their table: more passes take time, more channels memory
+_TOGETHER = 16  # channels read in one pass over their table: fewer take more time, more take more memory
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,11 @@ class StoredChannel:
 
     Parameters
     ----------
-    name, unit, group, source : as the file writes them, empty where it writes none.
-    table : channels of one table share their rows, and so their clock.
-    at : where the format finds it.
-    master : whether it is the clock of its table by the format's own rules, in the unit that ``unit`` states.
-    begin : of a clock of times of day, when it counts zero, s since midnight; NaN of any other.
+    name, unit, group, source : as the file writes them; empty if it writes none.
+    table : key of its table; channels of one table share their rows and so their clock.
+    at : key by which the format locates it.
+    master : whether the format defines it as the clock of its table, in the unit ``unit``.
+    begin : zero of a clock that was recorded as times of day, s since midnight; NaN for other channels.
     """
 
     name: str
@@ -50,30 +50,34 @@ class StoredChannel:
 
     @property
     def path(self) -> str:
-        """Group and name, which is unique where the name alone is not."""
+        """Group and name, unique where the name alone is not."""
         return f"{self.group}.{self.name}" if self.group else self.name
 
 
 class StoredFile(Protocol):
-    """An open file of a format that stores channels one by one."""
+    """An open file of a format that stores channels separately."""
 
     @property
     def row(self) -> str:
-        """What a sample's place is called in messages: line, row, sample."""
+        """The word for a sample's place in messages: line, row, sample."""
 
     @property
     def listed(self) -> Sequence[StoredChannel]:
         """All channels, in the file's order."""
 
     def line(self, channel: StoredChannel, row: int) -> int:
-        """The file's number of a row of a channel's table."""
+        """The number in the file of a row of a channel's table."""
 
     def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
-        """The samples (n,) of channels of one table, NaN where nothing is written; None for one without numbers."""
+        """The samples (n,) of channels of one table, NaN where no value is recorded; None for one without numbers."""
 
 
 def missing_library(path: Path, library: str, extra: str, kind: str) -> NoReturn:
     """Refuse a file whose library is not installed.
+
+    Parameters
+    ----------
+    extra : optional dependency of vdyn_cli that installs the library. kind : the file's type, with its article.
 
     Raises
     ------
@@ -84,14 +88,14 @@ def missing_library(path: Path, library: str, extra: str, kind: str) -> NoReturn
 
 
 def not_there(path: Path) -> None:
-    """Refuse a file that is missing or a folder.
+    """Refuse a path that does not exist or is a folder.
 
     Raises
     ------
-    InputError : it is.
+    InputError : it does not exist or is a folder.
     """
     if not path.exists():
-        remedy = "check the path, from the folder of the description"
+        remedy = "check the path; it is relative to the folder of the description"
         raise InputError(Finding(str(path), "no such file", remedy=remedy))
     if path.is_dir():
         raise folder_as_log(path)
@@ -100,12 +104,12 @@ def not_there(path: Path) -> None:
 def read_stored(file: StoredFile, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
     """The mapped channels of a file, each on its own clock; see ``vdyn_cli.io.reader.Reader.read``.
 
-    The log has the clock of the group that the channel ``time`` names, or else that of the first mapped channel;
-    channels on other clocks stand in ``source.others``.
+    The log has the clock of the group stated for the channel ``time``, or else that of the first mapped channel;
+    ``source.others`` contains the channels on other clocks.
 
     Raises
     ------
-    InputError : with every problem of the file.
+    InputError : with all problems of the file.
     """
     chosen, findings, problems = _chosen(file.listed, mapping, name)
     raise_all([*_text_options(options, name), *problems])
@@ -133,7 +137,7 @@ def read_stored(file: StoredFile, mapping: Mapping[str, Column], options: ReadOp
 
 
 def recorded(file: StoredFile) -> Iterator[Recorded]:
-    """Every channel of a file with its samples and clock, table by table, in the file's order within each."""
+    """Every channel of a file with its samples and times, table by table, in the file's order within each."""
     tables: dict[Hashable, list[StoredChannel]] = {}
     for channel in file.listed:
         tables.setdefault(channel.table, []).append(channel)
@@ -146,7 +150,7 @@ def recorded(file: StoredFile) -> Iterator[Recorded]:
 
 
 def _rising_clock(file: StoredFile, members: Sequence[StoredChannel]) -> tuple[StoredChannel | None, Array | None]:
-    """The clock of a table and its times in s: the master, or else the first column that is called so and rises."""
+    """The clock of a table and its times in s: the master, or else the first increasing column named like a clock."""
     timed = [c for c in members if is_clock(c.name, stated_unit(c.name, c.unit))]
     named = [c for c in members if c.master] or sorted(timed, key=lambda c: not is_clock(c.name))
     named += [c for c in file.listed if is_clock(c.name) and c not in members and _same_rows(c, members[0])]
@@ -173,7 +177,7 @@ def _seconds(time: Array, unit: str) -> Array:
 def _chosen(
     listed: Sequence[StoredChannel], mapping: Mapping[str, Column], name: str
 ) -> tuple[dict[str, StoredChannel], list[Finding], list[Finding]]:
-    """The file's channel for each of ours, what is doubtful, and what is wrong."""
+    """The file's channel for each mapped channel, findings, and problems."""
     chosen: dict[str, StoredChannel] = {}
     findings: list[Finding] = []
     problems: list[Finding] = []
@@ -190,7 +194,7 @@ def _chosen(
             place = f"{name}, column '{fitting[0].name}'"
             unit = stated_unit(fitting[0].name, fitting[0].unit)
             doubts = [contradiction(place, channel, column, unit)] if contradicts(unit, column) else []
-            # A clock in another unit makes every rate wrong, and nothing else tells.
+            # A clock in a wrong unit makes every rate wrong, and no other check detects it.
             (problems if channel == "time" else findings).extend(doubts)
         elif fitting:
             problems.append(_several(column, channel, fitting, name))
@@ -209,7 +213,7 @@ def _where(column: Column) -> dict[str, str]:
 
 
 def _fitting(listed: Sequence[StoredChannel], column: Column) -> list[StoredChannel]:
-    """The channels of a name, or of a group and name joined by a dot, in the group and source that are asked for."""
+    """The channels with a column's name, or group and name joined by a dot, in its group and source."""
     within = [c for c in listed if column.group in ("", c.group) and column.source in ("", c.source)]
     wanted = " ".join(column.column.split())
     by_name = positions([" ".join(c.name.split()) for c in within], wanted)
@@ -241,7 +245,7 @@ def _instead(listed: Sequence[StoredChannel], column: Column) -> str:
 
 
 def _written(listed: Sequence[StoredChannel]) -> list[str]:
-    """The names, one only for clocks of several tables and for channels that their groups tell apart."""
+    """The names of the channels; clocks of several tables, and equal names in different groups, are listed once."""
     names: dict[str, list[StoredChannel]] = {}
     for channel in listed:
         names.setdefault(channel.name, []).append(channel)
@@ -250,11 +254,11 @@ def _written(listed: Sequence[StoredChannel]) -> list[str]:
 
 
 def _clock(listed: Sequence[StoredChannel], stored: StoredChannel, time: Column, name: str) -> StoredChannel:
-    """The clock of a channel: the column called so in its own table, the table's own clock, or the only one as long.
+    """The clock of a channel: the column named ``time`` in its table, the table's master, or one with as many rows.
 
     Raises
     ------
-    InputError : there is none, or several.
+    InputError : the channel has no clock, or several.
     """
     called = _fitting(listed, replace(time, group="", source=""))
     own = [c for c in called if c.table == stored.table]
@@ -266,21 +270,21 @@ def _clock(listed: Sequence[StoredChannel], stored: StoredChannel, time: Column,
     if len(own) == 1:
         return own[0]
     place = f"{name}, column '{stored.path}'"
-    what = "has several clocks" if own else f"has no clock: no column '{time.column}' belongs to it"
+    what = "has several clocks" if own else f"has no clock: there is no column '{time.column}' for it"
     clocks = [c.path for c in listed if (c.master or is_clock(c.name)) and c.table == stored.table]
     remedy = f"map time to {_either(clocks)}" if clocks else "export the channel together with its time"
     raise InputError(Finding(place, what, remedy=remedy))
 
 
 def _same_rows(clock: StoredChannel, stored: StoredChannel) -> bool:
-    """Whether tables whose key ends with their number of rows have the same number."""
+    """Whether two tables have the same number of rows, if their keys end with it."""
     return isinstance(clock.table, tuple) and isinstance(stored.table, tuple) and clock.table[-1:] == stored.table[-1:]
 
 
 def _text_options(options: ReadOptions, name: str) -> Iterator[Finding]:
     for key in ("delimiter", "decimal", "encoding", "header_row"):
         if getattr(options, key) is not None:
-            what = f"'reading: {key}' applies to text logs only, which this is not"
+            what = f"'reading: {key}' applies to text logs only, and this is not one"
             yield Finding(name, what, repr(getattr(options, key)), "remove it")
 
 
@@ -292,7 +296,7 @@ def _on_its_clock(
     options: ReadOptions,
     name: str,
 ) -> Log | tuple[Finding, ...]:
-    """The log of the channels on one clock, or what is wrong with them."""
+    """The log of the channels on one clock, or the problems."""
     place = f"{name}, column '{clock.path if len(chosen) else clock.name}'"
     time, *values = _columns(file, [clock, *chosen.values()])
     channels: dict[str, Array] = {}
@@ -302,13 +306,13 @@ def _on_its_clock(
         if column is not None:
             channels[channel] = column
             continue
-        found = Finding(f"{name}, column '{stored.name}'", "holds no numbers", remedy="map another column")
+        found = Finding(f"{name}, column '{stored.name}'", "contains no numbers", remedy="map another column")
         if mapping[channel].optional:
             findings.append(replace(found, remedy=f"channel '{channel}' is left out"))
         else:
             problems.append(found)
     if time is None:
-        problems.append(Finding(place, "holds no numbers", remedy="export the time as seconds"))
+        problems.append(Finding(place, "contains no numbers", remedy="export the time as seconds"))
     elif np.count_nonzero(np.isfinite(time)) < 2:
         problems.append(Finding(place, "fewer than two samples", remedy="export the log again, with its data"))
     if problems or time is None:
@@ -324,7 +328,7 @@ def _on_its_clock(
 def _rising(
     time: Array, channels: Mapping[str, Array], clock: Column, options: ReadOptions, source: LogSource, name: str
 ) -> Log:
-    """The rows whose time rises, or those of a table of split times in their order."""
+    """The log with the rows whose time increases, or those of a table of split times in order of time."""
     place = f"{name}, column '{source.columns['time']}'"
     rows: NDArray[np.intp] | None = None
     problems: tuple[Finding, ...] = ()
@@ -349,7 +353,7 @@ def _number(source: LogSource, rows: NDArray[np.intp], row: int) -> int:
 
 
 def _columns(file: StoredFile, wanted: Sequence[StoredChannel]) -> list[Array | None]:
-    """Columns of one table, or of two that have the same rows."""
+    """Columns of one table, or of two tables with the same rows."""
     tables = dict.fromkeys(c.table for c in wanted)
     found: dict[Hashable, Array | None] = {}
     for table in tables:

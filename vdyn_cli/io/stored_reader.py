@@ -1,4 +1,4 @@
-"""The reader of every format that stores its channels as arrays: a format adds how its files begin and are opened."""
+"""The reader of formats that store channels as arrays; a format adds how to recognize and open its files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
 from vdyn_cli.io.stored_channels import StoredFile, read_stored, recorded
 from vdyn_cli.quantities.log import Log
 
-HEAD = 64  # bytes at the begin of a file that tell its format
+HEAD = 64  # bytes at the beginning of a file that identify its format
 
 
 @dataclass(frozen=True)
@@ -21,15 +21,14 @@ class StoredReader:
     Parameters
     ----------
     begins : (first ``HEAD`` bytes, path) -> whether the file is of this format.
-    opened : (path) -> its channels, while the file is open. Raises InputError where a library is missing or the file
-        is damaged.
+    opened : (path) -> context with the open file; raises InputError if a library is missing or the file is damaged.
     """
 
     begins: Callable[[bytes, Path], bool]
     opened: Callable[[Path], AbstractContextManager[StoredFile]]
 
     def matches(self, path: Path) -> bool:
-        """Whether the file begins as one of this format does; a file that cannot be opened does not."""
+        """Whether the file begins like one of this format; False for a file that cannot be opened."""
         try:
             with path.open("rb") as stream:
                 head = stream.read(HEAD)
@@ -38,7 +37,7 @@ class StoredReader:
         return self.begins(head, path)
 
     def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
-        """Every channel, and each clock among them.
+        """Every channel, clocks included.
 
         Raises
         ------
@@ -52,11 +51,11 @@ class StoredReader:
             yield from recorded(file)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
-        """The mapped channels, each on its own clock.
+        """The mapped channels, each on its own clock; see ``vdyn_cli.io.reader.Reader.read``.
 
         Raises
         ------
-        InputError : with every problem of the file.
+        InputError : with all problems of the file.
         """
         with self.opened(path) as file:
             return read_stored(file, mapping, options, name)

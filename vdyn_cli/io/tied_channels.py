@@ -1,7 +1,7 @@
-"""Channels of two loggers that physics ties, so that one tells the other's clock.
+"""Pairs of physically related channels of two loggers, from which the loggers' clocks can be aligned.
 
 A quantity logged by both; a wheel speed and a vehicle speed (r om = V plus slip); a speed and an acceleration
-(a = dV/dt plus what slope and tilt add); a position and a speed (V = dx/dt); a pitch angle and a pitch rate.
+(a = dV/dt plus the effect of slope and tilt); a position and a speed (V = dx/dt); a pitch angle and a pitch rate.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 WHEELS = ("wheel_speed", *(f"wheel_speed_{w}" for w in ("fl", "fr", "rl", "rr")), "motor_speed")
-# How many times a channel's quantity is the derivative of the motion's, along the road and in pitch.
+# Order of each channel as a derivative of the position along the road, and of the pitch angle.
 _ALONG = {"position": 0, "speed": 1, "vehicle_speed": 1, **dict.fromkeys(WHEELS, 1), "acceleration": 2}
 _PITCH = {"pitch": 0, "pitch_rate": 1}
 
 
 @dataclass(frozen=True)
 class ChannelTie:
-    """Two channels that physics ties: the same quantity, a multiple of it, or its derivative.
+    """Two physically related channels: the same quantity, a multiple of it, or its derivative.
 
     Parameters
     ----------
     first, second : channels of the reference and of the other logger.
-    order : how many times the second is a derivative of the first: -1, 0, 1.
+    order : order of the second as a derivative of the first: -1, 0, 1.
     """
 
     first: str
@@ -36,12 +36,12 @@ class ChannelTie:
 
     @property
     def slopes(self) -> bool:
-        """Whether one of the two feels the road's slope: an accelerometer."""
+        """Whether one of the two is an accelerometer, which also measures the road's slope."""
         return self.order != 0 and "acceleration" in (self.first, self.second)
 
     @property
     def vehicle(self) -> int | None:
-        """Which of the two (0, 1) is the vehicle's speed where the other is a wheel's, so that slip parts them."""
+        """Index (0, 1) of the vehicle speed if the other is a wheel speed, so that slip separates them; else None."""
         wheels = [self.first in WHEELS, self.second in WHEELS]
         return wheels.index(False) if self.order == 0 and sum(wheels) == 1 else None
 
@@ -50,7 +50,7 @@ class ChannelTie:
 
 
 def ties(reference: Collection[str], other: Collection[str]) -> list[ChannelTie]:
-    """Pairs of channels of two loggers that physics ties: shared ones first, the speed before all."""
+    """The physically related pairs of two loggers' channels: shared channels first, and of these the speed first."""
     shared = sorted((n for n in reference if n in other and n != "time"), key=lambda n: n != "speed")
     found = [ChannelTie(n, n) for n in shared]
     for motion in (_ALONG, _PITCH):
@@ -63,10 +63,10 @@ def ties(reference: Collection[str], other: Collection[str]) -> list[ChannelTie]
 
 
 def tie_of(first: str, second: str) -> ChannelTie | None:
-    """The tie of two channels; None where physics does not tie them."""
+    """The relation of two channels; None if they are not physically related."""
     return next((t for t in ties((first,), (second,))), None)
 
 
 def tying(channels: Collection[str]) -> list[str]:
-    """The channels of another logger that would tie its clock to a logger with these channels."""
+    """The channels with which another logger's clock could be aligned to that of a logger with these channels."""
     return [n for n in (*_ALONG, *_PITCH) if ties(channels, (n,))]

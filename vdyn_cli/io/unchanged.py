@@ -1,4 +1,4 @@
-"""Files read with the fingerprint of the very bytes that were read."""
+"""Reading of files with the fingerprint of exactly the bytes that were read."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 T = TypeVar("T")
 
-RECENT = 2.0  # s: clocks of file systems have steps of up to 2 s (FAT), so that a change may leave the time as it was
+RECENT = 2.0  # s: time stamps of file systems have steps of up to 2 s (FAT), so that a change may not alter them
 
 
 def read_unchanged(
     read: Callable[[], tuple[T, Sequence[Path]]], files: Sequence[Path] | None = None
 ) -> tuple[T, dict[Path, str]]:
-    """What ``read`` returns, and the sha256 of each file that it read.
+    """The value of ``read()``, and the sha256 of each file that it read.
 
-    A file that was in place before, and is the same file afterwards (device, number, size, times), was not changed in
-    between; its fingerprint is taken once. Where that is not certain, all is read again between two fingerprints.
+    Files whose device, inode, size and times are the same before and after were not changed; their fingerprints are
+    computed once. If that is not certain, everything is read again between two computations of the fingerprints.
 
     Parameters
     ----------
-    read : returns a value and the files that it read. files : these, where they are known before.
+    read : returns a value and the files that it read. files : these files, if they are known beforehand.
 
     Raises
     ------
-    InputError : as ``read`` raises it; a file changes while it is read.
+    InputError : from ``read``, or because a file changed while it was read.
     """
     start = time.time()
     before = None if files is None else [_identity(file) for file in files]
@@ -42,7 +42,7 @@ def read_unchanged(
     for file, digest in {file: sha256(file) for file in used}.items():
         if digests.get(file) != digest:
             remedy = "run again when the file is complete"
-            raise InputError(Finding(str(file), "changed while it was read", remedy=remedy))
+            raise InputError(Finding(str(file), "changed while it was being read", remedy=remedy))
     return value, digests
 
 
@@ -55,5 +55,5 @@ def _identity(file: Path) -> tuple[int, ...]:
 
 
 def _recent(files: Sequence[Path], start: float) -> bool:
-    """Whether a file was made or changed so shortly before that a later change may not show in its times."""
+    """Whether a file is missing, or changed so recently that a later change may not show in its times."""
     return any(not found or found[4] > 1e9 * (start - RECENT) for found in map(_identity, files))

@@ -1,7 +1,7 @@
-"""VBOX logs (.vbo): text in sections, with names and units of the channels above the numbers.
+"""VBOX logs (.vbo): text in sections, with the channels' names and units above the numbers.
 
-The time is a time of day in UTC, ``HHMMSS.ss``, and becomes seconds since the first sample; latitude and longitude are
-minutes of arc, the latter positive to the west, and become degrees, positive to the east.
+The time of day in UTC, ``HHMMSS.ss``, is converted to seconds since the first sample; latitude and longitude, in
+minutes of arc and the latter positive to the west, are converted to degrees, positive to the east.
 
 Format: Racelogic, "VBO file structure".
 """
@@ -24,7 +24,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 
 _SECTION = re.compile(r"\[([a-z ]+)\]\s*$", re.IGNORECASE)
-_STANDARD = (  # unit of a channel of the logger itself, by the words of its title under [header]
+_STANDARD = (  # unit of a standard channel, by the words of its title under [header]
     ("kmh", "km/h"),
     ("knots", "knot"),
     ("mph", "mph"),
@@ -58,7 +58,7 @@ class _VboTable:
         return self._first + row
 
     def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
-        """The samples as they were parsed."""
+        """The samples as parsed."""
         return [self._values[c.at] for c in wanted if isinstance(c.at, int)]
 
 
@@ -68,7 +68,8 @@ def _parsed(path: Path) -> _VboTable:
     sections = {found[1].lower(): i for i, line in enumerate(lines) if (found := _SECTION.match(line))}
     if "data" not in sections or "column names" not in sections:
         missing = "data" if "column names" in sections else "column names"
-        raise InputError(Finding(path.name, f"has no section [{missing}]: cut off", remedy="copy it again"))
+        what = f"has no section [{missing}]: the file is incomplete"
+        raise InputError(Finding(path.name, what, remedy="copy it again"))
     names = " ".join(_section(lines, sections, "column names")).split()
     first = sections["data"] + 1
     values = _columns(lines[first:], len(names), f"{path.name}:{first + 1}")
@@ -77,7 +78,7 @@ def _parsed(path: Path) -> _VboTable:
 
 
 def _section(lines: Sequence[str], sections: dict[str, int], name: str) -> list[str]:
-    """The lines of a section, without the empty one that ends it; none where the file lacks it."""
+    """The lines of a section, without the empty line at its end; none if the file lacks it."""
     if name not in sections:
         return []
     begin = sections[name] + 1
@@ -87,7 +88,7 @@ def _section(lines: Sequence[str], sections: dict[str, int], name: str) -> list[
 
 
 def _units(count: int, titles: Sequence[str], stated: Sequence[str]) -> list[str]:
-    """Units of the columns: those of added channels stand in a section; the logger's own follow from their titles."""
+    """Units of the columns: of added channels as stated in their section, of standard channels from their titles."""
     if len(titles) != count:
         return [""] * count
     own = [next((unit for word, unit in _STANDARD if word in title.lower()), "") for title in titles]
@@ -96,7 +97,7 @@ def _units(count: int, titles: Sequence[str], stated: Sequence[str]) -> list[str
 
 
 def _columns(rows: Sequence[str], count: int, where: str) -> list[Array | None]:
-    """Columns of numbers; None for one of text."""
+    """Columns of numbers; None for a column of text."""
     import pandas as pd
 
     try:
@@ -119,7 +120,7 @@ def _of_day(values: Array) -> Array:
 
 
 def _begin(values: Array | None) -> float:
-    """The first time of day, s; NaN where none is written."""
+    """The first time of day, s; NaN if there is none."""
     written = np.empty(0) if values is None else _of_day(values[np.isfinite(values)])
     return float(written[0]) if written.size else math.nan
 

@@ -1,4 +1,4 @@
-"""Times of day, with or without a date, as loggers write them in text, and the seconds that they count."""
+"""Times of day, with or without a date, that loggers write as text, converted to seconds."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from vdyn_cli.quantities.arrays import Array
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
 _CHUNK = 100_000
-_LONGEST_STEP = 1.0  # s; a clock in s with longer steps may pass over 60 to 99
-_MOST_STEPS = 5.0  # usual steps of a clock over a full minute
+_LONGEST_STEP = 1.0  # s; a clock in s with longer steps may skip 60 to 99
+_MOST_STEPS = 5.0  # median steps, largest step at a full minute
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}|\d+ days?"
-# Without seconds only behind a date or before AM and PM: 10:23 alone may be minutes and seconds.
+# Without seconds only after a date or before AM or PM: 10:23 alone may be minutes and seconds.
 _INSTANT = re.compile(
     rf"(?:({_DATE})[ T]+)?"
     r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?)|(?=\s*[AaPp][Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
     r"\s*([AaPp][Mm])?" + _ZONE
 )
-_MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # and seconds with their fraction, which hours and minutes lack
+_MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
 
 
@@ -33,20 +33,20 @@ def is_instant(cell: str) -> bool:
 
 
 def is_day_or_minute(cell: str) -> bool:
-    """Whether a cell is a date alone, or hours and minutes alone: part of a time, and no name."""
+    """Whether a cell is only a date, or only hours and minutes: part of a time, not a name."""
     return len(cell) <= _LONGEST and _DAY_OR_MINUTE.fullmatch(cell.strip()) is not None
 
 
 def written_seconds(cells: NDArray[np.object_]) -> Array:
-    """Seconds that cells of text count: since the begin of their day, or since 1970 where they state a date.
+    """Times of day in text cells, in seconds since midnight, or since 1970 if they state a date.
 
     Parameters
     ----------
-    cells : (n,) text, or anything else where nothing is written.
+    cells : (n,) text; other objects where the cell is empty.
 
     Returns
     -------
-    (n,) s, NaN where a cell is no such time. Zones are not applied: a log has one.
+    (n,) s, NaN where a cell is not a time. Time zones are ignored: a log has only one.
     """
     import pandas as pd
 
@@ -64,11 +64,11 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
 
 
 def seconds_of_digits(values: Array) -> Array | None:
-    """Seconds since midnight of a clock (n,) that is written in digits, ``hhmmss.ss``; None of any other.
+    """Seconds since midnight of a clock (n,) written in digits, ``hhmmss.ss``; None for any other column.
 
-    Such a clock jumps by 40 s more at each full minute, from 59.95 to 100.00, and no other does so there alone.
+    Such a clock jumps by an additional 40 at each full minute, from 59.95 to 100.00, and only there.
     """
-    for first in range(0, values.size, _CHUNK):  # a clock in s ends this after a minute
+    for first in range(0, values.size, _CHUNK):  # a clock in s returns here after a minute
         if (values[first : first + _CHUNK] % 100.0 >= 60.0).any():
             return None
     written = np.flatnonzero(np.isfinite(values))
@@ -89,12 +89,12 @@ def seconds_of_digits(values: Array) -> Array | None:
 
 
 def _days(dates: object) -> Array:
-    """Days since 1970 of dates, 0 where there is none, NaN where there is no such day."""
+    """Days since 1970 of dates; 0 where there is none, NaN where the date is impossible."""
     import pandas as pd
 
     series = pd.Series(dates, dtype=object)
     days = {}
-    for date in series.dropna().unique():  # few: one a day
+    for date in series.dropna().unique():  # few: one per day
         if "day" in date:
             days[date] = float(date.split()[0])
             continue
@@ -108,7 +108,7 @@ def _days(dates: object) -> Array:
 
 
 def since_first(seconds: Array) -> Array:
-    """Times (n,) in s from the first of them; one that falls by more than half a day has passed midnight."""
+    """Times (n,) in s since the first of them; a decrease by more than half a day is taken as midnight."""
     written = np.flatnonzero(np.isfinite(seconds))
     if not written.size:
         return seconds

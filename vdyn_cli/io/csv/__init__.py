@@ -1,1 +1,1 @@
-"""CSV logs of any delimiter, encoding and decimal sign."""
+"""CSV logs with any delimiter, encoding and decimal mark."""

@@ -1,7 +1,7 @@
-"""Reports of coast-downs as VBOX Test Suite exports them: one row a run with the times between speed levels.
+"""Coast-down reports as exported by VBOX Test Suite: one row per run with the times between speed levels.
 
-The file does not state its levels: the heads of the times are empty. Equal steps between levels and the distance of
-each run determine them: with times t_i between levels v - (i - 1) d and v - i d, d known,
+The file does not state its levels: the headers of the times are empty. If the levels are equally spaced, the distance
+of each run determines them: with times t_i between levels v - (i - 1) d and v - i d, d known,
 
     distance = sum t_i (v - (i - 1/2) d)
 """
@@ -20,11 +20,11 @@ from vdyn_cli.io.csv.csv_cells import number_of
 from vdyn_cli.quantities.errors import Finding, InputError
 
 Levels = Sequence[Sequence[float]]
-SPEED = "level"  # name of the speed's column in the turned table
+SPEED = "level"  # name of the speed column in the transposed table
 HEAD = ("Run-Use", "Heading", "Run", "Time (s)", "Distance (m)", "Start Time")
-_STEPS = (5.0, 10.0, 20.0)  # km/h, between levels in use
+_STEPS = (5.0, 10.0, 20.0)  # km/h, usual spacings of levels
 _GRID = 5.0  # km/h: levels are multiples of it
-# Of a distance: a speed between levels differs from their middle by less than 1 %, a wrong step by 5 % or more.
+# Relative error of a distance: with the mid-interval speeds it is below 1 %, with a wrong spacing 5 % or more.
 _CONTRADICTS = 0.02
 DAY = 86400.0  # s
 _KMH = 3.6
@@ -36,8 +36,8 @@ class ReportedRun:
 
     Parameters
     ----------
-    used : whether the tester left the run on. heading : + or -. clock : s since midnight, NaN if not written.
-    distance : m, NaN if not written. times : s for each pair of levels, NaN where they were not passed.
+    used : whether the run is switched on. heading : + or -. clock : s since midnight, NaN if missing.
+    distance : m, NaN if missing. times : s for each pair of levels, NaN for levels that were not passed.
     """
 
     name: str
@@ -49,12 +49,12 @@ class ReportedRun:
 
     @property
     def passed(self) -> tuple[int, ...]:
-        """Positions of the times that are written."""
+        """Indices of the recorded times."""
         return tuple(i for i, t in enumerate(self.times) if np.isfinite(t))
 
 
 def read_report(lines: Sequence[str]) -> tuple[ReportedRun, ...]:
-    """The runs of a report; none where the lines are none."""
+    """The runs of a report; empty if the lines are not a report."""
     at = next((i for i, line in enumerate(lines) if line.startswith(HEAD[0])), len(lines))
     delimiter = next((d for d in ",;\t" if lines[at:] and HEAD[0] + d in lines[at]), ",")
     rows = list(csv.reader(lines[at:], delimiter=delimiter))
@@ -71,7 +71,7 @@ def read_report(lines: Sequence[str]) -> tuple[ReportedRun, ...]:
     runs: list[ReportedRun] = []
     for row in rows[1:]:
         if row[:1] not in (["On"], ["Off"]) or len(row) < last:
-            break  # the mean, and the same runs again for each heading
+            break  # below are the mean, and the same runs again for each heading
         times = tuple(t if (t := number(row[i])) > 0 else float("nan") for i in columns)
         runs.append(ReportedRun(row[2], row[0] == "On", row[1], _clock(row[5]), number(row[4]), times))
     return tuple(runs)
@@ -86,11 +86,11 @@ def _clock(text: str) -> float:
 
 
 def likely_levels(runs: Sequence[ReportedRun]) -> tuple[tuple[float, ...], ...]:
-    """The speed levels, km/h, that the distances of the runs agree with; one group for each set of pairs.
+    """The speed levels, km/h, that agree with the distances of the runs; one group for each set of passed pairs.
 
     Returns
     -------
-    Empty where no step of 5, 10 or 20 km/h gives levels near multiples of 5 km/h in all runs.
+    Empty if no spacing of 5, 10 or 20 km/h gives levels near multiples of 5 km/h in all runs.
     """
     groups: list[tuple[float, ...]] = []
     for passed in sorted({r.passed for r in runs if r.used and len(r.passed) > 1}):
@@ -105,36 +105,36 @@ def likely_levels(runs: Sequence[ReportedRun]) -> tuple[tuple[float, ...], ...]:
 
 
 def _top(run: ReportedRun, step: float) -> float:
-    """The first level, km/h, of a run that passed levels a step apart."""
+    """The first level, km/h, of a run whose levels are ``step`` apart."""
     times = np.array([run.times[i] for i in run.passed])
     fallen = step * (np.arange(times.size) + 0.5)
     return float((run.distance * _KMH + times @ fallen) / times.sum())
 
 
 def _off_grid(runs: Sequence[ReportedRun], step: float) -> float:
-    """The rms distance of the first level from multiples of 5 km/h, km/h."""
+    """The rms deviation of the runs' first levels from multiples of 5 km/h, km/h."""
     tops = np.array([_top(r, step) for r in runs])
     return float(np.sqrt(np.mean((tops - _GRID * np.round(tops / _GRID)) ** 2))) if tops.size else _GRID
 
 
 def written_levels(groups: Levels) -> str:
-    """Groups of speed levels, km/h, as the key ``levels`` of a description takes them; empty for none."""
+    """Groups of speed levels, km/h, as the value of the key ``levels`` of a description; empty if there are none."""
     lists = ["[" + ", ".join(f"{v:g} km/h" for v in group) + "]" for group in groups]
     return lists[0] if len(lists) == 1 else f"[{', '.join(lists)}]" if lists else ""
 
 
 def turned_report(runs: Sequence[ReportedRun], levels: Levels, name: str) -> list[list[str]]:
-    """The report with a column for each run below the levels, as ``split_times: intervals`` reads it.
+    """The transposed report: one row per level and one column per run, the format of ``split_times: intervals``.
 
     Parameters
     ----------
-    levels : m/s, groups of successive levels, in the order of the report's columns; where they are those of several
-        reports, the groups of this one are those that agree with it.
+    levels : m/s, groups of successive levels, in the order of the report's columns; if they are those of several
+        reports, the groups that agree with this one are used.
 
     Raises
     ------
-    InputError : no levels, not one more in each group than times, or levels that contradict the distances; the remedy
-        names the levels that fit.
+    InputError : no levels, a number of levels that does not match that of the times, or levels that contradict the
+        distances; the remedy states the levels that fit.
     """
     likely = written_levels(likely_levels(runs))
     fits = f"; the distances of the runs fit {likely}" if likely else ""
@@ -142,7 +142,7 @@ def turned_report(runs: Sequence[ReportedRun], levels: Levels, name: str) -> lis
     parts = [levels[i:j] for i in range(len(levels)) for j in range(i + 1, len(levels) + 1)]
     alike = [part for part in parts if sum(len(group) - 1 for group in part) == count]
     if not alike:
-        what = f"states no speed levels: {count} times between levels stand in each row"
+        what = f"states no speed levels: each row has {count} times between levels"
         got = f"levels for {sum(len(g) - 1 for g in levels)} times" if levels else ""
         raise InputError(Finding(name, what, got, f"write 'levels' under reading{fits}"))
     wrong = [_contradiction(runs, part) for part in alike]
@@ -160,7 +160,7 @@ def turned_report(runs: Sequence[ReportedRun], levels: Levels, name: str) -> lis
 
 
 def _contradiction(runs: Sequence[ReportedRun], levels: Levels) -> tuple[str, ...]:
-    """What the first run's distance contradicts, and the distance by these levels; empty where none does."""
+    """Texts of the first run whose distance contradicts the levels, and of the distance they give; empty if none."""
     middles = [0.5 * (a + b) for group in levels for a, b in pairwise(group)]
     for run in runs:
         covered = sum(run.times[i] * middles[i] for i in run.passed)

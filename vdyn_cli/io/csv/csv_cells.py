@@ -1,4 +1,4 @@
-"""One cell of a table: a name, a unit, or a number, and which."""
+"""Interpretation of one table cell: a name, nothing, or a number."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def tidy(name: str) -> str:
 
 
 def is_written(text: str) -> bool:
-    """Whether a cell holds anything but the usual signs of nothing."""
+    """Whether a cell has a value other than the usual marks of a missing one."""
     return text.strip().lower() not in NOT_WRITTEN
 
 
@@ -49,9 +49,10 @@ def decimal_mark(text: str) -> str:
 
 
 def number_of(text: str, decimal: str) -> tuple[float | None, bool]:
-    """The number that a cell holds, None where it holds none, and whether it had thousands separators.
+    """The number in a cell (None if it is not one), and whether it had thousands separators.
 
-    True and false count as 1 and 0. A separator is one only in a number that has both marks: ``1.234`` is ambiguous.
+    True and false are 1 and 0. Thousands separators are accepted only in a number with both marks: ``1.234`` is
+    ambiguous.
     """
     text = _SIGN_APART.sub("", text.strip())
     if len(text) > LONGEST:

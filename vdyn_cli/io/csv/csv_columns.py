@@ -1,4 +1,4 @@
-"""Which column of a file each channel means: exact names only, suggestions for the rest, units compared."""
+"""Assignment of channels to columns of a file: exact names only, suggestions for others, comparison of units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vdyn_cli.quantities.errors import Finding
 
 @dataclass(frozen=True)
 class Match:
-    """Position of each channel's column, what is doubtful, and what is wrong."""
+    """Index of each channel's column, findings, and problems."""
 
     position: Mapping[str, int]
     findings: tuple[Finding, ...]
@@ -23,7 +23,7 @@ class Match:
 
 
 def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> Match:
-    """Find each channel's column in the header of the file ``name``, all problems together."""
+    """Find each channel's column in the header of the file ``name``, and report all problems together."""
     position: dict[str, int] = {}
     findings: list[Finding] = []
     problems: list[Finding] = []
@@ -36,7 +36,7 @@ def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> M
         elif len(at) == 1:
             position[channel] = at[0]
             doubts = _unit_findings(layout, at[0], channel, column, name)
-            # A clock in another unit makes every rate wrong, and nothing else tells.
+            # A clock in a wrong unit makes every rate wrong, and no other check detects it.
             (problems if channel == "time" else findings).extend(doubts)
         elif at:
             problems.append(_repeated(column, channel, at, name))
@@ -64,21 +64,21 @@ def _repeated(column: Column, channel: str, at: Sequence[int], name: str) -> Fin
 
 
 def _stray_quote(layout: Layout, wanted: str) -> str:
-    """The remedy for a header cell that is the wanted one but for a quote that is opened or closed only."""
+    """The remedy if a header cell differs from the wanted name only by an unpaired quote; empty otherwise."""
     if any('"' in cell and cell.replace('"', "") == tidy(wanted) for cell in layout.header):
         return f'remove the stray " in line {layout.header_line}, the header'
     return ""
 
 
 def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: str) -> list[Finding]:
-    """Contradictions between the unit of the description and those that the file states."""
+    """Contradictions between the description's unit and those that the file states."""
     header = layout.header[at]
     if at in layout.instants:
         place = f"{name}, column '{header}', which holds times of day"
         return [contradiction(place, channel, column, "s")] if contradicts("s", column) else []
     bracket = BRACKET.search(header)
     findings = []
-    # Round brackets often hold a place or a sensor, "(L)", "(GPS)": only a unit of the same kind counts there.
+    # Round brackets often contain a place or a sensor, "(L)", "(GPS)": only a unit of the same dimension counts there.
     if bracket and contradicts(bracket[2], column, only_scale=bracket[1] != "["):
         findings.append(contradiction(f"{name}, column '{header}'", channel, column, bracket[2]))
     if layout.units and contradicts(layout.units[at], column):
@@ -87,9 +87,9 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
 
 
 def unit_in_header(layout: Layout, at: int) -> str:
-    """The unit that the file states for a column, in its units row or in brackets; empty where it states none.
+    """The unit that the file states for a column, in its units row or in brackets; empty if it states none.
 
-    Times of day are s.
+    The unit of times of day is s.
     """
     if at in layout.instants or at in layout.nanoseconds:
         return "s"

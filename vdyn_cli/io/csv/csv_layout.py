@@ -1,4 +1,4 @@
-"""How a text log is laid out: delimiter, decimal mark, where header, units row and numbers stand."""
+"""Detection of a text log's layout: delimiter, decimal mark, and lines of header, units and numbers."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from vdyn_cli.io.reader import ReadOptions
 from vdyn_cli.io.written_times import is_day_or_minute, is_instant
 from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, InputError
 
-# Bytes and lines to look at: the first is enough where the columns wanted are there, the last is for files of thousands
-# of columns.
+# Bytes and lines to examine: the first suffices if it has the wanted columns, the last is for files with thousands of
+# columns.
 _HEADS = ((1 << 15, 250), (1 << 16, 1000), (1 << 20, 1000))
 _MOST_HEADS = 5  # rows of text above the numbers among which the header is searched
-_MOST_BLOCKS = 10  # of rows of numbers, such as the times of laps among settings, below which a header is searched
-_FEWEST_COUNTED = 3  # columns; 1 and 2 may be a sample
-_FEWEST_UNITS = 0.3  # of the cells of a row between header and numbers that make it a row of units
-_SHOWN = 200  # rows that show the decimal mark
+_MOST_BLOCKS = 10  # of rows of numbers, such as lap times among settings, above which a header is searched
+_FEWEST_COUNTED = 3  # columns; a row "1, 2" may be a sample
+_FEWEST_UNITS = 0.3  # least share of units in a row of units between header and numbers
+_SHOWN = 200  # rows examined for the decimal mark
 _DELIMITERS = (";", "\t", ",", "|", " ")
-_LONGEST_RECORD = 8  # lines of a row; beyond, a stray quote, such as that of 5" wheels, has swallowed lines
+_LONGEST_RECORD = 8  # lines of a row; more are joined by a stray quote, such as that of 5" wheels
 _MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNORECASE)
 _BARRED = re.compile(
     r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}'
 )  # name, unit, range and rate in one cell of the header
-_UNNAMED = "Unnamed: 0"  # as pandas names the column of an index that has no name
+_UNNAMED = "Unnamed: 0"  # the name by pandas of a column without one
 _STAMP = re.compile(r"(.*?)(?:sec|secs|seconds)\n\1(?:nanosec|nsec|nsecs|nanoseconds)")  # names of two columns
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What `find_layout` found; ``decimal`` is empty where the head of the file holds whole numbers only.
+    """Layout of a text log; ``decimal`` is empty if the head of the file has only whole numbers.
 
-    ``instants``: positions of the columns that hold times of day, with or without their date; ``milliseconds``: of the
-    columns beside them that hold the milliseconds of these times. ``nanoseconds``: the same of columns of seconds.
+    ``instants``: indices of columns of times of day, with or without date; ``milliseconds``: index of such a column to
+    that of the column with its milliseconds. ``nanoseconds``: the same for columns of seconds.
     """
 
     delimiter: str
@@ -66,13 +66,15 @@ class _Record:
 def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: ReadOptions, name: str) -> Layout:
     """Find the header, the units row and the first row of numbers.
 
-    The header is the row that holds most of the wanted columns; where no row holds any, the text row above the
-    numbers that looks most like them, so that the message about missing columns can name what is there.
+    The header is the row with most of the wanted columns; if no row has any, the text row above the numbers that
+    resembles them most, so that the message on missing columns can list the existing ones.
 
     Parameters
     ----------
-    head : the first block of the file; lines end where the block ends.
-    wanted : columns that the description names; the first is the clock.
+    head : the first block of the file, whole lines.
+    encoding : of the file.
+    wanted : columns named in the description; the first is the clock.
+    options : format of the file where it is not to be guessed.
     name : of the file, for messages.
 
     Raises
@@ -86,7 +88,7 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
             lines = lines[:-1]
         part = len(head) > size or len(lines) > most
         lines = lines[:most]
-        # Latin-1 gives one character a byte, whatever the encoding; header cells are decoded by themselves.
+        # Latin-1 gives one character per byte for any encoding; header cells are decoded separately.
         text = [line.decode("latin-1") for line in lines]
         choices = [(d, records) for d in _delimiters(options, text, name) for records in _ways_to_quote(text, d)]
         tables = [t for d, records in choices if (t := _table(d, records, encoding, wanted, options)) is not None]
@@ -109,8 +111,8 @@ def _delimiters(options: ReadOptions, lines: Sequence[str], name: str) -> list[s
 
 
 def _ways_to_quote(lines: Sequence[str], delimiter: str) -> list[list[_Record]]:
-    """Rows whose quoted cells may run over line ends; and, where there are such cells, rows in which a quote is a
-    letter: two stray quotes in the head of a file look like one long cell."""
+    """Rows in which quoted cells may contain line ends; if any do, also rows in which a quote is an ordinary
+    character, since two stray quotes in the head of a file look like one long cell."""
     quoted, longest = _records(lines, delimiter, csv.QUOTE_MINIMAL)
     if longest == 1:
         return [quoted]
@@ -119,7 +121,7 @@ def _ways_to_quote(lines: Sequence[str], delimiter: str) -> list[list[_Record]]:
 
 
 def _records(lines: Sequence[str], delimiter: str, quoting: Literal[0, 3]) -> tuple[list[_Record], int]:
-    """Rows with the line each starts on, and the number of lines of the longest; none where quotes are not closed."""
+    """Rows with their first lines, and the number of lines of the longest row; no rows if a quote is not closed."""
     reader = csv.reader(
         (line.strip(" ") if delimiter == " " else line for line in lines),
         delimiter=delimiter,
@@ -143,7 +145,7 @@ class _Table:
     header: list[str]
     between: list[_Record]  # rows between header and numbers, decoded
     above: list[str]  # cells of the row above the header
-    barred: list[str]  # units that stand with the names in the cells of the header
+    barred: list[str]  # units in the cells of the header, after a bar
     numbers: list[_Record]
     header_line: int
     mapped: tuple[int, ...]  # positions of wanted columns that were found
@@ -154,7 +156,7 @@ class _Table:
 def _table(
     delimiter: str, records: list[_Record], encoding: str, wanted: Sequence[str], options: ReadOptions
 ) -> _Table | None:
-    """The table as this delimiter would have it, or None where it has none."""
+    """The table that results with this delimiter; None if there is none."""
     cells = [_names(r.fields, encoding, wanted) for r in records]
     hits = [len(set(wanted).intersection(row)) for row in cells]
     at: int | None
@@ -173,7 +175,7 @@ def _table(
     clock = header.index(wanted[0]) if wanted and wanted[0] in header and options.split_times is None else None
     below = range(at + 1, len(records))
     start = next((i for i in below if _is_numbers(records[i].fields, clock)), None)
-    if start is None:  # the clock may be text, which deserves a message of its own
+    if start is None:  # the clock may be text, which gets a specific message
         start = next((i for i in below if _is_numbers(records[i].fields, None)), None)
     if start is None or len(header) < 2:
         return None
@@ -184,7 +186,7 @@ def _table(
     between = [_Record(r.line, [_decoded(f, encoding) for f in r.fields]) for r in records[at + 1 : start]]
     numbers = records[start:]
     if between and len(between[0].fields) == len(numbers[0].fields) and _holds_units(between[0].fields):
-        header = [*header, *between[0].fields[len(header) :]]  # columns that have their name in the units row only
+        header = [*header, *between[0].fields[len(header) :]]  # columns named only in the units row
     shares = [_share_of_numbers(r.fields) for r in numbers[:30]]
     fitting = sum(len(r.fields) == len(header) for r in numbers[:30]) / len(shares)
     mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
@@ -196,7 +198,7 @@ def _table(
 
 
 def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
-    """The cells as column names; none in a row that begins with a number, which saves decoding the data."""
+    """The cells as column names; empty for a row that begins with a number, so that data are not decoded."""
     if not fields or _is_value(fields[0]):
         return []
     names = [_decoded(f, encoding) for f in fields]
@@ -213,9 +215,9 @@ def _decoded(cell: str, encoding: str) -> str:
 
 
 def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
-    """The text row above the numbers that resembles the wanted names most, or else names most columns.
+    """The index of the text row above the numbers that resembles the wanted names most, or else has most names.
 
-    Settings above a table hold numbers, too: the table is that of the number of cells that most rows have.
+    Settings above a table also contain numbers; the table's rows have the most frequent number of cells.
     """
     rows = [i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)]
     widths = Counter(len(records[i].fields) for i in rows)
@@ -232,12 +234,12 @@ def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Seque
 
 
 def _header_above(first: int, records: list[_Record], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
-    """The header of the table whose numbers begin at row ``first``."""
+    """The index of the header of the table whose numbers begin at row ``first``; None if there is none."""
     width = len(records[first].fields)
     rows: list[int] = []
     for i in range(first - 1, -1, -1):
         if not any(map(is_written, records[i].fields)):
-            continue  # loggers leave lines empty between header, units and numbers
+            continue  # some loggers write empty lines between header, units and numbers
         if not cells[i] or len(rows) == _MOST_HEADS:
             break
         if abs(len(cells[i]) - width) > 1 or (len(cells[i]) < width and any(map(is_number, cells[i]))):
@@ -266,7 +268,7 @@ def _is_numbers(fields: Sequence[str], clock: int | None) -> bool:
 
 
 def _counts_columns(fields: Sequence[str], width: int) -> bool:
-    """Whether a row below the header numbers its columns, 1, 2, 3 and so on."""
+    """Whether a row below the header numbers the columns: 1, 2, 3 and so on."""
     return len(fields) >= max(width, _FEWEST_COUNTED) and all(f.strip() == str(i + 1) for i, f in enumerate(fields))
 
 
@@ -306,7 +308,7 @@ def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: s
 
 
 def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding, ...]]:
-    """The row between header and numbers that holds units; others there are skipped, and said to be."""
+    """The units, from a row between header and numbers, or the header; findings on other rows, which are skipped."""
     rows = [r for r in table.between if any(f.strip() for f in r.fields)]
     units: tuple[str, ...] = ()
     stated = next((r for r in rows if _holds_units(r.fields, _FEWEST_UNITS)), None)
@@ -332,7 +334,7 @@ def _holds_units(fields: Sequence[str], share: float = 0.5) -> bool:
 
 
 def _decimal(table: _Table) -> str:
-    """The decimal mark that most numbers of the mapped columns have."""
+    """The decimal mark of most numbers in the mapped columns; empty if they are whole numbers."""
     counts = {".": 0, ",": 0, "": 0}
     for record in table.numbers[:_SHOWN]:
         for i in table.mapped or range(len(record.fields)):
@@ -350,15 +352,17 @@ def _no_table(
         what = f"line {options.header_row} is not a header with numbers below it"
         return InputError(Finding(name, what, remedy="set header_row to the line of the column names, counted from 1"))
     if not choices:
-        return InputError(Finding(name, "has no columns: no comma, semicolon, tab, bar or blank in it"))
+        return InputError(Finding(name, "has no columns: it contains no comma, semicolon, tab, bar or blank"))
     delimiter, records = max(choices, key=lambda c: max((len(r.fields) for r in c[1]), default=0))
     numbers = [r for r in records if _is_numbers(r.fields, None)]
     if numbers and numbers[0].line == 1:
-        remedy = "put a line with the columns' names first"
+        remedy = "add a first line with the columns' names"
         got = repr(delimiter.join(numbers[0].fields)[:60])
-        return InputError(Finding(f"{name}:1", "has no header: the first line holds numbers", got, remedy))
+        return InputError(Finding(f"{name}:1", "has no header: the first line contains numbers", got, remedy))
     text = next((r for r in records if any(f.strip() for f in r.fields)), None)
     got = repr(_decoded(delimiter.join(text.fields), encoding)[:60]) if text else ""
     if name.endswith((".yaml", ".yml")):
         return InputError(Finding(name, "is a description, not a log", remedy="leave it out of the list of logs"))
-    return InputError(Finding(name, "holds no numbers, at most a header", got, "export the log again, with its data"))
+    return InputError(
+        Finding(name, "contains no numbers, at most a header", got, "export the log again, with its data")
+    )

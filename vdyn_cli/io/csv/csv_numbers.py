@@ -1,4 +1,4 @@
-"""The numbers of a text log, block by block into one array a column. The one door to pandas."""
+"""Reading of a text log's numbers in blocks, into one array per column."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 T = TypeVar("T", bound=np.generic)
 
-MOST_BAD = 1000  # cells that are no numbers, after which reading on would only repeat the message
+MOST_BAD = 1000  # cells that are not numbers, after which reading stops
 
 _WHITE = r"\s+"
 _END_MARK = b"\x1a"  # as DOS programs write it
@@ -27,7 +27,7 @@ _BLANK = b" \t\r\n"
 
 @dataclass(frozen=True)
 class BadCell:
-    """A cell that is no number; column -1 is the field after the last column."""
+    """A cell that is not a number; column -1 is a field after the last column."""
 
     row: int
     column: int
@@ -36,7 +36,7 @@ class BadCell:
 
 @dataclass(frozen=True)
 class Lines:
-    """The file's line of each row: rows run on within a block; blocks are where line counts are exact."""
+    """The file's line of each row; exact at the start of each block, and one line per row within it."""
 
     rows: tuple[int, ...]
     lines: tuple[int, ...]
@@ -49,19 +49,19 @@ class Lines:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What stands below the header.
+    """The numbers below the header.
 
     Parameters
     ----------
-    columns : (n,) for each position asked for, NaN where nothing is written or the cell is no number; s since the
-        first for a column of times of day.
-    bad : cells that are no numbers, in file order; reading stops after `MOST_BAD` of them.
+    columns : (n,) for each requested index, NaN where a cell is empty or not a number; s since the first for a column
+        of times of day.
+    bad : cells that are not numbers, in file order; reading stops after `MOST_BAD` of them.
     lines : the file's line of each row.
-    grouped : how many numbers had thousands separators.
-    infinite : how many numbers were infinite; they count as not written.
-    multiline : how many rows had a quoted line break, so that lines within a block are approximate.
-    begins : of columns of times of day, the first one: s since 1970, or since midnight where no date is stated.
-    unfinished : whether the last row ends without a line end and short of fields.
+    grouped : number of cells with thousands separators.
+    infinite : number of infinite cells, which count as empty.
+    multiline : number of rows with a quoted line break, which make lines within a block approximate.
+    begins : first time of each column of times of day: s since 1970, or since midnight if no date is stated.
+    unfinished : whether the last row has no line end and too few fields.
     complete : whether the whole file was read.
     """
 
@@ -77,7 +77,7 @@ class Numbers:
 
 
 class _Growing:
-    """An array that grows; pages that are never written cost no memory, so room to grow is free."""
+    """An array that grows; reserved memory is free until it is written."""
 
     def __init__(self) -> None:
         self._room: Array = np.empty(1 << 16)
@@ -100,9 +100,9 @@ class _Growing:
 def read_numbers(
     blocks: Iterable[bytes], layout: Layout, positions: Sequence[int], encoding: str, name: str
 ) -> Numbers:
-    """Read the columns at ``positions`` from blocks of whole lines, the first of which holds the header.
+    """Read the columns at ``positions`` from blocks of whole lines, of which the first includes the header.
 
-    Memory is that of the columns asked for, one of them again while growing, and a few blocks.
+    Uses the memory of the requested columns, of one more column while growing, and of a few blocks.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def read_numbers(
     line, skip, last = layout.first_line, layout.offset, b""
     for block in blocks:
         text, skip = block[skip:].rstrip(_END_MARK), 0
-        if not text.strip(_BLANK):  # a whole block without a cell, which as rows would cost a hundred times its size
+        if not text.strip(_BLANK):  # an empty block; as rows it would need a hundred times its size
             line += _count_lines(text) if text else 0
             rows.append(row)
             lines.append(line)
@@ -145,7 +145,7 @@ def read_numbers(
 
 
 def _finite(values: Array) -> tuple[Array, int]:
-    """Values without the infinite ones, and the number of these."""
+    """Values with infinite ones replaced by NaN, and the number of these."""
     infinite = np.isinf(values)
     count = int(np.count_nonzero(infinite))
     return (np.where(infinite, np.nan, values) if count else values), count
@@ -168,8 +168,8 @@ def _unfinished(text: bytes, layout: Layout) -> bool:
 def _parse(
     text: bytes, layout: Layout, positions: Sequence[int], encoding: str, where: str
 ) -> tuple[dict[int, Array], list[BadCell], int]:
-    """One block as numbers, its bad cells, and how many numbers had thousands separators."""
-    extra = len(layout.header)  # a field beyond the last column: rows that are too long must not pass
+    """One block as numbers, its bad cells, and the number of cells with thousands separators."""
+    extra = len(layout.header)  # a field beyond the last column, to detect rows that are too long
     times = [p for p in positions if p in layout.instants]
     numbers = [p for p in positions if p not in layout.instants]
     columns: dict[int, Array] = {}
@@ -203,7 +203,7 @@ def _parse(
 def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T], where: str) -> dict[int, NDArray[T]]:
     import pandas as pd
 
-    # The parser pads each row to the width of the one before: a first row of full width makes all rows that wide.
+    # The parser pads each row to the width of the previous one: a first row of full width makes all rows that wide.
     width = len(layout.header) + 1
     first = (layout.delimiter.join(["0"] * width) + "\n").encode()
     try:
@@ -229,7 +229,7 @@ def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T]
 
 
 def _holds(cell: object) -> bool:
-    """Whether a cell of text is written."""
+    """Whether a cell of text has a value."""
     return isinstance(cell, str) and is_written(cell)
 
 
@@ -238,7 +238,7 @@ def _shown(cell: object, encoding: str) -> str:
 
 
 def _converted(cells: NDArray[np.object_], decimal: str) -> tuple[Array, list[int], int]:
-    """Cells as numbers; the places that hold something else; how many had thousands separators."""
+    """Cells as numbers, the indices of cells that are not numbers, and the number with thousands separators."""
     values = np.full(cells.size, np.nan)
     wrong, grouped = [], 0
     for i, cell in enumerate(cells):

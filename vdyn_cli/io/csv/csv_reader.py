@@ -1,4 +1,4 @@
-"""CSV logs as test benches write them: only the mapped columns, with a finding for everything doubtful."""
+"""Reader of CSV logs: only the mapped columns, with a finding for everything doubtful."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class CsvReader:
     """Comma, semicolon, tab, bar or blank separated text, plain or gzip, in any common encoding."""
 
     def matches(self, path: Path) -> bool:
-        """Whether it may be text: a file of a known binary format is not."""
+        """Whether the file may be text, as it has no known binary format."""
         return path.is_file() and not is_other_format(path)
 
     def channels(self, path: Path) -> tuple[ChannelInfo, ...]:
-        """Every named column; the clock is the column called time or t.
+        """Every named column, the clock included.
 
         Raises
         ------
@@ -50,7 +50,7 @@ class CsvReader:
         return tuple(found.info for found in self.recordings(path))
 
     def recordings(self, path: Path) -> Iterator[Recorded]:
-        """Every named column with its samples; text, and what stands below the data, counts as not written."""
+        """Every named column with its samples; cells of text count as empty."""
         layout, numbers, text = _whole_table(path)
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
         units = {i: unit_in_header(layout, i) for i in names}
@@ -72,13 +72,13 @@ class CsvReader:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
 
         Rows without any value and a summary below the data are left out. A decimal comma is recognized. Thousands
-        separators are removed where a number holds both marks, ``1.234,5`` or ``1,234.5``, and a finding says so.
-        Headers and units rows are compared with the units of the mapping.
+        separators are removed from numbers with both marks, ``1.234,5`` or ``1,234.5``, and reported. Units in headers
+        and units rows are compared with those of the mapping.
 
         Raises
         ------
-        InputError : with every problem of the file: no such file or column, text among the numbers, no two rows of
-            data. A clock that does not rise is a problem of the log's source.
+        InputError : with all problems of the file: no such file or column, text among the numbers, fewer than two rows
+            of data. A clock that does not increase is a problem in the log's source.
         """
         layout, numbers, position, findings = _read(path, mapping, options, name)
         rows = data_rows(numbers, layout, position, name)
@@ -104,17 +104,17 @@ CSV = CsvReader()
 def read_csv(
     path: Path, columns: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
 ) -> Log:
-    """Read the mapped columns of a text log, in SI, whatever its name: see ``vdyn_cli.io.log_formats.read_log``.
+    """Read the mapped columns of a text log with any name, in SI: see ``vdyn_cli.io.log_formats.read_log``.
 
     Raises
     ------
-    InputError : with every problem of the file.
+    InputError : with all problems of the file.
     """
     return checked(CSV.read(path, columns, options or ReadOptions(), name or path.name), columns)
 
 
 def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
-    """Every column of a file whose mapping is not known, and which columns hold text."""
+    """Every column of a file without a mapping, and the indices of columns of text."""
     text: frozenset[int] = frozenset()
     while True:
         with open_source(path) as source:
@@ -122,13 +122,13 @@ def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
             layout = find_layout(first, source.encoding, (), ReadOptions(), path.name)
             positions = [i for i in range(len(layout.header)) if i not in text]
             if not positions:
-                what = "holds text only, no column of numbers"
+                what = "contains only text, no column of numbers"
                 raise InputError(Finding(path.name, what, remedy="export the log again, with its data"))
             numbers = read_numbers(chain([first], source.blocks), layout, positions, source.encoding, path.name)
         bad = [cell.column for cell in numbers.bad]
         most = max((bad.count(i) for i in set(bad)), default=0)
         worse = {i for i in positions if bad.count(i) and _is_text(bad.count(i), numbers.columns[i])}
-        # Reading stops at many cells of text: without the column that has most of them, it goes on.
+        # Reading stops at many cells of text: read again without the column that has most of them.
         worse |= {i for i in positions if not numbers.complete and bad.count(i) == most}
         if not worse:
             return layout, numbers, text
@@ -150,7 +150,7 @@ def _seconds(time: Array, unit: str) -> Array:
 def _read(
     path: Path, columns: Mapping[str, Column], options: ReadOptions, name: str
 ) -> tuple[Layout, Numbers, Mapping[str, int], list[Finding]]:
-    """The file's layout, the mapped numbers, each channel's position, and what is doubtful so far."""
+    """The file's layout, the mapped numbers, the index of each channel's column, and the findings so far."""
     wanted = [columns["time"].column, *(c.column for k, c in columns.items() if k != "time")]
     with open_source(path, options.encoding) as source:
         first = next(source.blocks, b"")
@@ -170,7 +170,7 @@ def _read(
 
 @dataclass(frozen=True)
 class _Written:
-    """The rows that are data and rise, time in SI; the file's line of each; what is wrong with the clock."""
+    """The data rows with increasing time (SI), the file's line of each, findings, and problems of the clock."""
 
     time: Array
     channels: Mapping[str, Array]

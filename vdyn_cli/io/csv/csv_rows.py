@@ -1,4 +1,4 @@
-"""Which rows of a table are data: a summary below, blank rows, a cut-off last line are left out and said to be."""
+"""Selection of a table's data rows: removes and reports a summary below, blank rows and an incomplete last line."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _EITHER_MARK = re.compile(r"[+-]?\d+[.,]\d+([eE][+-]?\d+)?")
 
 @dataclass(frozen=True)
 class DataRows:
-    """The rows that are data (None: all up to ``stop``), what was left out, and what may not be passed over."""
+    """The data rows ``kept`` (None: all up to ``stop``), findings on removed rows, and problems."""
 
     stop: int
     kept: Rows | None
@@ -35,10 +35,15 @@ class DataRows:
 
 
 def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], name: str) -> DataRows:
-    """Tell data from what else stands below a header.
+    """Separate the data from other rows below a header.
 
-    The data end at the last row that has a time and numbers only; up to 50 rows after it are a summary. Text in a
-    row before it is a problem, as is a row longer than the header.
+    The data end at the last row with a time and only numbers; up to 50 rows after it are a summary. Text in a row
+    before it is a problem, as is a row longer than the header.
+
+    Parameters
+    ----------
+    numbers : the cells below the header. layout : of the table. position : index of each channel's column.
+    name : of the file, for messages.
     """
     time = numbers.columns[position["time"]]
     line_of = numbers.lines.of
@@ -81,9 +86,9 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
 
 
 def _repeated_headers(bad: Sequence[BadCell], layout: Layout, time: Array) -> list[int]:
-    """The rows that hold the header once more, or its units, as of a logger that was stopped and went on.
+    """The rows that repeat the header or its units, as written by a logger that was stopped and continued.
 
-    A clock that begins anew behind them is that of another log, which is no part of this one.
+    Rows after which the clock restarts do not count: they begin another log.
     """
     rows: dict[int, list[BadCell]] = {}
     for cell in bad:
@@ -105,7 +110,7 @@ def _named(text: str, name: str, unit: str) -> bool:
 
 
 def has_decimal_commas(numbers: Numbers) -> bool:
-    """Whether cells that are no numbers would be with a decimal comma."""
+    """Whether some cells that are not numbers would be with a decimal comma."""
     return any(_EITHER_MARK.fullmatch(c.text) and "," in c.text for c in numbers.bad)
 
 
@@ -127,7 +132,7 @@ def _first_text(bad: tuple[BadCell, ...], stop: int) -> str:
 def _problems(
     bad: list[BadCell], numbers: Numbers, layout: Layout, position: Mapping[str, int], name: str
 ) -> tuple[Finding, ...]:
-    """Text among the numbers, one finding a column, and rows that are too long."""
+    """Text among the numbers, one finding per column, and rows that are too long."""
     line_of = numbers.lines.of
     problems = []
     for channel, column in position.items():
@@ -144,14 +149,14 @@ def _problems(
     if long:
         lines = lines_of([c.row for c in long], line_of)
         what = f"{len(long)} row(s) longer than the header's {len(layout.header)} columns (line {lines})"
-        remedy = "quote cells that hold the delimiter; a decimal comma needs another delimiter"
+        remedy = "quote cells that contain the delimiter; a decimal comma needs another delimiter"
         problems.append(Finding(f"{name}:{line_of(long[0].row)}", what, repr(long[0].text[:40]), remedy))
     return tuple(problems)
 
 
 def _remedy(channel: str, text: str, header: str, layout: Layout) -> str:
     if text == header:
-        return "the header is repeated, and the clock begins anew: two files were joined; split them"
+        return "the header is repeated and the clock restarts: two files were joined; split them"
     if channel == "time" and _OF_DAY.search(text):
         return "time must be a number; export it as seconds instead of a time of day"
     if _EITHER_MARK.fullmatch(text):

@@ -1,4 +1,4 @@
-"""The bytes of a log file: opened, unpacked, in an encoding that keeps ASCII, in blocks of whole lines."""
+"""The bytes of a text log, unpacked and in an ASCII-compatible encoding, in blocks of whole lines."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from vdyn_cli.io.files import folder_as_log
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.input_file import open_regular
 
-BLOCK = 1 << 20  # bytes; a few blocks in memory are small beside the channels, and larger ones are not faster
+BLOCK = 1 << 20  # bytes; a few blocks are small compared with the channels, and larger ones are not faster
 _LONGEST_LINE = 64 << 20
-_MOST_RATIO = 250  # unpacked bytes per byte of a gzip: logs of numbers reach some 20, blank lines alone 1000
-_MOST_UNPACKED = 64 << 20  # bytes that are unpacked whatever the ratio; they cost a second
+_MOST_RATIO = 250  # unpacked bytes per byte of a gzip file: logs of numbers reach some 20, blank lines 1000
+_MOST_UNPACKED = 64 << 20  # bytes that are unpacked at any ratio; they take a second
 
-# In these every ASCII byte means itself, so numbers and delimiters can be read without decoding the file.
+# ASCII-compatible encodings, in which numbers and delimiters can be read without decoding the file.
 _KEEPS_ASCII = {"utf-8", "ascii", "iso8859-1", "cp1252", "iso8859-15", "cp1250", "cp850", "mac-roman"}
 
 _FORMATS = {
@@ -40,8 +40,8 @@ _FORMATS = {
     b"\x89PNG": "a picture",
     b"LOGG": "a trace of bus frames by Vector (.blf)",
 }
-# Text that holds the bytes of each message, which mean nothing without the description of the bus; and text without
-# a table.
+# Text formats that contain the raw bytes of bus messages, which need the description of the bus; and text without a
+# table.
 _DECODE = "decode it with the DBC or ARXML file of the bus first, and save its signals as MF4 or CSV"
 _CONVERT = "convert it to CSV, with a column for each channel"
 _TEXTS = (
@@ -67,14 +67,14 @@ _REMEDIES = {
 
 @dataclass(frozen=True)
 class CsvSource:
-    """Blocks of whole lines whose ASCII is plain, and the encoding of the rest; the first block may be empty."""
+    """Blocks of whole lines in an ASCII-compatible encoding, and its name; the first block may be empty."""
 
     encoding: str
     blocks: Iterator[bytes]
 
 
 def is_other_format(path: Path) -> bool:
-    """Whether the file's first bytes are those of a known format that is no text."""
+    """Whether the file's first bytes are those of a known binary format."""
     try:
         with open_regular(path) as stream:
             head = stream.read(max(map(len, _FORMATS)))
@@ -85,11 +85,11 @@ def is_other_format(path: Path) -> bool:
 
 @contextmanager
 def open_source(path: Path, encoding: str | None = None, block: int = BLOCK) -> Iterator[CsvSource]:
-    """Open a text log, plain or gzip, in any encoding, without a byte order mark.
+    """Open a text log, plain or gzip, in any encoding; a byte order mark is removed.
 
     Raises
     ------
-    InputError : the file is missing, a folder, unreadable, damaged, empty, or no text; raised when the bytes are read.
+    InputError : the file is missing, a folder, unreadable, damaged, empty, or not text; some only when it is read.
     """
     known = _lookup(path, encoding)
     with _open(path) as stream:
@@ -110,8 +110,8 @@ def _lookup(path: Path, encoding: str | None) -> str | None:
     try:
         codecs.getincrementaldecoder(encoding)(errors="replace").decode(b"\xff;1\n" + encoding.encode(encoding), True)
         return codecs.lookup(encoding).name
-    except (LookupError, ValueError, AssertionError):  # unknown, or one that makes no text of bytes, such as base64
-        remedy = "use utf-8, utf-16, latin-1 or cp1252, or leave it out"
+    except (LookupError, ValueError, AssertionError):  # unknown, or not an encoding of text, such as base64
+        remedy = "use utf-8, utf-16, latin-1 or cp1252, or remove the key"
         raise InputError(Finding(str(path), "unknown encoding", repr(encoding), remedy)) from None
 
 
@@ -146,7 +146,7 @@ def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:
         try:
             chunk = stream.read(size)
         except (EOFError, zlib.error, gzip.BadGzipFile):
-            what = f"the gzip file is damaged or cut off after {done} unpacked bytes"
+            what = f"the gzip file is damaged or incomplete after {done} unpacked bytes"
             raise InputError(Finding(str(path), what, remedy="copy or export the file again")) from None
         except OSError as error:
             raise InputError(Finding(str(path), f"cannot be read: {error.strerror or error}")) from None
@@ -154,7 +154,7 @@ def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:
             return
         done += len(chunk)
         if done > most:
-            what = f"the gzip file unpacks to more than {_MOST_RATIO} times its size: it holds no log"
+            what = f"the gzip file unpacks to more than {_MOST_RATIO} times its size: it is not a log"
             raise InputError(Finding(str(path), what, remedy="unpack it and look at its content"))
         yield chunk
 
@@ -167,7 +167,7 @@ def _size(path: Path) -> int:
 
 
 def _sniff(path: Path, first: bytes, known: str | None) -> tuple[str, int]:
-    """Encoding and length of the byte order mark."""
+    """The encoding, and the length of the byte order mark."""
     for mark, name in (
         (codecs.BOM_UTF8, "utf-8"),
         (codecs.BOM_UTF32_LE, "utf-32-le"),
@@ -219,12 +219,12 @@ def _transcoded(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:
 
 
 def _whole_lines(path: Path, chunks: Iterator[bytes]) -> Iterator[bytes]:
-    """Cut at line ends; only the last block may end without one."""
+    """Blocks cut at line ends; only the last may end without one."""
     rest = b""
     for chunk in chunks:
         rest += chunk
         cut = rest.rfind(b"\n") + 1
-        if not cut and len(rest) > BLOCK // 2:  # a file with the old line end CR alone
+        if not cut and len(rest) > BLOCK // 2:  # a file with CR alone as line end
             cut = rest.rfind(b"\r", 0, len(rest) - 1) + 1
         if cut:
             yield rest[:cut]

@@ -1,4 +1,4 @@
-"""Split-time tables with one row a run: turned, so that each run is a column below the speed levels.
+"""Transposition of split-time tables with one row per run: each run becomes a column, each speed level a row.
 
 Run;120;100;80          Run;1;2
 1;0;7.4;16.8       ->   120;0;0
@@ -19,20 +19,22 @@ from vdyn_cli.quantities.errors import Finding, InputError
 _DELIMITERS = ";\t|,"
 _LEVEL = re.compile(
     r"\s*v?\s*(\d+(?:[.,]\d+)?)\s*(km/h|kph|mph|m/s)?\s*", re.IGNORECASE
-)  # a speed at the head of a column
+)  # a speed as the header of a column
 _FEWEST = 2  # levels
 
 
 def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels = ()) -> CsvSource:
-    """The table with a column for each row of the file; columns whose head is no speed are left out.
+    """The transposed table, with a column for each row of the file; columns without a speed as header are left out.
 
     Parameters
     ----------
-    levels : m/s, of a coast-down report, which does not state its own.
+    source : of the file. first : its first block.
+    name : of the file, for messages.
+    levels : m/s, for a coast-down report, which does not state them.
 
     Raises
     ------
-    InputError : no row holds two speed levels behind its first cell; a report whose levels are not given.
+    InputError : no row has two speed levels after its first cell, or the levels of a report are not given.
     """
     lines = (first + b"".join(source.blocks)).decode(source.encoding, "replace").splitlines()
     if report := read_report(lines):
@@ -47,7 +49,7 @@ def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels =
             table = [[head[0].strip(), *(row[0].strip() for row in runs)]]
             table += [[level, *(row[i].strip() for row in runs)] for i, level in heads.items()]
             return _as_source(table)
-    what = "is no table with a row for each run: no row holds speed levels behind its first cell"
+    what = "is not a table with a row for each run: no row has speed levels after its first cell"
     raise InputError(Finding(name, what, remedy="remove 'split_runs: rows', or write the levels in one row"))
 
 

@@ -1,4 +1,4 @@
-"""Faults of one channel: missing, held and clipped values, as opposed to rest, plateaus and quantization."""
+"""Faults of one channel: missing, held and clipped values, distinguished from rest, plateaus and quantization."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from vdyn_cli.quantities.vocabulary import VARYING
 
 Rows = NDArray[np.intp]
 
-_LEVELS = 16  # a channel of so few values is a switch or a gear, which may rest anywhere
-_SAMPLE = 20_000  # values that show how fine a channel is
+_LEVELS = 16  # distinct values; a channel with no more is a switch or a gear, which may be constant for any time
+_SAMPLE = 20_000  # values that suffice to estimate a channel's resolution
 _CHUNK = 1 << 20
 _CLIPPED = 4  # equal values in a row, at least
-_RESTS = 20  # samples
-_STUCK = 50
-_APART = 5.0  # times the longest ordinary stretch
+_RESTS = 20  # samples, least length of a normal constant segment that is assumed
+_STUCK = 50  # samples, fewest from which a constant channel counts as failed
+_APART = 5.0  # times the longest other segment, length of a single segment that may be frozen
 
 
 @dataclass(frozen=True)
 class Quality:
-    """What is doubtful about a channel, and what makes it useless."""
+    """Findings on a channel, and problems that make it unusable."""
 
     findings: tuple[Finding, ...] = ()
     problems: tuple[Finding, ...] = ()
@@ -36,47 +36,46 @@ class Quality:
 
 @dataclass(frozen=True)
 class _Rows:
-    """The file's number of each sample that is checked, and what the file calls it: line, row, sample."""
+    """The number in the file of each checked sample, and the word for it: line, row, sample."""
 
     number: Callable[[int], int]
     called: str
 
     def span(self, start: int, length: int) -> str:
-        """Where a stretch of samples stands in the file."""
+        """Text of the place of a segment in the file."""
         first, last = self.number(start), self.number(start + length - 1)
         return f"{self.called} {first}" if first == last else f"{self.called}s {first} to {last}"
 
 
 @dataclass(frozen=True)
 class _Runs:
-    """Stretches of equal values: first index, length and value of each."""
+    """Segments of equal values: first index and length of each."""
 
     start: NDArray[np.int32]
     length: NDArray[np.int32]
 
 
 def check_channel(log: Log, channel: str, unit: str) -> Quality:
-    """Check one channel of a log as its reader gives it.
+    """Check one channel of a log as read.
 
     Parameters
     ----------
-    log : its channels as the file holds them, NaN where the logger wrote nothing.
+    log : channels in the file's units, NaN where no value was recorded.
     unit : the file's, for messages.
 
     Notes
     -----
-    *Stuck*: a channel of a moving vehicle (``VARYING``) holds a single value, and not zero.
+    *Constant*: a channel of a moving vehicle (``VARYING``) has a single value, other than zero.
 
-    *Clipped*: the largest or smallest value stands for several samples, more than once, and the signal comes and goes
+    *Clipped*: the largest or smallest value lasts several samples, more than once, and the signal reaches and leaves it
     too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
-    s L / 4 <= q, so an overshoot s L / 4 of many quanta means that the top was cut off. Zero, and 100 %, are places
-    of rest, and a channel that holds other values too, as a slow or well-controlled one does, shows nothing by holding
-    these.
+    s L / 4 <= q, so an overshoot s L / 4 of many quanta means that the top was cut off. Zero and 100 % are normal rest
+    values. A slow or well-controlled channel is constant at other values, too, so that its extremes prove nothing.
 
-    *Held*: it changes every k-th row only, by more than its resolution, as a slower sensor does on a faster clock: see
+    *Held*: it changes at every k-th row only, by more than its resolution, like a slower sensor on a faster clock: see
     ``held_rows``.
 
-    *Interpolated*: it bends at every k-th row only: see ``own_rows``.
+    *Interpolated*: its slope changes at every k-th row only: see ``own_rows``.
     """
     values, where, every = log[channel], log.place(channel), _Rows(log.line, log.row)
     missing = np.isnan(values)
@@ -92,7 +91,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
 
     line = _Rows(lambda index: log.line(int(index if rows is None else rows[index])), log.row)
     if values.size >= _STUCK and values[0] != 0.0 and channel in VARYING and np.all(values == values[0]):
-        what = "is constant throughout: sensor failed or not connected"
+        what = "is constant in the whole log: sensor failed or not connected"
         remedy = "remove the channel, or repair the sensor and repeat the test"
         return Quality(
             (*findings, Finding(where, what, f"{values[0]:g} {unit}".strip(), remedy, fault=True, doubt=True))
@@ -108,7 +107,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
 
 
 def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, every: _Rows) -> tuple[Finding, bool]:
-    """The finding about missing values, and whether they make the channel useless."""
+    """The finding on missing values, and whether they make the channel unusable."""
     n = missing.size
     if rows.size == 0:
         return Finding(where, "is empty", remedy="map another column, or leave out this run or this channel"), True
@@ -125,13 +124,13 @@ def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, every: _Rows) -
 
 
 def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First index and length of each stretch of true flags."""
+    """First index and length of each segment of true flags."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return [(int(a), int(b - a)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _equal_runs(values: Array) -> _Runs:
-    # In chunks and short integers: a noisy channel has as many stretches as samples.
+    # In chunks and short integers: a noisy channel has as many segments as samples.
     parts = [np.zeros(1, np.int32)]
     for first in range(1, values.size, _CHUNK):
         last = min(first + _CHUNK, values.size)
@@ -141,12 +140,12 @@ def _equal_runs(values: Array) -> _Runs:
 
 
 def _held(values: Array, where: str) -> list[Finding]:
-    """The finding that each value is held for several rows; none where it is not."""
+    """The finding that each value is held for several rows; empty if it is not."""
     own = held_rows(values)
     if own is None:
         return []
     what = f"changes only once in {np.median(np.diff(own)):.0f} rows: a slower sensor whose value is held"
-    return [Finding(where, what, remedy="it is read where it changes, with straight lines between")]
+    return [Finding(where, what, remedy="nothing to do: it is interpolated linearly between its changes")]
 
 
 def _interpolated(values: Array, where: str) -> list[Finding]:
@@ -154,10 +153,10 @@ def _interpolated(values: Array, where: str) -> list[Finding]:
     if own is None:
         return []
     what = (
-        f"changes its slope only once in {own[1] - own[0]} rows: a slower sensor whose values were joined by "
-        "straight lines"
+        f"changes its slope only once in {own[1] - own[0]} rows: a slower sensor whose values were interpolated "
+        "linearly"
     )
-    return [Finding(where, what, remedy="map the channel as measured: the rows between are interpolated values")]
+    return [Finding(where, what, remedy="map the channel as measured, without interpolated rows")]
 
 
 def _clipped(
@@ -183,7 +182,7 @@ def _clipped(
 
 
 def _cut_off(values: Array, extreme: float, runs: _Runs) -> NDArray[np.intp]:
-    """Which stretches at an extreme value are peaks that were cut off."""
+    """Indices of the segments at an extreme value that are clipped peaks."""
     none = np.empty(0, dtype=np.intp)
     at = np.flatnonzero(runs.length >= _CLIPPED)
     at = at[values[runs.start[at]] == extreme]
@@ -193,17 +192,17 @@ def _cut_off(values: Array, extreme: float, runs: _Runs) -> NDArray[np.intp]:
     at = at[runs.length[at] >= 3.0 * _usual_hold(values, value, runs)]
     overshoot, quantum = _overshoot(values, extreme, runs.start[at].astype(np.intp), runs.length[at])
     cut = at[overshoot > 5.0 * quantum]
-    # One stretch alone must be so short that what is missing is of the size of what was measured.
+    # A single segment must be so short that the missing overshoot does not exceed twice the measured range.
     once = (overshoot > 20.0 * quantum) & (overshoot < 2.0 * (values.max() - values.min()))
     return none if cut.size < 2 and not once.any() else cut
 
 
 def saturated_spans(values: Array) -> list[tuple[int, int]]:
-    """First sample, and the one after the last, of each peak that was cut off at the largest or smallest value.
+    """First sample, and the one after the last, of each peak clipped at the largest or smallest value.
 
     Parameters
     ----------
-    values : (n,), SI, without gaps. Zero and one (100 %) are places of rest.
+    values : (n,), SI, without gaps. Zero and one (100 %) are normal rest values.
     """
     if np.unique(values[:: -(-values.size // _SAMPLE)]).size <= _LEVELS:
         return []
@@ -214,7 +213,7 @@ def saturated_spans(values: Array) -> list[tuple[int, int]]:
 
 
 def _usual_hold(values: Array, value: Array, runs: _Runs) -> float:
-    """The length of stretch within which 95 % of the samples lie that are neither extreme nor zero."""
+    """The length of constant segments that 95 % of the samples that are neither extreme nor zero do not exceed."""
     inner = runs.length[(value != 0.0) & (value != values.max()) & (value != values.min())]
     count = np.bincount(inner) * np.arange(inner.max(initial=0) + 1)
     return float(np.searchsorted(np.cumsum(count), 0.95 * count.sum()))
@@ -223,7 +222,7 @@ def _usual_hold(values: Array, value: Array, runs: _Runs) -> float:
 def _overshoot(
     values: Array, extreme: float, start: NDArray[np.intp], length: NDArray[np.int32]
 ) -> tuple[Array, float]:
-    """How far a peak of each stretch's length and flank would have risen above it, and the channel's resolution."""
+    """The overshoot of a peak with each segment's length and flanks, and the channel's resolution."""
     stop = start + length
     quantum = _quantum(values)
     before, after = np.minimum(start, 5), np.minimum(values.size - stop, 5)
@@ -235,7 +234,7 @@ def _overshoot(
 
 
 def _quantum(values: Array) -> float:
-    """The smallest step between neighbors, which is the resolution of a quantized channel."""
+    """The smallest step between neighbors: the resolution of a quantized channel."""
     steps = np.abs(np.diff(values[:_SAMPLE]))
     steps = steps[steps > 1e-12 * np.abs(values[:_SAMPLE]).max()]
     return float(steps.min()) if steps.size else 0.0

@@ -1,8 +1,8 @@
-"""Rests of a command that the motion of the car, or the command's other rests, contradict.
+"""Constant segments (rests) of a command that the motion of the car, or the command's other rests, contradict.
 
-A drive torque may rest for any time, at zero while the car rolls or at a limit of the motor. A logger that loses it
-writes zero or the last value, too; but the car goes on as the true torque drives it, and the torque jumps where it is
-lost and found again.
+A drive torque may be constant for any time, at zero while the car rolls or at a limit of the motor. A logger that loses
+the signal also records zero or the last value; but the car accelerates with the true torque, and the recorded torque
+jumps where the signal is lost and where it returns.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from vdyn_cli.quantities.arrays import Array
 
 Mask = NDArray[np.bool_]
 
-_ROUNDS = 3  # of the fit, without the samples that the last one left out
+_ROUNDS = 3  # of the fit, each without the outliers of the previous one
 _OUTLIER = 3.0 * 1.4826  # median absolute residuals
-_FEWEST_REPEATED = 5  # values at which a command rested more than once, which show the grid of its source
+_FEWEST_REPEATED = 5  # values at which a command rested more than once, to determine the grid of its source
 _WITHIN = 1e-3  # of a grid's step: rounding of the file
 
 
 @dataclass(frozen=True, eq=False)
 class DriveTie:
-    """A specific force that follows a torque, a = k T + c0 + c2 v^2 + e, with the torque as logged.
+    """Regression of the specific force on the logged torque, a = k T + c0 + c2 v^2 + e.
 
     Parameters
     ----------
     residual : (n,), e, m/s^2. gain : k, m/s^2 per unit of the command.
-    scatter, tail : standard deviation and 99.9 % quantile of the size of means of e over ``width`` samples, of the half
-        of the drive in which the torque changes least; infinite without a tie.
+    scatter, tail : standard deviation and 99.9 % quantile of absolute means of e over ``width`` samples, in the half of
+        the drive in which the torque changes least; infinite if the regression explains too little.
     """
 
     residual: Array
@@ -45,7 +45,7 @@ class DriveTie:
 
 @dataclass(frozen=True)
 class Rest:
-    """A stretch of equal values: first sample, the one after its last, and the jumps into it and out of it."""
+    """A segment of equal values: first sample, the one after its last, and the jumps into it and out of it."""
 
     first: int
     stop: int
@@ -55,24 +55,24 @@ class Rest:
 
     @property
     def jumps(self) -> tuple[tuple[int, float], tuple[int, float]]:
-        """Each jump with its first sample after it."""
+        """The first sample after each jump, and the jump."""
         return (self.first, self.entered), (self.stop, self.left)
 
     @property
     def edge(self) -> float:
-        """The smaller of the two jumps: 0 at an end of the log."""
+        """The size of the smaller jump; 0 at an end of the log."""
         return min(abs(self.entered), abs(self.left))
 
 
 def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Mask, policy: QualityPolicy) -> DriveTie:
-    """The tie of a torque and a specific force, fitted while the torque drives; its scatter is infinite without one.
+    """The regression of the specific force on the torque, fitted where the torque drives.
 
-    Friction brakes are not logged, so that only samples with a torque above idle count. A gearbox or an axle that
-    shares the drive leaves a tie that explains too little, and none is returned.
+    Friction brakes are not logged, so that only samples with a torque above idle count. With a gearbox or a second
+    driven axle the regression explains too little; its scatter is then returned as infinite.
 
     Parameters
     ----------
-    time, values, force, speed : (n,), SI, NaN where not known. judged : (n,), where the car moves and nothing failed.
+    time, values, force, speed : (n,), SI, NaN where unknown. judged : (n,), where the car moves and nothing failed.
     """
     width = max(round(policy.rest_window / float(np.median(np.diff(time)))), 1)
     none = DriveTie(np.zeros(values.size), 0.0, np.inf, np.inf, width)
@@ -102,16 +102,16 @@ def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Ma
 def contradicted_rests(
     values: Array, rests: list[tuple[int, int]], tie: DriveTie, policy: QualityPolicy
 ) -> Iterator[tuple[int, int, str, str]]:
-    """The rests (first, stop, test, why) of a command that the car's motion or their own jumps contradict.
+    """The rests (first, stop, test, why) of a command that the car's motion or their jumps contradict.
 
-    During a rest at idle or below the car may brake, which is not logged: only a car that is faster than the torque
-    contradicts such a rest; above idle, a slower one does, too. A rest at zero between two jumps is a lost signal
-    unless the car follows.
-    Without a tie nothing is judged: a test bench may step its torque.
+    During a rest at idle or below the car may brake, which is not logged: only an acceleration above that by the torque
+    contradicts such a rest; above idle, one below it does, too. A rest at zero between two jumps is a lost signal
+    unless the acceleration follows. If the tie has an infinite scatter nothing is tested: a test bench may step its
+    torque.
 
     Parameters
     ----------
-    values : (n,), the command. rests : its spans of equal values while the car moves.
+    values : (n,), the command. rests : its segments of equal values while the car moves.
     """
     if not np.isfinite(tie.scatter):
         return
@@ -127,26 +127,26 @@ def contradicted_rests(
         limit = max(policy.rest_t * tie.scatter, most if enough else tie.tail)
         if excess[k] > limit:
             torque = excess[k] / tie.gain
-            why = f"is constant at {rest.value:.5g} N m while the acceleration changes as with {torque:.3g} N m more"
+            why = f"is constant at {rest.value:.5g} N m while the acceleration changes as if by {torque:.3g} N m more"
             yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
         elif (
             rest.value == 0.0
             and edges[k] > max(policy.rest_apart * _others(edges, k), policy.least_rest_edge * usual)
             and not _followed(rest, tie, policy)
         ):
-            why = f"jumps to 0 N m by {rest.entered:.3g} N m and from it by {rest.left:.3g} N m"
+            why = f"jumps to 0 N m by {rest.entered:.3g} N m and back by {rest.left:.3g} N m"
             yield rest.first, rest.stop, "dropout", why
         elif any(abs(jump) > usual and _missed(at, jump, tie, policy) for at, jump in rest.jumps):
             jump = max(rest.entered, rest.left, key=abs)
-            why = f"is constant at {rest.value:.5g} N m and jumps by {jump:.3g} N m, which the car does not feel"
+            why = f"is constant at {rest.value:.5g} N m and jumps by {jump:.3g} N m without a change of acceleration"
             yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
 
 
 def off_source_grid(values: Array, rests: list[tuple[int, int]], policy: QualityPolicy) -> Mask | None:
-    """(n,): where a command is between the steps of its source; None where its rests show no such steps.
+    """(n,): where a command is off the quantization grid of its source; None if its rests show no such grid.
 
-    A logger that resamples a coarse command interpolates between its steps. The command then rests on its steps only,
-    and a rest elsewhere is the logger's.
+    A logger that resamples a coarse command interpolates between its levels. The command itself is constant only at
+    these levels, so that a constant segment between them is the logger's.
     """
     where, count = np.unique([values[a] for a, _ in rests], return_counts=True)
     repeated = where[count > 1]
@@ -170,7 +170,7 @@ def _rest(values: Array, a: int, b: int) -> Rest:
 
 
 def _excess(rest: Rest, tie: DriveTie, idle: float) -> float:
-    """The largest mean of the residual within a rest that brakes do not explain, m/s^2."""
+    """The largest mean of the residual within a rest that braking does not explain, m/s^2."""
     inside = tie.residual[rest.first : rest.stop]
     inside = inside[np.isfinite(inside)]
     if inside.size < tie.width // 2 or inside.size == 0:
@@ -181,7 +181,7 @@ def _excess(rest: Rest, tie: DriveTie, idle: float) -> float:
 
 
 def _missed(at: int, jump: float, tie: DriveTie, policy: QualityPolicy) -> bool:
-    """Whether the residual jumps at a sample against a jump of the torque, as the car does not feel it."""
+    """Whether the residual jumps opposite to the torque at a sample, as the car's acceleration does not follow."""
     n = max(tie.width // 2, 1)
     before, after = tie.residual[max(at - n, 0) : at], tie.residual[at : at + n]
     if not (np.isfinite(before).any() and np.isfinite(after).any()):
@@ -195,14 +195,14 @@ def _others(sizes: Array, k: int) -> float:
 
 
 def _followed(rest: Rest, tie: DriveTie, policy: QualityPolicy) -> bool:
-    """Whether the car accelerates as the torque within the rest says, rather than as before and after it."""
+    """Whether the car accelerates according to the torque within the rest rather than that before and after it."""
     inside = tie.residual[rest.first : rest.stop]
     missing = tie.gain * rest.edge
     return missing > policy.rest_t * tie.scatter and abs(float(np.nanmean(inside))) < 0.5 * missing
 
 
 def _sliding(values: Array, width: int) -> Array:
-    """(n,): means of ``width`` values about each, those beyond the ends being zero."""
+    """(n,): means of ``width`` values centered on each; values beyond the ends count as zero."""
     padded = np.concatenate([np.zeros(width // 2 + 1), values, np.zeros((width - 1) // 2)])
     total = np.cumsum(padded)
     return np.asarray((total[width:] - total[:-width]) / width)

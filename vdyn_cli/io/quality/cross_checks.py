@@ -1,4 +1,4 @@
-"""Redundant channels compared: a wrong unit or scale shows where two of them measure the same motion."""
+"""Comparison of redundant channels: two channels of the same motion reveal a wrong unit or scale."""
 
 from __future__ import annotations
 
@@ -11,31 +11,32 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 
-NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales
+NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales that is reported, and that is refused
 # Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 % of g.
 TILTED = 0.15
-LONG = 20.0  # m, distance below which position says nothing
-STRETCH = 1.0  # s over which accelerations are compared
+LONG = 20.0  # m, least distance over which position and speed are compared
+INTERVAL = 1.0  # s over which accelerations are compared
 AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
 SIDES = (*AXLES, ("shaft_torque_left", "shaft_torque_right"))
 TURNING = 5.0  # rad/s, above which wheel speeds are compared
 FEWEST = 100  # samples
-UNEQUAL = 0.01  # of one wheel's speed that another of the axle may differ by throughout: tires are not that unlike
-BEND, BENT = 0.2, 0.05  # a tight bend parts them by so much, for so much of the time
-LIVELY = 0.8  # m/s^2, standard deviation of the acceleration above which its scale can be checked: slopes are less
+UNEQUAL = 0.01  # relative difference of the median speeds of an axle's wheels: tires differ by less
+BEND, BENT = 0.2, 0.05  # relative difference in a tight bend, and largest share of the time in such bends
+LIVELY = 0.8  # m/s^2, least standard deviation of the acceleration for a check of its scale: slopes cause less
 
 
 def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log:
-    """The log with a finding for every pair of channels that contradict each other.
+    """The log with a finding for every pair of contradicting channels.
 
-    Position moves by the integral of speed; speed changes by the integral of acceleration (that an accelerometer also
-    feels slopes hardly matters where the car is driven and braked hard).
+    Position is compared with the integral of speed, and the change of speed with the integral of acceleration (the road
+    slope in an accelerometer's signal is negligible if the car is accelerated and braked hard).
 
     Parameters
     ----------
-    refuse : refuse scales that differ by more than a quarter; else they are findings, too, for a step that can tell
-        which of the two channels is wrong.
-    tilts : the accelerometer pitches with the body, and feels a share of gravity in proportion to the acceleration.
+    refuse : refuse scales that differ by more than a quarter; False: report them, for a step that can decide which
+        of the two channels is wrong.
+    tilts : the accelerometer pitches with the body, so that it measures a component of gravity proportional to the
+        acceleration.
 
     Raises
     ------
@@ -46,7 +47,9 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
         off = abs(ratio - 1.0)
         if off <= (TILTED if tilts and first == "acceleration" else NOTICED):
             continue
-        what = f"{first} and {second} contradict each other: by {second}, {first} is {ratio:.3g} times as large"
+        what = (
+            f"{first} and {second} contradict each other: according to {second}, {first} is {ratio:.3g} times as large"
+        )
         turned = f"add 'sign: -1' to the channel {first}"
         finding = Finding(
             log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
@@ -61,12 +64,12 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
 
 
 def _dead(log: Log, left: str, right: str) -> list[Finding]:
-    """A side that is zero throughout while the other is not."""
+    """The finding that one side is zero in the whole log while the other is not."""
     still = [n for n in (left, right) if not np.any(np.nan_to_num(log[n]))]
     if len(still) != 1:
         return []
     what = (
-        f"{still[0]} is 0 throughout and {right if still[0] == left else left} is not: its sensor failed or is "
+        f"{still[0]} is 0 in the whole log and {right if still[0] == left else left} is not: its sensor failed or is "
         "not connected"
     )
     remedy = "remove the channel, or repair the sensor and repeat the test"
@@ -74,7 +77,7 @@ def _dead(log: Log, left: str, right: str) -> list[Finding]:
 
 
 def _apart(log: Log, left: str, right: str) -> list[Finding]:
-    """The wheels of an axle turn equally fast, except in bends."""
+    """The finding that the wheels of an axle do not turn equally fast, except in bends."""
     a, b = log[left], log[right]
     moving = np.isfinite(a) & np.isfinite(b) & (np.maximum(np.abs(a), np.abs(b)) > TURNING)
     if np.count_nonzero(moving) < FEWEST:
@@ -86,10 +89,10 @@ def _apart(log: Log, left: str, right: str) -> list[Finding]:
         first, share = log.time[moving][np.argmax(differ)], differ.mean()
         what = (
             f"{left} and {right} differ by more than {100 * BEND:.0f} % for {100 * share:.0f} % of "
-            f"the time, from {first:.1f} s on"
+            f"the time, first at {first:.1f} s"
         )
     elif abs(ratio - 1.0) > UNEQUAL:
-        what = f"{left} is {ratio:.3f} times {right} throughout"
+        what = f"{left} is {ratio:.3f} times {right} in the whole log"
     else:
         return []
     remedy = "check scale and sensor of both, or remove the wrong channel"
@@ -97,7 +100,7 @@ def _apart(log: Log, left: str, right: str) -> list[Finding]:
 
 
 def _ratios(log: Log) -> list[tuple[str, str, float]]:
-    """(channel, the one that it is compared with, size by the second over size by the first)."""
+    """(channel, the channel compared with it, size according to the second over size of the first)."""
     name = "speed" if "speed" in log else "vehicle_speed"
     if name not in log:
         return []
@@ -126,12 +129,12 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
 
 
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
-    """Size of the change of speed over that of the integral of acceleration, over stretches of a second; its sign."""
+    """Signed ratio of speed changes to integrals of acceleration, rms over intervals of a second; None if uncertain."""
     good = np.isfinite(speed) & np.isfinite(acceleration)
     if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LIVELY:
         return None
     time, speed, change = time[good], speed[good], _integral(time[good], acceleration[good])
-    ends = np.searchsorted(time, np.arange(time[0], time[-1], STRETCH))
+    ends = np.searchsorted(time, np.arange(time[0], time[-1], INTERVAL))
     if ends.size < 3:
         return None
     by_speed, by_force = np.diff(speed[ends]), np.diff(change[ends])

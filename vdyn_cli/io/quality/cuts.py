@@ -1,4 +1,4 @@
-"""Cuts: samples that failed a test, or that the description names, become missing; each cut is a row of the ledger."""
+"""Cuts: samples that failed a test, or that the description cuts, become NaN; each cut is a row of the ledger."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vdyn_cli.quantities.vocabulary import VARYING
 
 TESTS = {
     "frozen": "sensor or logger frozen",
-    "straight_line": "gap filled by the logger",
+    "straight_line": "gap interpolated by the logger",
     "spike": "single wrong sample",
     "dropout": "signal lost",
     "requested": "cut by the description",
@@ -37,12 +37,12 @@ class TimeSpan:
 
 @dataclass(frozen=True)
 class CutOrders:
-    """What a description says about cuts.
+    """The keys of a description on cuts.
 
     Parameters
     ----------
-    automatic : cut the segments that fail a test. requested : cut these. kept : do not cut what lies in these.
-    units : of the file, in which messages state a channel's values.
+    automatic : cut the segments that fail a test. requested : cut these. kept : do not cut segments within these.
+    units : the file's unit of each channel, for messages.
     """
 
     automatic: bool = True
@@ -60,7 +60,7 @@ class CutLog:
 
     Parameters
     ----------
-    log : cut samples are NaN. whole : as it was. flags : of the whole log. ledger : one row a segment.
+    log : with cut samples NaN. whole : before the cuts. flags : of the whole log. ledger : one row per segment.
     """
 
     log: Log
@@ -69,11 +69,11 @@ class CutLog:
     ledger: tuple[LedgerRow, ...]
 
     def without(self, row: LedgerRow) -> Log:
-        """The log without one of its cuts."""
+        """The log with all cuts but one."""
         return _cut(self.whole, [r for r in self.ledger if r is not row and r.decision != "kept"])
 
     def between(self, start: float, stop: float) -> CutLog:
-        """The part with start <= time <= stop, with the cuts that lie in it."""
+        """The part with start <= time <= stop (s), with the cuts in it."""
         first, last = np.searchsorted(self.whole.time, start, "left"), np.searchsorted(self.whole.time, stop, "right")
         states = {n: s[first:last] for n, s in self.flags.states.items()}
         inside = [f for f in self.flags.faults if f.stop > first and f.first < last]
@@ -94,7 +94,7 @@ def with_cuts(log: Log, orders: CutOrders = AUTOMATIC, policy: QualityPolicy = Q
 
     Parameters
     ----------
-    log : channels in SI on one clock. orders : the description's; what is requested is cut whatever is to be kept.
+    log : channels in SI on one clock. orders : the description's; requested cuts have priority over kept segments.
     """
     found = flags(log, policy, orders.units)
     failed = (_row(log, f, orders) for f in found.faults if f.state == Flag.FAILED)
@@ -115,7 +115,7 @@ def _row(log: Log, fault: Fault, orders: CutOrders) -> LedgerRow:
 
 
 def _holds(span: TimeSpan, row: LedgerRow, log: Log) -> bool:
-    """Whether a row lies in a span, but for the rounding of the times that a message prints."""
+    """Whether a row lies within a span, to the rounding of the times in messages."""
     slack = 0.5 * log.duration / max(log.time.size - 1, 1)
     return span.channel in (row.channel, EVERY) and span.start - slack <= row.start and row.stop <= span.stop + slack
 
@@ -134,7 +134,7 @@ def _counted(row: LedgerRow, before: Log, after: Log) -> LedgerRow:
 
 
 def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:
-    """The log with NaN in the segments of the rows, and without another logger's samples there."""
+    """The log with NaN in the segments of the rows, and without the entries of ``samples`` there."""
     channels, cut = log.channels, dict[str, Array]()
     for row in rows:
         first, stop = np.searchsorted(log.time, row.start, "left"), np.searchsorted(log.time, row.stop, "right")
@@ -152,7 +152,7 @@ def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:
 
 
 def suspect_findings(cut: CutLog) -> Iterator[Finding]:
-    """A fault of the data for each channel that jumps for good: which side of the jump is wrong, nothing tells."""
+    """A fault for each channel that jumps permanently; which side of the jump is wrong is unknown."""
     for fault in cut.flags.faults:
         if fault.test == "level_step":
             at = f"{moment(cut.log.time[fault.first])} s"
@@ -162,7 +162,7 @@ def suspect_findings(cut: CutLog) -> Iterator[Finding]:
 
 
 def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
-    """A note for each channel and test that cut something, and a doubt for what failed and is kept."""
+    """A note for each channel and test with cuts, and a warning for failed segments that are kept."""
     groups: dict[tuple[str, str, str, Decision], list[LedgerRow]] = {}
     for row in ledger:
         groups.setdefault((row.log, row.channel, row.test, row.decision), []).append(row)
@@ -183,7 +183,7 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
         else:
             total = sum(r.samples for r in rows)
             what += f": {total} sample{'s' if total != 1 else ''} cut"
-            still = test == "frozen" and channel in (EVERY, *VARYING)  # a sensor that measures never does
+            still = test == "frozen" and channel in (EVERY, *VARYING)  # a working sensor never does
             remedy = "nothing to do for this log; look for the fault in sensor, plug or logger before the next run"
             yield Finding(
                 where, what, "", remedy if still else f"nothing to do, or add 'keep: [{keep}]' to the run to use it"

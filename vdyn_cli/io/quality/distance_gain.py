@@ -1,10 +1,11 @@
-"""The gain between a logged position and the integral of the speed, and whether all runs contradict a gain of one.
+"""The gain of a logged position over the integral of the speed, and whether all runs contradict a gain of one.
 
     x(t) = x0 + sense * (g S(t) + d V(t)),   S = integral of V dt
 
-g is 1/(1 + e) where the speed reads (1 + e) times the true one; d is the delay of the speed behind the position, which
-would else pass for a gain, as the speed falls throughout a coast-down. Both channels show the motion alone: neither
-road nor wind acts on g. The runs of a day share the sensors, so their scatter is the uncertainty of the common gain.
+g is 1/(1 + e) if the speed reads (1 + e) times the true one; d is the delay of the speed behind the position, which
+would otherwise be mistaken for a gain, since the speed decreases during the whole coast-down. Neither road nor wind
+affects g, as both channels measure the motion itself. All runs share the sensors, so that the scatter of their gains
+gives the uncertainty of the common gain.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 
 FEWEST = 20  # samples with both channels
-BINS = 20  # of a run, over which the rest is averaged: what is left of a position's noise, and a bend in full
-LATEST = 3.0  # s that a receiver's speed comes after its position, or before it; more is a bend of the path
-CURVED = 0.1  # of |g - 1| times the distance: a larger rest is a position along another line, and no gain
+BINS = 20  # of a run, over which the residual is averaged: reduces the noise of the position, keeps curvature
+LATEST = 3.0  # s, largest delay between a receiver's speed and position; more is a curved path
+CURVED = 0.1  # of |g - 1| times the distance: a larger residual means a position along another line, not a gain
 
 
 @dataclass(frozen=True)
 class CommonGain:
-    """Mean over the runs of the position's gain over the integral of the speed, and half its 95 % interval."""
+    """Mean gain of the position over the integral of the speed, and half the width of its 95 % interval."""
 
     value: float
     half: float
@@ -34,12 +35,12 @@ class CommonGain:
 
     @property
     def contradicts(self) -> bool:
-        """Whether the gain differs from one by more than its scatter between runs and what sensors differ by."""
+        """Whether the gain differs from one by more than its interval plus the usual error of sensors."""
         return abs(self.value - 1.0) > self.half + QUALITY.largest_gain_error
 
     @property
     def fact(self) -> str:
-        """What the runs show: ``"by position the speed reads 2.8% too low in all 8 runs (...)"``."""
+        """Text such as ``"by position the speed reads 2.8 % too low in all 8 runs (...)"``."""
         off = 1.0 / self.value - 1.0
         way = "high" if off > 0 else "low"
         return (
@@ -49,7 +50,7 @@ class CommonGain:
 
 
 def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
-    """The gain g of one run, by least squares; None where the channels have too few samples or no constant gain.
+    """The gain g of one run, by least squares; None if there are too few samples or the gain is not constant.
 
     Parameters
     ----------
@@ -72,7 +73,7 @@ def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
 
 
 def common_gain(gains: Sequence[float]) -> CommonGain | None:
-    """Mean of the runs' gains and half of Student's 95 % interval by their scatter; None for fewer than two runs."""
+    """Mean of the runs' gains and half of Student's 95 % interval from their scatter; None for fewer than two runs."""
     if len(gains) < 2:
         return None
     from scipy.special import stdtrit
@@ -82,15 +83,16 @@ def common_gain(gains: Sequence[float]) -> CommonGain | None:
 
 
 def gain_finding(gain: CommonGain, material: bool) -> Finding:
-    """The contradiction of all runs with its size and the line of the description that corrects the speed.
+    """The finding that all runs contradict a gain of one; the remedy is the key that corrects the speed.
 
     Parameters
     ----------
-    material : it moves the result by more than its intervals allow, so that nothing else is named beside it.
+    gain : common gain of the runs.
+    material : it shifts the result by more than its intervals allow, so that the finding is a fault, not a note.
     """
     remedy = (
         f"add 'scale: {gain.value:.4f}' to the channel of the speed (or correct wheel_radius by it); where the "
         f"position is wrong, add 'scale: {1.0 / gain.value:.4f}' to the channel position"
     )
-    what = gain.fact if material else f"{gain.fact}; the result's intervals hold it"
+    what = gain.fact if material else f"{gain.fact}; the result's intervals include this error"
     return Finding("channels", what, "", remedy, fault=material, doubt=material)

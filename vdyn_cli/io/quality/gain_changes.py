@@ -1,7 +1,7 @@
-"""A gain that changes in the middle of a log, seen in channels that physics ties.
+"""Detection of a gain that changes in the middle of a log, from physically related ("tied") channels.
 
-Of two tied channels, y = g x + c holds in windows of a second with one gain g. The log is cut at each window; the cut
-with the least sum of squares gives the gains before and after.
+For two tied channels, y = g x + c in windows of half a second with one gain g. Each window is tried as the time of the
+change; the one with the least sum of squares gives the gains before and after.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ AXLES = ("front_load", "rear_load")
 
 @dataclass(frozen=True)
 class Tie:
-    """Two quantities in windows that one gain ties: ``y`` and ``x`` (w,), with or without a constant between them.
+    """Two quantities with y = g x, plus c if ``constant``: ``time`` (s), ``y`` and ``x`` (w,) of windows.
 
     ``what`` names them in a message: "speed against position".
     """
@@ -38,7 +38,7 @@ class Tie:
 
 @dataclass(frozen=True)
 class GainChange:
-    """The gain of a tie changes at a time (s) by a factor, ``t`` standard errors from none."""
+    """A change of a tie's gain at the time ``at`` (s) by ``factor``, significant by ``t`` standard errors."""
 
     what: str
     at: float
@@ -47,7 +47,7 @@ class GainChange:
 
 
 def gain_changes(log: Log, policy: QualityPolicy = QUALITY) -> tuple[GainChange, ...]:
-    """The ties whose gain changes, by more than ``least_gain_change`` and ``gain_change_t`` standard errors.
+    """The changes of the gain of all ties of a log that exceed ``least_gain_change`` and ``gain_change_t``.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def gain_changes(log: Log, policy: QualityPolicy = QUALITY) -> tuple[GainChange,
 
 
 def gain_change_findings(log: Log, policy: QualityPolicy = QUALITY) -> Iterator[Finding]:
-    """A fault for each tie whose gain changes: which of its channels is wrong, the tie alone does not tell."""
+    """A fault for each tie whose gain changes; the tie does not show which of its channels is wrong."""
     for one in gain_changes(log, policy):
         what = (
             f"{one.what}: the ratio changes by {100 * (one.factor - 1.0):+.1f} % at {one.at:.1f} s: "
@@ -99,7 +99,7 @@ def _ties(log: Log, policy: QualityPolicy) -> Iterator[Tie]:
 
 
 def _mean_tie(what: str, log: Log, edges: NDArray[np.intp], y: Array, x: Array, least: float) -> Tie:
-    """Means of both in each window, where x is above a least value throughout."""
+    """Means of both channels in each window, over samples with abs(x) above ``least``."""
     known = np.isfinite(y) & np.isfinite(x) & (np.abs(x) > least)
     count = np.diff(np.concatenate([[0], np.cumsum(known)])[edges])
     means = [
@@ -111,7 +111,7 @@ def _mean_tie(what: str, log: Log, edges: NDArray[np.intp], y: Array, x: Array, 
 
 
 def _rolling(tie: Tie, policy: QualityPolicy) -> Tie:
-    """The windows of a wheel speed over a speed in which the wheel hardly slips."""
+    """The windows in which a wheel hardly slips."""
     if tie.x.size < policy.fewest_tie_windows:
         return tie
     calm = np.abs(np.gradient(tie.x, tie.time)) <= policy.calm_acceleration
@@ -119,7 +119,7 @@ def _rolling(tie: Tie, policy: QualityPolicy) -> Tie:
 
 
 def _integrals(time: Array, values: Array, edges: NDArray[np.intp]) -> Array:
-    """Integral over each window, NaN where a value is missing."""
+    """Integral over each window; NaN if a value is missing."""
     steps = np.diff(time) * (values[1:] + values[:-1]) / 2.0
     total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
     missing = np.concatenate([[0], np.cumsum(np.isnan(steps))])
@@ -132,7 +132,7 @@ def _finite(tie: Tie) -> Tie:
 
 
 def changed_gain(tie: Tie, policy: QualityPolicy = QUALITY) -> GainChange | None:
-    """The most likely change of the gain of a tie, where it is certain, abrupt and large enough."""
+    """The most likely change of a tie's gain; None if it is not significant, abrupt and large enough."""
     y = tie.y - tie.y.mean() if tie.constant else tie.y
     x = tie.x - tie.x.mean() if tie.constant else tie.x
     found = likely_change(y, x, policy)
@@ -148,10 +148,10 @@ def changed_gain(tie: Tie, policy: QualityPolicy = QUALITY) -> GainChange | None
 
 
 def likely_change(y: Array, x: Array, policy: QualityPolicy) -> tuple[int, float, float, float, float] | None:
-    """The cut k at which y = g x before and y = h x after leave the least squares: (k, g, h, t, share).
+    """The index k at which y = g x before and y = h x after leave the least sum of squares: (k, g, h, t, share).
 
-    t is the difference of both in standard errors, with the residual's correlation at one lag; ``share`` is what is
-    left of the squares about one gain. None where no cut leaves enough of x on both sides.
+    t is the difference of both gains in standard errors, with the residual's autocorrelation at one lag; ``share`` is
+    the sum of squares relative to that with one gain. None if no k leaves enough of x on both sides.
 
     Parameters
     ----------
@@ -181,10 +181,10 @@ def likely_change(y: Array, x: Array, policy: QualityPolicy) -> tuple[int, float
 
 
 def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
-    """Whether x over y shows half of the gain's change at least, too.
+    """Whether the regression of x on y also shows at least half of the gain's change.
 
-    Noise of x lowers the gain of y over x, and what y holds beside it (the road's slope in a specific force) raises
-    that of x over y, the more the quieter the drive: the true gain lies between both.
+    Noise of x lowers the gain of y on x, and other contents of y (the road's slope in a specific force) affect that of
+    x on y, the more the gentler the drive: the true gain lies between both.
     """
     halves = (slice(0, k), slice(k, None))
     before, after = (float(y[h] @ y[h]) / (float(x[h] @ y[h]) or np.inf) for h in halves)
@@ -192,17 +192,17 @@ def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
 
 
 def drifting(x: Array) -> Array:
-    """(n, 4): a gain of x (n,) that drifts evenly, or comes and goes, as a cubic in time."""
+    """(n, 4): design for a gain of x (n,) that drifts as a cubic in time."""
     return np.asarray((np.arange(x.size) / x.size)[:, None] ** np.arange(4) * x[:, None])
 
 
 def stepped_share(y: Array, x: Array, k: int, rival: Array) -> float:
-    """The squares that a step of the gain leaves, as a share of what a rival design leaves.
+    """The residual sum of squares with a step of the gain, relative to that with an alternative design.
 
     Parameters
     ----------
-    y, x : (n,) the two tied channels, y = gain x. k : index of the first sample with the other gain.
-    rival : (n, m), columns that are fitted to y.
+    y, x : (n,) the two tied channels, y = gain x. k : index of the first sample after the step.
+    rival : (n, m), columns of the alternative.
     """
 
     def squares(design: Array) -> float:

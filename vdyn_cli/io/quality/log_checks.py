@@ -1,4 +1,4 @@
-"""The checks that every log passes, whatever its format."""
+"""The checks of every log, for all formats."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from vdyn_cli.quantities.log import Log
 
 
 def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False) -> Log:
-    """A log as a reader gives it, with its clock and channels checked, in SI and on one clock.
+    """Check the clock and the channels of a log as read, convert it to SI and put all channels on one clock.
 
-    Channels on other clocks than the log's are checked as they were sampled, before anything is resampled.
+    Channels on other clocks are checked as sampled, before they are resampled.
 
     Parameters
     ----------
-    instants : the times are those of events, as in a table of split times, and their steps no sampling rate.
+    mapping : the column of each channel.
+    instants : the times are those of events, as in a table of split times, so that their steps are not checked.
 
     Raises
     ------
-    InputError : with the problems of the file and of every channel that is needed.
+    InputError : with the problems of the file and of every required channel.
     """
     log = log if instants else on_own_clocks(log)
     others = list(log.source.others) if log.source else []
@@ -39,7 +40,7 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False) -> 
 
 
 def _checked(log: Log, mapping: Mapping[str, Column], problems: list[Finding], instants: bool = False) -> Log:
-    """The channels of one clock, checked and in SI; what is wrong is added to the problems."""
+    """The channels of one clock, checked and in SI; errors are added to ``problems``."""
     own = list(log.source.problems) if log.source else []
     findings = list(log.findings) if own or instants else [*log.findings, *check_steps(log)]
     for channel in log.channels:

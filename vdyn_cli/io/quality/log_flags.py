@@ -1,4 +1,4 @@
-"""The quality of every sample of a log: each test of each channel, and of all channels together."""
+"""Quality flags of every sample of a log, from tests of each channel and of all channels together."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, VARYING
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
-_FEWEST = 50  # samples of a channel, below which nothing is tested
+_FEWEST = 50  # samples; a channel with fewer is not tested
 SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *(f"wheel_speed_{at}" for at in ("fl", "fr", "rl", "rr")))
 _LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
-_BESIDE = 5.0  # readings within which a speed comes to rest after a step, or was at rest before it
-_AT_REST = 0.05  # share of the step that a speed at rest may read
-_RADIUS = 0.3  # m, that makes a wheel's speed one of the car, roughly
+_BESIDE = 5.0  # readings between a step of a speed and standstill, before or after it
+_AT_REST = 0.05  # share of the step, largest speed at standstill
+_RADIUS = 0.3  # m, approximate wheel radius for converting wheel speed to vehicle speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +52,10 @@ class _Sampled:
     time: Array
     values: Array
     moving: Mask  # (m,)
-    unit: str  # in which messages state its values
+    unit: str  # for messages
 
     def text(self, value: float, digits: int = 5, step: bool = False) -> str:
-        """A value, or the step between two, as a message states it."""
+        """Text of a value, or of a step between two values, in the channel's unit."""
         si_unit = CHANNELS[self.name].unit if self.name in CHANNELS else ""
         shown = from_si(value, self.unit, si_unit) - (from_si(0.0, self.unit, si_unit) if step else 0.0)
         return f"{shown:.{digits}g} {self.unit}".rstrip()
@@ -70,25 +70,26 @@ class _Sampled:
 
     @cached_property
     def straight(self) -> Mask:
-        """By rows or by time, whichever the logger filled by; also at rest, as other channels may rise then."""
+        """Where it follows a straight line over rows or time, since loggers interpolate over either; rests included,
+        as other channels may rise meanwhile."""
         tolerance = QUALITY.flat_step * self.resolution
         by_rows = straight(np.arange(self.time.size, dtype=float), self.values, tolerance)
         return by_rows | straight(self.time, self.values, tolerance)
 
     @cached_property
     def resting(self) -> Continuation:
-        """How often a rest goes on."""
+        """Probability that a rest continues."""
         return Continuation.of(self.equal, self.moving)
 
     @cached_property
     def bending(self) -> Continuation:
-        """How often a straight line goes on; a command's rests are no lines."""
+        """Probability that a straight line continues; a command's rests are not lines."""
         little = bent_little(self.values, QUALITY.flat_step * self.resolution / 2.0)
         return Continuation.of(little if self.varies or self.rests else little & ~self.equal, self.moving)
 
     @cached_property
     def still(self) -> Mask:
-        """Where it rests, rather than creeps by single quanta in one direction as a rounded line does."""
+        """Where it rests; a rounded line that moves by single quanta in one direction does not count."""
         still = self.equal.copy()
         for a, b in spans(self.equal):
             if a > 1 and b < self.values.size:
@@ -98,7 +99,7 @@ class _Sampled:
 
     @cached_property
     def _flickers(self) -> NDArray[np.intp]:
-        """(m + 1,), number of samples before each that bend to and fro."""
+        """(m + 1,), number of samples before each whose bend changes sign."""
         tolerance = QUALITY.flat_step * self.resolution / 2.0
         return np.concatenate([[0], np.cumsum(flickering(self.values, tolerance))])
 
@@ -108,44 +109,44 @@ class _Sampled:
         return float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
 
     def breaks_off(self, a: int, b: int) -> bool:
-        """Whether a segment lacks the noise that the channel has elsewhere, or ends with a jump."""
+        """Whether the channel has noise outside of a segment, or the segment ends with a jump."""
         elsewhere = int(self._flickers[-1] - self._flickers[b] + self._flickers[a])
         jump = abs(self.values[b] - self.values[b - 1]) if b < self.values.size else 0.0
         return elsewhere >= QUALITY.fewest_flickers or bool(jump > QUALITY.exit_jump * self._usual_step > 0.0)
 
     @property
     def varies(self) -> bool:
-        """Whether the reading varies as long as the sensor measures: a command that is noisy when idle does, too."""
+        """Whether a working sensor's reading always varies; this includes a command that is noisy when idle."""
         return self.name in VARYING or (self.name in COMMANDS and not self._idles)
 
     @cached_property
     def _idles(self) -> bool:
-        """Whether the channel rests again and again, as a command does and a torque sensor does not."""
+        """Whether the channel rests repeatedly, as a command does and a torque sensor does not."""
         rests = [1 for a, b in spans(self.equal) if b - a + 1 >= QUALITY.shortest_stretch]
         return len(rests) >= QUALITY.fewest_rests
 
     @property
     def rests(self) -> bool:
-        """Whether it may rest, or rise evenly, for any time: neither a moving sensor's reading nor a command."""
+        """Whether it may be constant, or change linearly, for any time: neither a varying reading nor a command."""
         return not (self.varies or self.name in COMMANDS)
 
 
 def flags(log: Log, policy: QualityPolicy = QUALITY, units: Mapping[str, str] | None = None) -> LogFlags:
     """The state of every sample of a log's channels, and the faults that the tests found.
 
-    Failed: all channels frozen, or filled with straight lines, at once; one channel frozen, filled with straight lines,
-    dropped out to one value; single-sample spikes. Suspect: a speed or load after a jump that stays, peaks at a
-    sensor's limit, the sample after a gap of the clock (channel ``time``). A rest of the car, coarse quantization and
-    channels that may rest are no faults. A channel with fewer than 50 values is not evaluated.
+    Failed: all channels frozen or linearly interpolated at once; one channel frozen, linearly interpolated or dropped
+    out to one value; single-sample spikes. Suspect: a speed or load after a permanent jump, peaks at a sensor's limit,
+    the sample after a gap of the clock (channel ``time``). A standstill of the car, coarse quantization and channels
+    that may be constant are not faults. A channel with fewer than 50 values is not evaluated.
 
     Parameters
     ----------
-    log : channels in SI, (n,) each, NaN where the logger wrote nothing. policy : the thresholds.
-    units : in which messages state a channel's values; SI of those that are not among them.
+    log : channels in SI, (n,) each, NaN where no value was recorded. policy : the thresholds.
+    units : unit of each channel in messages; SI for channels not listed.
 
     Returns
     -------
-    LogFlags : time is O(n log n), memory O(n), for each channel.
+    LogFlags : computed in O(n log n) time and O(n) memory for each channel.
     """
     known = {n: (units or {}).get(n, CHANNELS[n].unit) for n in log.channels if n in CHANNELS}
     sampled = [_sampled(log, name, policy, known.get(name, "")) for name in log.channels]
@@ -181,7 +182,7 @@ def _sampled(log: Log, name: str, policy: QualityPolicy, unit: str) -> _Sampled:
 
 
 def _moving(log: Log, policy: QualityPolicy) -> Mask:
-    """(n,): where some speed says that the car moves; everywhere without a speed."""
+    """(n,): where any speed shows that the car moves; everywhere if there is no speed."""
     known = [n for n in SPEEDS if n in log]
     if not known:
         return np.ones(log.time.size, dtype=bool)
@@ -191,7 +192,7 @@ def _moving(log: Log, policy: QualityPolicy) -> Mask:
 
 
 def _together(log: Log, sampled: list[_Sampled], policy: QualityPolicy) -> list[Fault]:
-    """Segments in which every channel is frozen, or on a straight line."""
+    """Segments in which all channels are frozen, or follow straight lines."""
     whole = [s for s in sampled if s.rows.size == log.time.size]
     if len(whole) < 2:
         return []
@@ -220,7 +221,7 @@ def _lasting(found: Spans, time: Array, policy: QualityPolicy) -> Spans:
 
 
 def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> Iterator[Fault]:
-    """The faults of one channel outside of those of all channels."""
+    """The faults of one channel outside of the faults of all channels (``taken``)."""
     rows, values = channel.rows, channel.values
     free = ~taken[rows]
     marked = ~free
@@ -252,7 +253,7 @@ def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> I
 def _contradicted(
     channel: _Sampled, marked: Mask, log: Log, policy: QualityPolicy
 ) -> Iterator[tuple[int, int, str, str]]:
-    """Rests of a command that the car's motion, its own jumps or the steps of its source contradict."""
+    """Rests of a command that the car's motion, its own jumps or the quantization of its source contradict."""
     time, values = channel.time, channel.values
     rests = [
         (a - 1, b)
@@ -265,7 +266,7 @@ def _contradicted(
         found = improbable(between, channel.moving & ~marked, policy.longer_varying, policy)
         for a, b in _lasting(found, time, policy):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
-            yield a, b, "frozen", f"{what}, between the steps at which it rests otherwise"
+            yield a, b, "frozen", f"{what}, between the quantization steps at which it rests elsewhere"
     if channel.name in ("drive_torque", "motor_current", "drive_force") and rests:
         force, speed = (
             log[n][channel.rows] if n in log else np.full(values.size, np.nan) for n in ("acceleration", "speed")
@@ -276,7 +277,7 @@ def _contradicted(
 
 
 def _clock_gaps(log: Log) -> Iterator[Fault]:
-    """The first sample after each gap of the clock, or jump of it: the two look alike."""
+    """The first sample after each gap or jump of the clock, which cannot be distinguished."""
     steps = np.diff(log.time)
     if steps.size < _FEWEST:
         return
@@ -288,16 +289,16 @@ def _clock_gaps(log: Log) -> Iterator[Fault]:
 
 
 def _saturated(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
-    """Peaks at the sensor's limit: suspect, since a command may have reached a limit of its own."""
+    """Peaks at the sensor's limit: only suspect, since a command may have reached its own limit."""
     values, rows = channel.values, channel.rows
     for a, b in saturated_spans(values):
         if not taken[rows[a:b]].any():
-            why = f"stands at its extreme value, {channel.text(values[a])}"
+            why = f"stays at its extreme value, {channel.text(values[a])}"
             yield Fault(channel.name, int(rows[a]), int(rows[b - 1]) + 1, "saturated", why, Flag.SUSPECT)
 
 
 def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
-    """A speed or load from where it jumps for good: which side of it is wrong, the channel alone does not tell."""
+    """A speed or load after a permanent jump; the channel does not show which side of the jump is wrong."""
     if channel.name not in (*SPEEDS, *_LOADS) or taken[channel.rows].any():
         return
     at = level_step(channel.values, QUALITY)
@@ -308,9 +309,9 @@ def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
 
 
 def _stop_or_start(channel: _Sampled, at: int) -> bool:
-    """Whether the step of a speed to sample ``at`` lies beside rest and is no faster than tires allow.
+    """Whether the step of a speed to sample ``at`` is next to a standstill and no faster than tires allow.
 
-    A reading that is held lasts from its first sample on.
+    The step's duration counts from the first sample of the previous reading, which may be held.
     """
     if channel.name not in SPEEDS:
         return False
@@ -325,7 +326,7 @@ def _stop_or_start(channel: _Sampled, at: int) -> bool:
 
 
 def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator[tuple[int, int, str, str]]:
-    """Where a channel is frozen, or follows a straight line; ``marked`` samples are left out."""
+    """Segments in which a channel is frozen or follows a straight line; ``marked`` samples are excluded."""
     time, values, moving = channel.time, channel.values, channel.moving
     longer = policy.longer_varying if channel.varies else policy.longer_command
     judged = moving & ~marked
@@ -337,7 +338,7 @@ def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator
         if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", what
-    # A line that rests is a frozen channel, or none.
+    # A constant line is a frozen channel, or no fault.
     lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
     found = joined(
         improbable(lines, moving & ~marked, policy.longer_line, policy, LINE, [channel.bending]), policy.joined_gap
@@ -353,7 +354,7 @@ def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator
 
 
 def _on_chord(channel: _Sampled, a: int, b: int) -> bool:
-    """Whether most of a segment lies on one chord: it may bend once, at a true value among the filled ones."""
+    """Whether most of a segment lies on one chord: it may bend once, at a true value among interpolated ones."""
     v = channel.values[a:b]
     for place in (channel.time[a:b], np.arange(a, b, dtype=float)):
         line = v[0] + (place - place[0]) / (place[-1] - place[0]) * (v[-1] - v[0])

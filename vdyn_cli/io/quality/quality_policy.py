@@ -13,72 +13,73 @@ class QualityPolicy:
 
     false_alarm: float = threshold(
         0.001, "probability", "that one test of one channel of a healthy log fails",
-        "A log has up to ten channels and each some five tests: below 1 % of healthy logs are accused with a tenth "
-        "of that for correlated tests. tests/bench/log_faults.md measures it.",
+        "A log has up to ten channels with some five tests each; as the tests are correlated, less than 1 % of healthy "
+        "logs fail one. tests/bench/log_faults.md measures it.",
     )  # fmt: skip
     shortest_stretch: int = threshold(
-        5, "samples", "of equal values or of a straight line, below which nothing is judged",
-        "Four equal values in a row happen in every coarse channel; what so few samples hold moves no estimate.",
+        5, "samples", "of equal values or of a straight line, below which a segment is not tested",
+        "Four equal values in a row occur in every coarse channel; so few wrong samples do not affect an estimate.",
     )  # fmt: skip
     shortest_time: float = threshold(
         0.05, "s", "below which a frozen or straight segment of one channel is not a fault",
-        "A tenth of the half second in which a car moves by what a test could show; at 1 kHz, noise of a few counts "
-        "rests for some samples now and then.",
+        "A tenth of the half second over which a car's motion changes measurably; at 1 kHz, noise of a few counts "
+        "is constant for some samples now and then.",
     )  # fmt: skip
     longer_varying: float = threshold(
-        1.6, "", "times the longest ordinary rest of a channel, that a frozen segment must last at least",
-        "Rests have no exact distribution: the Markov chain of the test assumes one. Real speeds and accelerations "
-        "at 10 Hz rest for 5 samples at most; one second has 10.",
+        1.6, "", "times the longest ordinary rest (constant segment) of a channel, least duration of a frozen segment",
+        "The Markov chain of the test only approximates the distribution of rests. Real speeds and accelerations at "
+        "10 Hz rest for 5 samples at most; one second has 10.",
     )  # fmt: skip
     longer_command: float = threshold(
         3.0, "", "the same for commands: torques and forces of drive and brake",
-        "A torque at a limit rests for a while; the longest such rest of 18 trips lasts 2.7 times the next.",
+        "A torque is constant while at a limit; the longest such rest of 18 trips lasts 2.7 times the next.",
     )  # fmt: skip
     command_time: float = threshold(
-        5.0, "s", "of such a rest, at least",
+        5.0, "s", "least duration of such a rest",
         "A driver holds one torque for 2 s in 18 trips, and for 3.5 s near zero.",
     )  # fmt: skip
     fewest_rests: int = threshold(
-        3, "rests", "of five samples and more, from which a command is known to rest",
-        "A torque sensor is noisy at any torque, so that it never rests; one or two rests may be the faults.",
+        3, "rests", "of five or more samples, from which a channel counts as a command that rests",
+        "A torque sensor is noisy at any torque, so that it never rests; one or two rests may be faults.",
     )  # fmt: skip
     idle_share: float = threshold(
-        0.05, "share of the largest value", "below which a command counts as idle, and may rest for any time",
-        "A released pedal leaves the creep torque or the zero of the sensor, some per cent of its range.",
+        0.05, "share of the largest value", "below which a command counts as idle, and may be constant for any time",
+        "With the pedal released, the creep torque or the sensor's offset remains, a few per cent of its range.",
     )  # fmt: skip
     longer_line: float = threshold(
-        1.15, "", "times the longest ordinary straight line, which a filled gap must last at least",
-        "Six values and more on one chord within their rounding are rare: 13 in 18 trips at 10 Hz at the most.",
+        1.15, "", "times the longest ordinary straight line, least duration of an interpolated gap",
+        "Six or more values on one chord within rounding are rare: the longest line in 18 trips at 10 Hz has 13.",
     )  # fmt: skip
     fewest_flickers: int = threshold(
-        50, "samples", "whose slope changes sign beside a frozen or straight segment, so that the channel has noise",
-        "Fewer do not show whether a channel has noise. A simulated log has none, and may rest and rise evenly.",
+        50, "samples", "whose bend changes sign outside a frozen or straight segment, which show that the channel has "
+        "noise",
+        "Fewer do not show whether a channel has noise. A simulated log has none, and may be constant or linear.",
     )  # fmt: skip
     exit_jump: float = threshold(
-        3.0, "", "times the 99 % quantile of steps, a jump out of a frozen segment that also shows it",
-        "A smooth sensor that froze jumps to where the car is by then; one that rested goes on as it came.",
+        3.0, "", "times the 99 % quantile of steps, a jump at the end of a segment that also shows that it was frozen",
+        "After freezing, a smooth sensor jumps to the present value; after a true rest it continues smoothly.",
     )  # fmt: skip
     coarse_share: float = threshold(
-        0.4, "share of the samples", "that are as regular in ordinary driving, above which a channel is coarse",
-        "Its rests then follow its slope, not its noise, and the Markov chain does not hold. Real channels with noise "
+        0.4, "share of the samples", "that are regular in ordinary driving, above which a channel is coarse",
+        "Its rests then depend on its slope, not its noise, and the Markov chain is invalid. Real channels with noise "
         "above their resolution have 2 to 22 %.",
     )  # fmt: skip
     longer_coarse: float = threshold(
-        5.0, "", "times the longest ordinary straight line of a coarse channel, which a faulty one must last",
-        "A steady slope puts a coarse channel on lines of its length. Its rests alone are not judged: a cruise at one "
-        "speed rests it for any time.",
+        5.0, "", "times the longest ordinary straight line of a coarse channel, least duration of a faulty one",
+        "At a constant slope a coarse channel follows a line for as long. Its rests alone are not tested: at constant "
+        "speed it is constant for any time.",
     )  # fmt: skip
     surroundings: float = threshold(
-        10.0, "", "times the length of a segment, on both sides, from which its ordinary chance is estimated",
-        "Ten times: the chance of a rest is then known within a third, and the driving is still the same.",
+        10.0, "", "times the length of a segment, on both sides, over which the probability of regularity is estimated",
+        "The probability of a rest is then known within a third, and the driving is still similar.",
     )  # fmt: skip
     fewest_surroundings: int = threshold(
-        200, "samples", "of these surroundings at least",
-        "Where 200 samples hold no rest, its probability is below 1.5 % (95 %, rule of three).",
+        200, "samples", "of these surroundings, at least",
+        "If 200 samples contain no rest, its probability is below 1.5 % (95 %, rule of three).",
     )  # fmt: skip
     flat_step: float = threshold(
-        1.0, "quanta", "from the chord of six values, up to which they are on a straight line",
-        "The value and each end of the chord are rounded by half a quantum at the most.",
+        1.0, "quanta", "distance from the chord of six values, up to which they are on a straight line",
+        "The value and each end of the chord are rounded by at most half a quantum.",
     )  # fmt: skip
     standing_speed: float = threshold(
         0.5, "m/s", "below which the car counts as standing: a constant channel is then not a fault",
@@ -86,171 +87,174 @@ class QualityPolicy:
     )  # fmt: skip
     joined_gap: float = threshold(
         0.1, "share of the shorter", "of two faulty segments, up to which the gap between them is faulty too",
-        "A gap that was filled with lines can contain single true values, at which the line bends.",
+        "An interpolated gap can contain single true values, at which the line bends.",
     )  # fmt: skip
     spike_ratio: float = threshold(
         12.0, "", "times the local median of single-sample deviations, least size of a spike",
-        "For white noise that median is 0.55 standard deviations: a sample 6.6 of them away from both neighbors, "
-        "which happens once in some 10^7 samples.",
+        "For white noise that median is 0.55 standard deviations: a sample 6.6 standard deviations from both neighbors "
+        "occurs once in some 10^7 samples.",
     )  # fmt: skip
     spike_apart: float = threshold(
-        1.8, "", "times the largest other deviation, which the smallest spike must exceed",
-        "Road shocks and switching make single large samples of every size; the largest of 18 healthy trips is "
-        "1.7 times the next. tests/bench/log_faults.md measures what is missed.",
+        1.8, "", "times the largest other deviation, least size of the smallest spike",
+        "Road shocks and switching cause single large samples of every size; the largest of 18 healthy trips is "
+        "1.7 times the next. tests/bench/log_faults.md measures the share of spikes missed.",
     )  # fmt: skip
     rest_window: float = threshold(
-        1.0, "s", "over which a car's specific force is compared with the drive torque while that rests",
-        "Longer than the delays of sensors and the swinging of body and drive; the shortest stretch of a fault that "
-        "moves an estimate.",
+        1.0, "s", "over which a car's specific force is compared with the drive torque while the torque is constant",
+        "Longer than the delays of sensors and the oscillations of body and driveline; a shorter fault does not affect "
+        "an estimate.",
     )  # fmt: skip
     least_drive_tie: float = threshold(
         0.8, "share of the variance", "of a specific force that the drive torque must explain to be compared with it",
         "An electric car with one gear reaches 0.93 to 0.97; gears, or a second driven axle, leave less than half.",
     )  # fmt: skip
     rest_t: float = threshold(
-        4.0, "standard deviations", "of such means while the torque drives, by which a rest must miss the motion",
-        "While a torque rests the scatter is half as large (no lag between the two counts); a log has some ten to a "
-        "hundred rests.",
+        4.0, "standard deviations", "of such means while the torque drives, by which a rest must contradict the motion",
+        "While a torque is constant the scatter is half as large (a lag between the two has no effect); a log has some "
+        "ten to a hundred rests.",
     )  # fmt: skip
     rest_apart: float = threshold(
-        1.8, "times the largest other", "misfit, or jump at both ends, that a contradicted rest must show",
-        "A grade that a GPS acceleration does not feel, or a torque that steps, shows in all rests of a log.",
+        1.8, "times the largest other", "misfit, or jump at both ends, least size for a contradicted rest",
+        "A grade, which a GPS acceleration does not include, or a torque that steps affects all rests of a log.",
     )  # fmt: skip
     fewest_judged_rests: int = threshold(
-        10, "rests", "of a log, above which their own misfits say how large an ordinary one is",
-        "The largest of ten ordinary ones lies near the 90 % quantile; with fewer, the 99.9 % quantile of the misfit "
-        "while the torque drives counts.",
+        10, "rests", "of a log, above which the other rests give the largest ordinary misfit",
+        "The largest of ten is near the 90 % quantile; with fewer, the 99.9 % quantile of the misfit while the torque "
+        "drives is used.",
     )  # fmt: skip
     least_rest_edge: float = threshold(
-        0.25, "times the 99 % quantile of steps", "jump of a torque to zero and back, from which it is lost there",
-        "A motor's torque goes to zero and leaves it smoothly, for the driveline's sake: in 498 rests of 15 trips one "
-        "of the two jumps is below 0.15 such quantiles.",
+        0.25, "times the 99 % quantile of steps", "jump of a torque to zero and back, from which the signal was lost",
+        "A motor's torque goes to zero and back smoothly, to protect the driveline: in 498 rests of 15 trips one of "
+        "the two jumps is below 0.15 such quantiles.",
     )  # fmt: skip
     between_steps: float = threshold(
-        0.3, "share of the samples", "of a moving command between the steps at which it rests, from which rests "
-        "between these steps are the logger's",
-        "A coarse command that was resampled is between its steps in half of its samples or more.",
+        0.3, "share of the samples", "of a changing command between the levels at which it rests, from which rests "
+        "between these levels are faults of the logger",
+        "A coarse command that was resampled is between its levels in half of its samples or more.",
     )  # fmt: skip
     most_off_steps: float = threshold(
-        0.05, "share of the rests", "that may lie between these steps",
-        "Otherwise the steps are not those of the source.",
+        0.05, "share of the rests", "that may lie between these levels",
+        "With more, the levels are not those of the source.",
     )  # fmt: skip
     quiet_level: float = threshold(
-        0.5, "times the median level", "of single-sample deviations, counted at least where the channel is quiet",
-        "A channel that rests has no noise of its own against which a small step could be judged.",
+        0.5, "times the median level", "of single-sample deviations, least level assumed where the channel is quiet",
+        "A constant channel has no noise with which a small step could be compared.",
     )  # fmt: skip
     spike_tail: float = threshold(
-        0.01, "share of the samples", "from whose deviations the tail of ordinary ones is extrapolated",
+        0.01, "share of the samples", "from whose deviations the tail of ordinary deviations is extrapolated",
         "The mean excess of an exponential tail needs ten samples; 1 % of the shortest logs (some 1000) are ten.",
     )  # fmt: skip
     most_spikes: float = threshold(
-        0.005, "share of the samples", "above which deviations are the channel's nature, and no spikes",
-        "One in 200: at 10 Hz, one in 20 s. A channel that spikes more often needs a repair, not a cut.",
+        0.005, "share of the samples", "above which large deviations belong to the channel and are not spikes",
+        "One in 200: at 10 Hz, one in 20 s. A channel with more spikes needs a repair, not a cut.",
     )  # fmt: skip
     spike_return: float = threshold(
-        0.5, "share of the spike", "by which its two neighbors may differ, or half of it beside the slope about them",
-        "A single wrong sample leaves the signal where it was; a step or a steep flank does not.",
+        0.5, "share of the spike", "by which its two neighbors may differ (half of that relative to the local slope)",
+        "The signal is the same before and after a single wrong sample, but not after a step or on a steep flank.",
     )  # fmt: skip
     dropout_jump: float = threshold(
         6.0, "", "times the 99 % quantile of steps, least jump at both ends of a dropout",
-        "Steps of a moving car have tails: over 18 trips the largest step and back is below 4 such quantiles.",
+        "Steps of a moving car have a long tail: in 18 trips the largest step and back is below 4 such quantiles.",
     )  # fmt: skip
     longest_step: float = threshold(
         1.5, "", "times the usual step of the clock, or its scatter, beyond the usual step: a gap or jump",
-        "A lost row doubles a step; jitter of a software clock stays within its own scatter.",
+        "A lost row doubles a step; the jitter of a software clock stays within its scatter.",
     )  # fmt: skip
     hardest_stop: float = threshold(
-        12.0, "m/s^2", "between two readings, up to which a step of a speed beside rest is a stop or a start",
-        "Road tires brake with up to 1.2 g; a receiver of 1 Hz sees a stop from 20 km/h as one step.",
+        12.0, "m/s^2", "between two readings, up to which a step of a speed next to standstill is a stop or a start",
+        "Road tires brake with up to 1.2 g; a 1 Hz receiver records a stop from 20 km/h as one step.",
     )  # fmt: skip
     step_apart: float = threshold(
         2.5, "", "times the next largest step of a speed, at which its largest counts as a change of gain or zero",
-        "A car changes its speed over many samples, so that many steps are nearly as large as the largest; where the "
-        "pulses of wheel sensors begin or end, the next is half as large.",
+        "A car changes its speed over many samples, so that many steps are nearly as large as the largest; when the "
+        "pulses of wheel sensors start or stop, the next largest is half as large.",
     )  # fmt: skip
     longest_bridge: float = threshold(
-        0.25, "s", "of a cut in a channel that a step integrates, up to which it is bridged",
-        "Speed and torque of a car are nearly straight over a quarter of a second; at 10 Hz it bridges single "
-        "samples, at 1 kHz spikes and short dropouts. Beyond, the run is split.",
+        0.25, "s", "of a cut in a channel that a step integrates, up to which it is interpolated",
+        "Speed and torque of a car are nearly linear over a quarter of a second: at 10 Hz single samples, at 1 kHz "
+        "spikes and short dropouts are interpolated. At longer cuts the run is split.",
     )  # fmt: skip
     tie_window: float = threshold(
-        0.5, "s", "over which tied channels are compared",
-        "Ten samples at 20 Hz, and longer than the delays between sensors and the swinging of body and tires.",
+        0.5, "s", "over which physically related (tied) channels are compared",
+        "Ten samples at 20 Hz, and longer than the delays between sensors and the oscillations of body and tires.",
     )  # fmt: skip
     fewest_tie_windows: int = threshold(
         16, "windows", "of two tied channels, from which a change of the gain between them is tested",
         "Eight seconds: five windows on either side determine a gain and its scatter.",
     )  # fmt: skip
     least_tie_share: float = threshold(
-        0.1, "share of the squares", "of the first tied channel that must lie before and after the change",
-        "With less, the gain of that side rests on one or two windows.",
+        0.1, "share of the sum of squares", "of the channel x in y = g x that must lie on each side of the change",
+        "With less, one or two windows determine the gain of that side.",
     )  # fmt: skip
     rolling_speed: float = threshold(
         3.0, "m/s", "of the car, above which wheel speeds are compared with it",
-        "Below, wheels lock and slip, and pulses are few.",
+        "Below, wheels lock and slip, and there are few pulses.",
     )  # fmt: skip
     calm_acceleration: float = threshold(
         0.5, "m/s^2", "of the car, up to which wheel speeds are compared with it",
-        "A driven axle under half of the weight slips by 2 a / (g BCD): with a stiffness BCD of 10 to 20 by 0.5 to 1 %,"
-        " below least_gain_change.",
+        "A driven axle with half of the weight slips by 2 a / (g BCD): with a slip stiffness BCD of 10 to 20 by 0.5 to "
+        "1 %, below least_gain_change.",
     )  # fmt: skip
     least_gain_change: float = threshold(
-        0.02, "share of the gain", "that it must change by",
-        "Tires grow and slip by up to 2 % within a run; a gain of one of four wheel loads that changes by 10 % is "
+        0.02, "share of the gain", "least change that is reported",
+        "Tires grow and slip by up to 2 % within a run; a change by 10 % in the gain of one of four wheel loads is "
         "2.5 % of their sum.",
     )  # fmt: skip
     gain_change_t: float = threshold(
-        6.0, "standard errors", "that it must change by",
-        "The best of all cuts of several ties, with colored scatter: healthy ties reach 4.2, except wheels that grow "
-        "by 1 %, which least_gain_change leaves out (28 sample logs, 15 trips).",
+        6.0, "standard errors", "least change that is reported",
+        "The largest over all times and ties, with autocorrelated scatter: healthy logs reach 4.2, except for wheels "
+        "that grow by 1 %, which least_gain_change excludes (28 sample logs, 15 trips).",
     )  # fmt: skip
     abrupt_share: float = threshold(
-        0.95, "share of the squares", "that a step of the gain may leave, of what a drift (a cubic in time) leaves",
-        "Slip, bends and clocks change a ratio gradually; a sensor's range or plug at once.",
+        0.95, "ratio of sums of squares", "largest residual with a step of the gain, relative to that with a drift "
+        "(cubic in time)",
+        "Slip, bends and clocks change a ratio gradually; a sensor's range or connector changes it at once.",
     )  # fmt: skip
     simulated_share: float = threshold(
-        0.5, "share of the squares", "of a channel less its simulation, that a change of its gain may leave",
-        "A gain that changes by a tenth is far above the noise of any sensor, so that it explains most of what a fit "
-        "between both gains leaves.",
+        0.5, "ratio of sums of squares", "largest residual of a channel against its simulation with a change of its "
+        "gain, relative to that without",
+        "A change of the gain by a tenth is far above the noise of any sensor, so that it explains most of the "
+        "residual of a fit with one gain.",
     )  # fmt: skip
     lone_abrupt_share: float = threshold(
-        0.75, "share of the squares", "that a step of the gain may leave in an only run, of what remains with a gain "
-        "that drifts (a cubic in time) or depends on the sign or size of the channel",
-        "Without other runs a sensor's error cannot be told from a model's error, which has any shape.",
+        0.75, "ratio of sums of squares", "for a test of one run: largest residual with a step of the gain, relative "
+        "to that with a gain that drifts (cubic in time) or depends on the sign or size of the channel",
+        "Without other runs a sensor's error is hard to distinguish from a model error, which may have any shape.",
     )  # fmt: skip
     fewest_like_runs: int = threshold(
-        3, "runs", "of a test, from which a change of the gain in one of them is compared with the others",
-        "What a model lacks shows in all runs alike; two do not tell which of them is the usual one.",
+        3, "runs", "of a test, from which a change of the gain in one run is compared with the others",
+        "A model error affects all runs alike; of two runs it is unknown which is the usual one.",
     )  # fmt: skip
     unlike_runs: float = threshold(
-        4.0, "times the median of all runs", "that the change of one run's gain must be",
-        "Changes by 1 to 2 % are found in healthy sweeps whose curve a faulty one pulls; a tire that grips less in "
-        "braking changes all of them by as much.",
+        4.0, "times the median of all runs", "least change of one run's gain",
+        "Healthy sweeps show changes of 1 to 2 % if a faulty one biases the fitted curve; a tire with less grip in "
+        "braking changes all of them equally.",
     )  # fmt: skip
     largest_gain_error: float = threshold(
         0.005, "share", "by which the integral of the speed and the position may differ in all runs of a test",
-        "GPS and optical speeds have gains within 0.2 % and surveyed distances are better; a speed rounded down to "
-        "0.1 km/h reads 0.1 to 0.3 % low in a coast-down.",
+        "GPS and optical speeds have gain errors within 0.2 %, surveyed distances smaller ones; a speed rounded down "
+        "to 0.1 km/h reads 0.1 to 0.3 % low in a coast-down.",
     )  # fmt: skip
     material_shift: float = threshold(
-        0.5, "half widths of a 95 % interval", "by which a wrong gain of the speed may shift a parameter, as a note",
-        "The truth lies outside an interval shifted by half its half width in 17 % of tests instead of 5 %. Smaller "
-        "gains only widen the intervals, which then cover.",
+        0.5, "half widths of a 95 % interval", "up to which the shift of a parameter by a wrong gain of the speed is a "
+        "note, not a fault",
+        "An interval shifted by half its half width misses the true value in 17 % of tests instead of 5 %. Smaller "
+        "gain errors only widen the intervals, which then cover the true value.",
     )  # fmt: skip
     shortest_distance: float = threshold(
         20.0, "m", "driven in a run, below which the position does not determine the speed's gain",
         "A receiver's position is within about 1 m: 5 % of such a run.",
     )  # fmt: skip
     position_noise: float = threshold(
-        1.0, "m", "rms of a position about the integral of the speed, averaged over a twentieth of a run",
-        "Receivers wander by 0.5 to 1 m within a minute.",
+        1.0, "m", "rms deviation of a position from the integral of the speed, averaged over a twentieth of a run",
+        "The position of receivers drifts by 0.5 to 1 m within a minute.",
     )  # fmt: skip
     shortest_part: float = threshold(
-        2.0, "s", "of a run that is split at a cut, below which a part is left out",
-        "The start speed and the end speed are averages over a second each: a shorter part has nothing between them.",
+        2.0, "s", "duration of a part of a run split at a cut, below which the part is left out",
+        "The start and end speeds are averages over a second each, so that a shorter part has no data between them.",
     )  # fmt: skip
     most_refits: int = threshold(
-        4, "cuts", "at most, longest first, whose influence on the parameters is evaluated by a fit without the cut",
+        4, "cuts", "whose influence on the parameters is evaluated by a fit without the cut, longest first, at most",
         "Limits the computing time: each fit takes up to a few seconds.",
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Stretches in which a channel is more regular than its own noise allows: frozen at a value, or on a straight line."""
+"""Segments in which a channel is more regular than its noise allows: frozen at a value, or on a straight line."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 Spans = list[tuple[int, int]]
 
-LINE = 5  # intervals of the shortest line that is judged
-UNSEEN = 0.2  # probability that a rest goes on, of a channel of which none is known
-_SAMPLE = 20_000  # values that show a channel's resolution
+LINE = 5  # intervals of the shortest line that is tested
+UNSEEN = 0.2  # assumed probability that a rest continues, for a channel without other rests
+_SAMPLE = 20_000  # values that suffice to estimate a channel's resolution
 
 
 def quantum(values: Array) -> float:
-    """The smallest difference between any two of the values, at least what single precision leaves."""
+    """The smallest difference between any two of the values, but no less than single precision resolves."""
     some = np.unique(values[:: -(-values.size // _SAMPLE)])
     steps, least = np.diff(some), 2e-7 * float(np.abs(some).max(initial=0.0))
     return float(max(steps[steps > least].min(initial=np.inf), least)) if np.any(steps > least) else least
 
 
 def equal(values: Array) -> Mask:
-    """(n,): whether each value equals the one before."""
+    """(n,): whether each value equals the previous one."""
     return np.concatenate([[False], values[1:] == values[:-1]])
 
 
 def straight(place: Array, values: Array, tolerance: float) -> Mask:
-    """(n,): whether each value and the five before it lie on the chord of the six, to the tolerance.
+    """(n,): whether each value and the five before it lie within ``tolerance`` of the chord of the six.
 
     Parameters
     ----------
-    place : (n,), rising: times, or numbers of the rows.
+    place : (n,), increasing: times, or row numbers. values : (n,).
     """
     if values.size <= LINE:
         return np.zeros(values.size, dtype=bool)
@@ -50,19 +50,19 @@ def straight(place: Array, values: Array, tolerance: float) -> Mask:
 
 
 def spans(flags: Mask) -> Spans:
-    """First index, and index after the last, of each stretch of true flags."""
+    """First index, and index after the last, of each segment of true flags."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def bent_little(values: Array, tolerance: float) -> Mask:
-    """(n,): whether each value continues the line through the two before it, to four times the tolerance."""
+    """(n,): whether each value is within four tolerances of the line through the two values before it."""
     bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
     return np.concatenate([[False, False], bends <= 4.0 * tolerance])
 
 
 def flickering(values: Array, tolerance: float) -> Mask:
-    """(n,): where the values bend by more than the tolerance explains, and otherwise than just before: noise does."""
+    """(n,): where the bend exceeds four tolerances and changes sign, as noise does."""
     bends = values[2:] - 2.0 * values[1:-1] + values[:-2]
     bends = np.where(np.abs(bends) > 4.0 * tolerance, bends, 0.0)
     return np.concatenate([[False, False, False], bends[1:] * bends[:-1] < 0.0])[: values.size]
@@ -70,12 +70,12 @@ def flickering(values: Array, tolerance: float) -> Mask:
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """How often a regular sample follows a regular one, outside of any segment.
+    """Estimate of the probability that a regular sample follows a regular one, outside of any segment.
 
     Parameters
     ----------
-    judged, ones, pairs : (n + 1,), numbers of judged samples before each, of regular ones among them, and of those that
-        follow a regular one.
+    judged, ones, pairs : (n + 1,), cumulative numbers of judged samples, of regular ones among them, and of regular
+        ones that follow a regular one.
     """
 
     judged: Rows
@@ -84,19 +84,19 @@ class Continuation:
 
     @classmethod
     def of(cls, regular: Mask, judged: Mask) -> Continuation:
-        """Counted where ``judged`` (n,)."""
+        """Count the ``regular`` (n,) samples where ``judged`` (n,)."""
         here = regular & judged
         follows = here & np.concatenate([[False], regular[:-1]])
         return cls(*(np.concatenate([[0], np.cumsum(x)]) for x in (judged, here, follows)))
 
     def outside(self, first: int, stop: int) -> float:
-        """The probability outside of a segment, in (0, 1)."""
+        """The probability estimated outside of the segment [first, stop), in (0, 1)."""
         ones = self.ones[-1] - self.ones[stop] + self.ones[first]
         pairs = self.pairs[-1] - self.pairs[stop] + self.pairs[first]
         return float((pairs + 1.0) / (ones + 2.0))
 
     def beside(self, taken: Spans) -> tuple[int, int]:
-        """The numbers of judged samples, and of regular ones among them, outside of some segments."""
+        """Numbers of judged samples, and of regular ones among them, outside of some segments."""
         judged = int(self.judged[-1]) - sum(int(self.judged[b] - self.judged[a]) for a, b in taken)
         return judged, int(self.ones[-1]) - sum(int(self.ones[b] - self.ones[a]) for a, b in taken)
 
@@ -109,18 +109,18 @@ def improbable(
     before: int = 1,
     finer: Sequence[Continuation] = (),
 ) -> Spans:
-    """The stretches of regular samples that chance does not explain.
+    """The segments of regular samples that chance does not explain.
 
-    A regular sample is followed by another one with a probability c, estimated beside the stretch and over the whole
-    log. n stretches hold one of L samples by chance with a probability of at most n c^(L - 1).
+    A regular sample is followed by another one with a probability c, estimated around the segment and over the whole
+    log. The probability that one of n segments has L samples by chance is at most n c^(L - 1).
 
     Parameters
     ----------
-    regular : (n,). judged : (n,), where the channel must show noise; a stretch counts where most of it is judged.
-    longer : times the longest ordinary stretch that an improbable one must last.
-    before : samples before each stretch that belong to it: 1 for equal values, ``LINE`` for straight lines.
-    finer : of independent and weaker conditions of regularity, whose product bounds c where no regular samples are
-        seen elsewhere; it counts as one of them.
+    regular : (n,). judged : (n,), where the channel must show noise; a segment counts if most of it is judged.
+    longer : least length of an improbable segment, times the longest ordinary segment.
+    before : samples before each segment that belong to it: 1 for equal values, ``LINE`` for straight lines.
+    finer : continuations of independent, weaker conditions of regularity, the product of whose probabilities is the
+        prior of c, with the weight of one sample; empty: `UNSEEN`.
     """
     edges = np.flatnonzero(np.diff(regular, prepend=False, append=False))
     begin, stop = edges[::2], edges[1::2]
@@ -140,7 +140,7 @@ def improbable(
     order = long[np.argsort(-length[long], kind="stable")]
     found: list[int] = []
     removed_ones = removed_pairs = 0
-    for i in order:  # the longest first: it is no part of what is ordinary for the others
+    for i in order:  # the longest first, so that it does not count as ordinary for the others
         a, b, n = int(begin[i]), int(stop[i]), int(length[i])
         reach = int(max(policy.surroundings * n, policy.fewest_surroundings))
         near = (max(a - reach, 0), min(b + reach, regular.size))
@@ -161,7 +161,7 @@ def improbable(
     beside = [one.beside(taken) for one in (finer or (counted,))]
     coarse = min(ones / max(judged, 1) for judged, ones in beside) > policy.coarse_share
     if coarse and not finer:
-        return []  # a cruise rests such a channel for any time
+        return []  # such a channel may be constant for any time at constant speed
     return _above(begin, stop, length, found, max(longer, policy.longer_coarse) if coarse else longer, before)
 
 
@@ -173,13 +173,13 @@ def _above(
     longer: float,
     before: int,
 ) -> Spans:
-    """The found stretches that are so much longer than the longest of the others, those just below them included."""
+    """The found segments that are ``longer`` times the longest ordinary one, and all longer ones."""
     if not found:
         return []
     others = np.delete(length, found)
     ordinary = int(others.max(initial=0))
     kept: list[int] = []
-    for i in reversed(found):  # the shortest first: it is ordinary unless it stands apart
+    for i in reversed(found):  # the shortest first: it is ordinary unless it is much longer than the next
         if not kept and length[i] + before < longer * (ordinary + before):
             ordinary = max(ordinary, int(length[i]))
             continue
@@ -188,7 +188,7 @@ def _above(
 
 
 def joined(found: Spans, share: float) -> Spans:
-    """The spans, with those made one between which there is less than a share of the shorter one."""
+    """The spans, merged where the gap between two is at most ``share`` of the shorter one."""
     out: Spans = []
     for a, b in sorted(found):
         if out and a - out[-1][1] <= share * min(b - a, out[-1][1] - out[-1][0]):

@@ -1,4 +1,4 @@
-"""Single samples and dropouts that leave a channel's own signal and come back, and steps that stay."""
+"""Spikes of single samples, dropouts, and permanent steps of a channel."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from vdyn_cli.quantities.arrays import Array
 
 Rows = NDArray[np.intp]
 
-_BLOCK = 16  # samples over which the local level of deviations is taken
+_BLOCK = 16  # samples over which the local level of deviations is estimated
 _LEVEL = 5  # samples on either side of a step
-_SHORTEST = 50  # samples, below which no tail is known
+_SHORTEST = 50  # samples, fewest that determine a tail
 
 
 def spikes(values: Array, resolution: float, policy: QualityPolicy) -> Rows:
-    """The single samples that stand out of both neighbors by more than the channel's deviations ever do.
+    """The indices of single samples that deviate from both neighbors far more than the channel's other samples.
 
-    s_i = min(|x_i - x_(i-1)|, |x_i - x_(i+1)|) where x_i is above or below both, else 0, over the median of |second
-    difference| / 3 about it. The threshold extrapolates the tail of the other samples as an exponential one, which
-    that of any usual noise is or falls below, so that one of the n samples of a healthy channel exceeds it with the
-    probability ``false_alarm``; and the smallest spike must stand apart from the largest other deviation.
+    s_i = min(|x_i - x_(i-1)|, |x_i - x_(i+1)|) if x_i is above or below both, else 0, divided by the local median of
+    |second difference| / 3. The threshold extrapolates the tail of the other samples exponentially, which bounds the
+    tail of usual noise, so that one of the n samples of a healthy channel exceeds it with the probability
+    ``false_alarm``; and the smallest spike must exceed the largest other deviation by ``spike_apart``.
 
     Parameters
     ----------
@@ -43,10 +43,10 @@ def spikes(values: Array, resolution: float, policy: QualityPolicy) -> Rows:
         return np.empty(0, dtype=np.intp)
     back = np.abs(values[2:] - values[:-2])
     trend = np.zeros(n - 2)
-    trend[1:-1] = 0.5 * (values[4:] - values[:-4])  # a steady slope moves the neighbors apart, too
+    trend[1:-1] = 0.5 * (values[4:] - values[:-4])  # a constant slope also separates the neighbors
     back = np.minimum(back, 2.0 * np.abs(values[2:] - values[:-2] - trend))
     size = ratio[order]
-    for k in range(most, 0, -1):  # the k largest are spikes where they stand apart from all others
+    for k in range(most, 0, -1):  # the k largest are spikes if they are much larger than all others
         excess = float(np.mean(size[k : k + tail]) - size[k + tail])
         limit = max(size[k + tail] + excess * np.log(tail / policy.false_alarm), policy.spike_ratio)
         if size[k - 1] > limit and size[k - 1] > policy.spike_apart * size[k]:
@@ -56,7 +56,7 @@ def spikes(values: Array, resolution: float, policy: QualityPolicy) -> Rows:
 
 
 def _local_level(values: Array) -> Array:
-    """The largest median of the three blocks about each sample."""
+    """The largest median of the three blocks around each sample."""
     count = -(-values.size // _BLOCK)
     padded = np.concatenate([values, values[-1:].repeat(count * _BLOCK - values.size)])
     middle = np.median(padded.reshape(count, _BLOCK), axis=1)
@@ -66,7 +66,7 @@ def _local_level(values: Array) -> Array:
 
 
 def dropouts(values: Array, policy: QualityPolicy) -> list[tuple[int, int]]:
-    """Stretches of one value that the channel jumps to, and jumps back from, unlike it ever moves.
+    """Segments of one value that the channel jumps to, and back from, by more than ``dropout_jump`` usual steps.
 
     Parameters
     ----------
@@ -80,18 +80,18 @@ def dropouts(values: Array, policy: QualityPolicy) -> list[tuple[int, int]]:
         return []
     usual = float(np.quantile(np.abs(steps[moves]), 0.99))
     jumps = steps[moves]
-    # A value that is jumped to at one move and left by a jump back at the next.
+    # The channel jumps to a value at one change and jumps back at the next.
     large = np.abs(jumps) > policy.dropout_jump * usual
     pair = np.flatnonzero(large[:-1] & large[1:] & (jumps[:-1] * jumps[1:] < 0.0))
     return [(int(moves[k]) + 1, int(moves[k + 1]) + 1) for k in pair]
 
 
 def level_step(values: Array, policy: QualityPolicy) -> int | None:
-    """The first sample after the one step by which a channel that moves evenly jumps for good; None where none does.
+    """The first sample after the one permanent jump of a channel that otherwise changes smoothly; None if none.
 
     Parameters
     ----------
-    values : (n,) of a speed, without gaps.
+    values : (n,) of a speed or load, without gaps.
     """
     if values.size < _SHORTEST:
         return None
