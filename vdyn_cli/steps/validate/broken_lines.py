@@ -1,14 +1,15 @@
-"""Corners of a torque between samples, where it turns from one straight line into another.
+"""Finds corners of a torque between samples, where one straight line meets another.
 
-Denoised sample by sample, a corner is rounded off, always to the same side, and excites the half-shafts less than the
-driver did. So samples on successive straight pieces are fitted as one broken line, whose corners t_k are free::
+Denoising sample by sample rounds a corner off, always to the same side, so that it would excite the half-shafts less
+than the driver did. Samples on successive straight lines are therefore fitted as one broken line with free corners
+t_k::
 
     T(t) = a + b t + sum_k c_k max(t - t_k, 0)
 
-solved with the column -1(t > t_k) beside each max(t - t_k, 0): its coefficient over c_k is the corner's step.
-(Muggeo, Statistics in Medicine 22 (2003) 3055.) Where a broken line misses samples by more than their
-noise, they stay as they were. A ramp of a shift pause lasts few samples; where these lie on a line that joins two long
-ones, it has its corners, too.
+solved iteratively with an additional column -1(t > t_k) for each corner, whose coefficient over c_k is the step of t_k
+(Muggeo, Statistics in Medicine 22 (2003) 3055). Where a broken line misses samples by more than their noise, they stay
+unchanged. The ramp of a shift pause lasts only a few samples; if these lie on a line that joins two long ones, it has
+its corners, too.
 """
 
 from __future__ import annotations
@@ -26,20 +27,25 @@ from vdyn_cli.steps.validate.line_fits import STRAIGHT, LineFits
 
 Index = NDArray[np.int64]
 
-SHARP = 4.0  # standard deviations by which the slopes of two lines must differ to make a corner
-KNOWN = 0.05  # share of the shorter line within which it must be known where they meet
-FEWEST = 3  # samples of a ramp between two long lines: of two, no residual would tell whether they lie on a line
-NONE_INSIDE = 0.85  # share of a line's reach in which there is no other corner: it may go a little beyond one
-NEXT = 64  # spacings from one corner to the next of the same broken line
+SHARP = 4.0  # standard deviations by which the slopes of two lines must differ at a corner
+KNOWN = 0.05  # share of the shorter line, the largest uncertainty of the corner's time
+FEWEST = 3  # samples of a ramp between two long lines: two leave no residual to test
+NONE_INSIDE = 0.85  # share of a line's reach without another corner: a line may extend a little beyond one
+NEXT = 64  # largest distance of two corners of the same broken line, in spacings
 MOST = 10  # corners of one broken line
-STEPS = 8  # of a fit
-LIKELY = 4.0  # standard deviations of a sum of squares that a broken line may have
-EDGE = 1e-3  # of a spacing: a corner so near a sample is that sample
+STEPS = 8  # iterations of a fit
+LIKELY = 4.0  # standard deviations by which a sum of squares may exceed its mean
+EDGE = 1e-3  # share of a spacing: a corner this close to a sample is at that sample
 
 
 @dataclass(frozen=True, eq=False)
 class _Broken:
-    """A broken line through samples ``first`` to ``end``: its corners, and its value at any time."""
+    """A broken line through samples ``first`` to ``end``.
+
+    Parameters
+    ----------
+    corners : (c,) s. at : times (n,) -> values (n,). misses : residuals of the samples.
+    """
 
     first: int
     end: int
@@ -51,11 +57,11 @@ class _Broken:
 def with_corners(
     time: Array, torque: Array, values: Array, lines: tuple[LineFits, LineFits], level: float
 ) -> tuple[Array, Points]:
-    """The denoised values (n,) with those near corners from broken lines, and the corners between samples.
+    """The denoised values (n,), near corners from broken lines, and the corners between samples.
 
     Parameters
     ----------
-    torque : (n,) samples with white noise of ``level``. values : (n,) as lines give them one by one.
+    torque : (n,) samples with white noise of ``level``. values : (n,) denoised sample by sample.
     lines : before and after each sample.
     """
     found = _seen(lines, float(np.median(np.diff(time))))
@@ -76,13 +82,13 @@ def with_corners(
 
 
 def off_samples(at: Array, time: Array) -> NDArray[np.bool_]:
-    """Which instants (c,) are none of the samples' (n,), s."""
+    """(c,) whether each instant ``at``, s, differs from all sampling times (n,)."""
     nearest = np.abs(at - time[np.clip(np.searchsorted(time, at) - [[1], [0]], 0, time.size - 1)]).min(axis=0)
     return np.asarray(nearest > EDGE * float(np.median(np.diff(time))))
 
 
 def _seen(lines: tuple[LineFits, LineFits], spacing: float) -> Index:
-    """The samples after which the line before and the line after differ most, one for each corner."""
+    """The sample before each corner: where the slopes of the lines before and after differ most."""
     before, after = lines
     turn = np.abs(after.slopes[1:] - before.slopes[:-1])
     sharp = turn / np.sqrt(before.slope_variance[:-1] + after.slope_variance[1:])
@@ -102,9 +108,9 @@ def _seen(lines: tuple[LineFits, LineFits], spacing: float) -> Index:
 def _with_short_ramps(
     found: Index, time: Array, torque: Array, lines: tuple[LineFits, LineFits], level: float
 ) -> Index:
-    """With both corners of every ramp that is too short for a line of its own but joins two long ones.
+    """``found`` with both corners of every ramp that is too short for a line fit but joins two long lines.
 
-    What swings looks straight over so few samples, but neither begins nor ends on a long line.
+    An oscillation also looks straight over so few samples, but does not begin and end on a long line.
     """
     before, after = lines
     ends = np.flatnonzero(_leaves(time, torque, before, level))
@@ -119,7 +125,7 @@ def _with_short_ramps(
 
 
 def _leaves(time: Array, torque: Array, lines: LineFits, level: float) -> NDArray[np.bool_]:
-    """At which samples (n,) a long line ends that the next sample does not lie on."""
+    """(n,) mask of the samples at which a long line ends: the next sample is not on it."""
     steps = np.diff(time)
     beyond = lines.values[:-1] + lines.slopes[:-1] * steps
     std = np.sqrt(lines.variance[:-1]) + np.sqrt(lines.slope_variance[:-1]) * steps
@@ -127,7 +133,7 @@ def _leaves(time: Array, torque: Array, lines: LineFits, level: float) -> NDArra
 
 
 def _is_ramp(time: Array, torque: Array, ends: tuple[int, int], lines: tuple[LineFits, LineFits], level: float) -> bool:
-    """Do the samples between two long lines, which end at and begin at ``ends``, lie on a line that both turn into?"""
+    """Whether the samples between two long lines lie on a line with a sharp corner at each of the ``ends``."""
     i, j = ends
     t, x = time[i + 1 : j], torque[i + 1 : j]
     slope, height = np.polyfit(t - t.mean(), x, 1)
@@ -145,7 +151,7 @@ def _is_ramp(time: Array, torque: Array, ends: tuple[int, int], lines: tuple[Lin
 
 
 def _groups(found: Index, lines: tuple[LineFits, LineFits], count: int) -> list[tuple[Index, int, int]]:
-    """Corners that straight pieces link, with the samples from the first piece to the end of the last."""
+    """Groups of corners joined by straight lines, each with its range of samples (first, end)."""
     before, after = lines
     gap = np.diff(found)
     apart = (after.reach[found[:-1] + 1] + before.reach[found[1:]] < gap - 1) | (gap > NEXT)
@@ -163,7 +169,7 @@ def _groups(found: Index, lines: tuple[LineFits, LineFits], count: int) -> list[
 
 
 def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _Broken:
-    """The broken line of least squares, its corners begun here."""
+    """The least-squares broken line; ``corners`` are start values."""
     t = time[first:end]
     origin, span = t.mean(), float(np.ptp(t))
     spacing = span / (t.size - 1)
@@ -189,10 +195,10 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
 
 
 def _holds(broken: _Broken, level: float) -> bool:
-    """Do the samples lie about the broken line as their noise lets them?"""
+    """Whether the residuals of the broken line are consistent with white noise of ``level``."""
     return _likely(broken.misses, level, max(broken.misses.size - 2 - 2 * broken.corners.size, 1))
 
 
 def _likely(misses: Array, level: float, free: int) -> bool:
-    """Whether residuals with so many degrees of freedom may be white noise."""
+    """Whether residuals with ``free`` degrees of freedom are consistent with white noise of ``level``."""
     return bool(np.sum(misses**2) / level**2 < free + LIKELY * np.sqrt(2.0 * free))

@@ -1,4 +1,4 @@
-"""What ``vdyn init`` writes beside the channels of a validation: keys that no log tells."""
+"""Keys of a validation that cannot be read from logs, for ``vdyn init``."""
 
 DRAFT = """\
 vehicle:

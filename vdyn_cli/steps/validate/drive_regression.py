@@ -1,14 +1,13 @@
-"""The regression of drives that were cut into windows: the windows of a drive share its load, its road and its wind.
+"""The regression of drives cut into windows: the windows of a drive share its load, its road and its wind.
 
-Each drive has two unknowns with priors: its mean slope, and its load beyond the stated mass. All drives share one
-accelerometer: the zero z_k that makes drive k level from end to end, its mean slope i_k and the common zero z give one
-more row for each drive::
+Each drive has two unknowns with priors: its mean slope i_k, and its load beyond the stated mass. All drives share one
+accelerometer with the zero z. With z_k the zero that makes drive k level from end to end, each drive has one more row::
 
     (z + g i_k - z_k) / drift
 
-The measured slope of a hill is smooth, while drivers react to it at once: torque and speed seem to lag by some
+The measured slope of a hill is smoothed, while drivers react to a hill at once: torque and speed seem to lag by some
 hundredths of a second. These lags are nuisance parameters that all drives share. The start speed of each window is
-unknown: its column c is projected out of the window's whitened rows, (1 - c c'/c'c) r, which is the same as fitting it.
+unknown: its column c is projected out of the window's whitened rows, (1 - c c'/c'c) r, which is equivalent to a fit.
 """
 
 from __future__ import annotations
@@ -32,12 +31,12 @@ LARGEST_ZERO = 0.3  # m/s^2: two degrees of tilt
 
 @dataclass(frozen=True)
 class BetweenDriveSpread:
-    """Standard deviations of what differs between drives.
+    """Standard deviations of mean slope, load and accelerometer zero between drives.
 
     Parameters
     ----------
     slope : of the mean slope. load : kg. drift : m/s^2, of the accelerometer's zero.
-    zeros : (drives of the description,) m/s^2, the zero that makes each of them level from end to end.
+    zeros : (drives of the description,) m/s^2, the zero z_k that makes each of them level from end to end.
     """
 
     slope: float
@@ -78,7 +77,7 @@ class _DriveRows:
         )
 
     def _zero(self, windows: tuple[int, ...], at: Mapping[str, float], names: tuple[str, ...]) -> Rows:
-        """The row of the accelerometer's zero."""
+        """The row of the accelerometer's zero, (z + g i_k - z_k) / drift."""
         drift, first = self.varies.drift, self.whitened.setup.segments[windows[0]]
         off = at[ZERO] + GRAVITY * at[DRIVE_SLOPE] - self.varies.zeros[first.run]
         slopes = np.array([[{ZERO: 1.0, DRIVE_SLOPE: GRAVITY}.get(n, 0.0) / drift for n in names]])
@@ -86,11 +85,11 @@ class _DriveRows:
 
 
 def drive_regression(setup: SimulationSetup, varies: BetweenDriveSpread) -> Regression:
-    """The regression of whole drives that were cut into windows.
+    """The regression of drives cut into windows; its runs are the drives.
 
     Parameters
     ----------
-    setup : whose segments are the windows; its model has the road's slope as an input.
+    setup : its segments are the windows; its model has the road's slope as an input.
     """
     w = whiten_drives(_sloping(setup, varies), calm=True)
     whole = w.regression
@@ -123,11 +122,11 @@ def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSe
 
 
 def without_start(rows: Rows, start: int, columns: list[int]) -> Rows:
-    """The rows with the start's column projected out, over the requested columns (-1: zeros).
+    """The rows with the column of the start speed projected out, in the requested columns (-1: zeros).
 
     Parameters
     ----------
-    start : index of the start's column.
+    start : index of the column of the start speed.
     """
     c = rows.jacobian[:, start]
     unit, there = c / np.linalg.norm(c), np.array(columns) >= 0

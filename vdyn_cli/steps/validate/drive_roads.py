@@ -1,4 +1,4 @@
-"""Roads of drives that no grade was logged of: as an accelerometer shows them, or a logged elevation."""
+"""Roads of drives without a logged grade, from an accelerometer or a logged elevation."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades
 from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, FELT_SLOPE, RoadProfile, felt_road
 
-LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must hold a number to show the road's slope
+LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must have a value to give the road's slope
 
 
 @dataclass(frozen=True, eq=False)
 class DriveRoads:
-    """The road of every drive, beyond a logged grade.
+    """The slope of every drive's road, in addition to a logged grade.
 
     Parameters
     ----------
-    felt : by the accelerometers; empty without. elevated : by the logged elevations; empty without, or with a grade.
+    felt : from the accelerometers; empty without. elevated : from the logged elevations; empty without, or with a
+        logged grade.
     """
 
     felt: tuple[RoadProfile, ...] = ()
@@ -29,11 +30,11 @@ class DriveRoads:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of the channels that hold the slopes."""
+        """Names of the channels with the slopes."""
         return ((FELT_SLOPE,) if self.felt else ()) + ((ELEVATION_SLOPE,) if self.elevated else ())
 
     def channels(self, logs: Sequence[Log]) -> tuple[Log, ...]:
-        """The logs with these slopes, each (n,) and uphill, as channels."""
+        """The logs with these slopes, each (n,) and uphill positive, as additional channels."""
         for name in self.inputs:
             logs = [log.with_channels(**{name: slope}) for log, slope in zip(logs, self._slopes(name), strict=True)]
         return tuple(logs)
@@ -52,7 +53,7 @@ class DriveRoads:
 
 
 def shown_roads(logs: Sequence[Log], elevations: bool = True) -> DriveRoads:
-    """The roads of drives.
+    """The roads of drives that their accelerometers and logged elevations show.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Amplitudes of the effects that extend the model, by linearized fits that are relinearized at their own result.
+"""Amplitudes of the effects that extend the model, by repeatedly relinearized fits.
 
-A linearization at the car without effects is too far off for a large amplitude. It is repeated at its own result until
-little moves. With free play the likelihood has many local minima, where one impact fits well; the repetition then
-starts again at the minimum of the profile likelihood.
+A linearization about the car without effects is too inaccurate for a large amplitude, so it is repeated about its
+result until the estimates settle. With free play the likelihood has many local maxima, where one impact fits well; the
+fit then restarts at the maximum of the profile likelihood.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from vdyn_cli.steps.validate.nondifferentiable import (
 from vdyn_cli.steps.validate.road_slope import FELT_SLOPE
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
-PASSES = 4  # linearizations
-SETTLED = 0.1  # standard deviations that the last pass may move an unknown
-UNCONVERGED = 1.0  # standard deviations that the last pass moved an amplitude, from which on it is reported
-AGAIN = 0.4  # standard deviations between the fit and the profile likelihood, beyond which the fit starts again
-FEWEST_UNITS = 8  # drives cut into windows, from which on a drive is one independent unit
+PASSES = 4  # largest number of linearizations
+SETTLED = 0.1  # standard deviations by which the last pass may move an unknown
+UNCONVERGED = 1.0  # standard deviations, move of an amplitude in the last pass from which it is reported
+AGAIN = 0.4  # standard deviations between the fit and the profile likelihood, beyond which the fit restarts
+FEWEST_UNITS = 8  # number of drives cut into windows from which a drive is one independent unit
 
 
 @dataclass(frozen=True, eq=False)
 class FittedEffects:
-    """The estimates of effects.
+    """The estimated amplitudes of effects.
 
     Parameters
     ----------
-    setup : with the effects at their estimates. solution : of the fit. linearized : its regression.
+    setup : with the effects at their estimates. solution : of the last fit. linearized : its regression.
     spreads : standard deviations of nondifferentiable amplitudes, which the linearized fit underestimates.
     moved : largest move of an amplitude in the last pass, in standard deviations.
     """
@@ -65,11 +65,11 @@ def fit_effects(
     regression: Callable[[SimulationSetup], Regression],
     reference: DifferentiableReference,
 ) -> FittedEffects:
-    """The setup with its effects at the amplitudes that the drives estimate.
+    """Fit the amplitudes of the setup's effects to the drives.
 
     Parameters
     ----------
-    regression : of the drives, where a setup starts. reference : of the car without nondifferentiable effects.
+    regression : setup -> regression of the drives at its start. reference : the car without nondifferentiable effects.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def fit_effects(
         last = _settled(replace(last.setup, extra=extra), regression)
         profiled = profile_estimates(last.setup, reference)
     solution = last.solution
-    # Among local minima, what the last pass moved is as uncertain as what two estimates differ by.
+    # With local maxima, the last move and the difference of the two estimates add to the uncertainty.
     spreads = {
         n: float(np.linalg.norm([std, at - solution.values[n], last.moves[n]])) for n, (at, std) in profiled.items()
     }
@@ -97,18 +97,18 @@ def size_beside_parameters(
     reference: DifferentiableReference,
     size: float,
 ) -> tuple[float, float] | None:
-    """The amplitude of play from which one linearized fit of all unknowns leads to the best likelihood.
+    """The amplitude of play by the best of several linearized fits of all unknowns, started around ``size``.
 
-    The time to cross a gap goes with the cube root of gap times inertia. With an inertia that is 5 % off, gaps that are
-    15 % off fit best until both are fitted together.
+    The time to cross a gap is proportional to the cube root of gap times inertia: with an inertia that is 5 % off, the
+    best gap is 15 % off unless both are fitted together.
 
     Parameters
     ----------
-    setups : amplitude -> the setup with the effect of this amplitude. size : rad, likeliest at the prior parameters.
+    setups : amplitude -> the setup with the effect of this amplitude. size : rad, most likely at the prior parameters.
 
     Returns
     -------
-    Amplitude, rad, after that fit, and the negative log likelihood there; None where nothing can be simulated.
+    Amplitude, rad, after that fit, and its negative log likelihood; None where no simulation succeeds.
     """
     found: dict[float, float] = {}
     for share in AROUND:
@@ -122,7 +122,7 @@ def size_beside_parameters(
 
 @dataclass(frozen=True, eq=False)
 class _Pass:
-    """One linearization: the setup that its fit leads to, and the moves of the amplitudes."""
+    """One linearization: the setup at its result, its solution and regression, and the moves of the amplitudes."""
 
     setup: SimulationSetup
     solution: Solution

@@ -1,4 +1,4 @@
-"""Figures of a validation, and the traces behind them."""
+"""Figures of a validation, and its measured and simulated outputs."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from vdyn_cli.steps.validate.text import short_name, words
 from vdyn_cli.steps.validate.validation import Validation
 
 DRAWN = ("speed", "wheel_speed_fl", "wheel_speed_rl", "shaft_torque_left", "shaft_torque_right", "acceleration", "jerk")
-MOST_DRAWN = 40  # segments whose traces are kept for the report
+MOST_DRAWN = 40  # segments whose outputs are kept for the report
 ROADS_DRAWN = 4  # roads in the figure
 
 
 def comparisons(v: Validation) -> tuple[Comparison, ...]:
-    """Every output of every segment (of many segments some), measured and simulated.
+    """Every output, measured and simulated, of every segment (of at most ``MOST_DRAWN``).
 
     Returns
     -------
-    Simulated and measured in SI over the time in the drive, s. Near rest, where tires and brakes damp as no parameter
-    tells, samples do not enter the fit.
+    Simulated and measured in SI over the time in the drive, s. Samples near rest, where unmodeled damping of tires and
+    brakes dominates, are marked as unused.
     """
     made = []
     for name in v.outputs:
@@ -61,9 +61,8 @@ def _error_figure(s: DriveSegment, name: str, band: PredictionBand) -> Figure:
         f"{word.capitalize()}: error and prediction band, {short_name(s.name)}",
         "Error (simulated minus measured) with two bands: the narrow one from the uncertainty of the parameters, the "
         "wide one with gusts and sensor noise added. Good: the line stays within the wide band for about 95 % of the "
-        "time. Outside it the model is wrong, whatever the parameters; within it uncertain parameters explain the "
-        "error. "
-        "The last moment before standstill is left out, because gusts shift it.",
+        "time. Outside it the model is wrong, whatever the parameters; within it, uncertain parameters explain the "
+        "error. The last moment before standstill is left out, because gusts shift it.",
         "time in the drive [s]",
         f"{word} [{CHANNELS[name].unit}]",
         series,

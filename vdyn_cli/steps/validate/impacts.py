@@ -1,8 +1,8 @@
-"""Impacts of a half-shaft's flanks: when they meet is known to a millisecond, and a sample beside that instant is not.
+"""Finds the samples at impacts of the flanks of a half-shaft with play, which are left out of the comparison.
 
-A shaft with play that carries no torque takes up a hundred newton meters within a sample of 10 ms. A simulation that is
-right to a millisecond has one of these samples on the other side of the impact, by which it misses sixty times the
-sensor's noise. Both samples of such a rise are left out of the comparison. Those before and after tell the instant.
+When the play is taken up, the torque rises by a hundred newton meters within a sample of 10 ms. A simulation with an
+error of one millisecond has one of these samples on the other side of the impact and misses it by sixty times the
+sensor's noise. Both samples of such a rise are left out; those before and after determine the instant.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from vdyn_cli.quantities.arrays import Array
 
 IDLE = 5.0  # noise levels within which a half-shaft carries no torque
-LOADED = 20.0  # noise levels that it carries one sample after an impact
+LOADED = 20.0  # noise levels that its torque exceeds one sample after an impact
 
 
 def impact_samples(torque: Array, level: float) -> NDArray[np.bool_]:
-    """Both samples of each rise from a torque that rested at zero.
+    """Both samples of each steep rise from a torque at rest at zero.
 
     Parameters
     ----------
-    torque : (n,) N m of a half-shaft, NaN where nothing was written. level : N m, noise of a sample.
+    torque : (n,) N m of a half-shaft, NaN where it is missing. level : N m, noise of a sample.
 
     Returns
     -------
@@ -29,8 +29,8 @@ def impact_samples(torque: Array, level: float) -> NDArray[np.bool_]:
 
     Notes
     -----
-    Two samples of no torque and a third of a large one: an oscillation without play is steepest where it passes zero,
-    and does not rest there.
+    An impact is two samples without torque and a third with a large one. An oscillation without play is steepest at
+    zero and does not rest there.
     """
     size = np.abs(torque)
     idle, loaded = size < IDLE * level, size > LOADED * level

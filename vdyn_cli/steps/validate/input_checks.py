@@ -13,13 +13,13 @@ from vdyn_cli.steps.validate.prediction_band import PredictionBand
 from vdyn_cli.steps.validate.segments import MOVING, DriveSegment, driving
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
-LONGEST_STEP = 0.002  # s: the vehicle's half-shafts and wheels turn at up to 540 rad/s; 4 % of error in their torque
+LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
 SPARSE = 2.0  # s between samples
 UNIT = "check the unit of time: milliseconds?"
 
 
 def refuse_coarse(model: str, step: float) -> None:
-    """Refuse a step (s) at which the full vehicle is not accurate.
+    """Refuse an integration step (s) that is too long for the full vehicle.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
 
     Raises
     ------
-    InputError : all of them.
+    InputError : with a finding for each of them.
     """
     usual = [float(np.median(np.diff(log.time))) if log.time.size > 1 else 0.0 for log in logs]
     raise_all(
@@ -48,9 +48,8 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
 def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) -> tuple[Finding, ...]:
     """A finding for each drive whose torque does not explain the measured speed, with a remedy.
 
-    rms(V_simulated - V_measured) > 0.12 max(|V_measured|), m/s, over all segments of the drive: one segment may hold
-    an unlogged input. It is a reason to doubt the result, and what a diagnosis starts from: a wrong unit, motor
-    constant or mass misses by as much.
+    rms(V_simulated - V_measured) > least max(|V_measured|), over all segments of the drive, since one segment may have
+    an unlogged input. A diagnosis still follows: a wrong unit, motor constant or mass causes errors of this size.
 
     Parameters
     ----------
@@ -74,11 +73,11 @@ def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) ->
 
 
 def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
-    """Whether the rms error of the speed is several times what the parameters' uncertainty allows.
+    """Whether the rms error of the speed is several times the standard deviation by parameters and sensor.
 
     Parameters
     ----------
-    found : prediction bands of every segment. Their gusts are left out: they are estimated from the error itself.
+    found : prediction bands of every segment. Their gusts are ignored, since these are estimated from the error.
     """
     error = np.concatenate([one["speed"].error for one in found])
     allowed = np.concatenate([np.hypot(one["speed"].own, one["speed"].sensor) for one in found])
@@ -87,7 +86,7 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
 
 
 def _foreign(s: DriveSegment, miss: float, several: bool) -> Finding:
-    """The finding of a drive, of which ``s`` is the segment with most of the error, one of ``several``."""
+    """The finding on a drive; ``s`` is its segment with the largest error, ``several`` whether it has others."""
     what = f"does not produce this speed: the simulation misses it by {100 * miss:.0f} % rms of its largest value"
     name, _, times = s.name.rpartition(", ") if several else (s.name, "", "")
     what += f", most of it from {times}" if several else ""

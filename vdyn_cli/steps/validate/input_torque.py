@@ -1,12 +1,13 @@
-"""Drive and brake torque without most of their sensors' noise, as inputs of the simulation.
+"""Denoised drive and brake torque as inputs of the simulation.
 
-Noise in an input is worse than noise in an output: it shakes the simulated shafts as no real torque does, and a fit
-then makes them stiffer or more damped. So every sample is replaced by the ends of straight lines through its neighbors,
-before and after it, as many as lie on one line within the noise: a ramp stays a ramp (``line_fits``). Where lines meet
-between samples, the corner is placed there (``broken_lines``); without it, tip-ins would be smoother than they were.
+Noise in an input is worse than noise in an output: it excites the simulated shafts as no real torque does, and a fit
+then makes them too stiff or too damped. Every sample is therefore replaced by the mean of the ends of two straight
+lines through its neighbors before and after it, each as long as the samples are on it within the noise, so that a ramp
+stays a ramp (``line_fits``). Where lines meet between samples, a corner is inserted (``broken_lines``); without it,
+tip-ins would be too smooth.
 
-Whenever a driver releases the pedal the torque returns to one level, which is estimated from all those pieces together:
-half a newton meter decides on which flank a gearing with play then rests.
+Whenever the driver releases the pedal, the torque returns to one level, which is estimated from all these stretches
+together: half a newton meter decides on which flank a gear with play rests.
 """
 
 from __future__ import annotations
@@ -27,19 +28,19 @@ from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
 from vdyn_cli.steps.validate.segments import RUN_START, DriveSegment, driving
 
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
-NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise shakes the simulated car
-LEAST_TORQUE = 1e-3  # N m of noise in a torque
+NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise excites the simulated car
+LEAST_TORQUE = 1e-3  # N m, least noise of a torque
 SEED = 20170401  # of the noise that is added to the torque
 
-NEAR = 5.0  # noise levels of no torque, within which the released-pedal level lies
-FAR = 3.0  # standard deviations of the sensor's zero, within which it lies too
-FEWEST = 30  # samples of a segment at that level
-ALIKE = 4.0  # standard deviations by which such a segment, and a mean over a part of it, may differ
+NEAR = 5.0  # noise levels from zero, the range of the released-pedal level
+FAR = 3.0  # standard deviations of the sensor's zero, the same range; the larger one is used
+FEWEST = 30  # samples of a stretch at that level
+ALIKE = 4.0  # standard deviations from the level, the limit for samples and for means of stretches
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueSignals:
-    """Torques at the samples of a segment, N m, and corners between samples."""
+    """Torques at the samples of a segment, N m, and their corners between samples, by input."""
 
     values: Mapping[str, Array]
     corners: Mapping[str, Points]
@@ -47,7 +48,7 @@ class TorqueSignals:
 
 @dataclass(frozen=True, eq=False)
 class SegmentTorques:
-    """A segment's torques without noise, and with further noise of their sensors' size."""
+    """A segment's denoised torques, and those with additional noise of their sensors' level."""
 
     denoised: TorqueSignals
     perturbed: TorqueSignals
@@ -55,13 +56,14 @@ class SegmentTorques:
 
 @dataclass(frozen=True, eq=False)
 class DriveInputs:
-    """What drives the simulated car in every segment; denoised once.
+    """The inputs of the simulation for every segment; denoised once.
 
     Parameters
     ----------
-    segments : what is simulated. model : whose inputs are wanted.
-    zero : N m, standard deviation of reading of the drive torque without torque.
-    air_density : kg/m^3 at ``day`` (K), where each segment has the air of its own temperature; None: one air for all.
+    segments : all simulated ones. model : defines the inputs.
+    zero : N m, standard deviation of the zero of the drive torque's sensor.
+    air_density : kg/m^3 at the temperature ``day`` (K), if the density depends on each segment's temperature; None:
+        that of the parameters for all segments.
     """
 
     segments: tuple[DriveSegment, ...]
@@ -72,7 +74,7 @@ class DriveInputs:
 
     @cached_property
     def torques(self) -> tuple[SegmentTorques, ...]:
-        """Torques of every segment; those of a mass on a road, which has no shafts, are as measured."""
+        """Torques of every segment; as measured for a mass on a road, which has no shafts."""
         denoise = self.model.name == "vehicle"
         return tuple(_segment_torques(k, s, self.model.inputs, denoise, self.zero) for k, s in enumerate(self.segments))
 
@@ -83,11 +85,11 @@ class DriveInputs:
 
     @cached_property
     def perturbed_drives(self) -> tuple[Drive, ...]:
-        """The same with further noise of the torque sensors' size."""
+        """The same with additional noise of the torque sensors' level."""
         return tuple(self._drive(s, one.perturbed) for s, one in zip(self.segments, self.torques, strict=True))
 
     def air(self, temperature: float) -> dict[str, float]:
-        """The model's parameters that differ at this temperature (K)."""
+        """The air density at this temperature (K), where it depends on it."""
         return {} if self.air_density is None else {"air_density": self.air_density * self.day / temperature}
 
     def _drive(self, s: DriveSegment, torques: TorqueSignals) -> Drive:
@@ -121,7 +123,7 @@ def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise
 
 
 def _torques(time: Array, clocks: Mapping[str, Array], found: Mapping[str, tuple[Array, Points]]) -> TorqueSignals:
-    """Torques found at samples of their own clocks, at the samples of a segment (n,)."""
+    """Torques of sensors with their own clocks, at the samples of a segment (n,)."""
     placed = {n: _placed(time, clocks[n], *one) for n, one in found.items()}
     return TorqueSignals(
         {n: values for n, (values, _) in placed.items()}, {n: c for n, (_, c) in placed.items() if c[0].size}
@@ -129,10 +131,7 @@ def _torques(time: Array, clocks: Mapping[str, Array], found: Mapping[str, tuple
 
 
 def _placed(time: Array, own: Array, values: Array, corners: Points) -> tuple[Array, Points]:
-    """A torque (m,) at the samples of its own clock as that of another (n,), and its corners between those of that.
-
-    A torque of a slower logger lies on straight lines between its samples, which cut corners off and hold no noise.
-    """
+    """A torque (m,) on its own clock, interpolated to the clock ``time`` (n,), and its corners between samples."""
     if own is time:
         return values, corners
     at, heights = corners
@@ -143,21 +142,23 @@ def _placed(time: Array, own: Array, values: Array, corners: Points) -> tuple[Ar
 
 
 def denoised(time: Array, torque: Array, level: float, zero: float = 0.0) -> tuple[Array, Points]:
-    """The torque (n,), N m, whose samples carry white noise of ``level``; and its corners between samples.
+    """The denoised torque (n,), N m, and its corners between samples.
 
-    ``zero``: N m, standard deviation of what the sensor reads at no torque.
+    Parameters
+    ----------
+    torque : (n,) N m, with white noise of ``level``. zero : N m, standard deviation of the sensor's zero.
     """
     before, after = lines_before(time, torque, level), lines_after(time, torque, level)
     weight = after.variance / (before.variance + after.variance)
     values = weight * before.values + (1.0 - weight) * after.values
     values, corners = with_corners(time, torque, values, (before, after), level)
-    return _come_back(torque, values, np.searchsorted(corners[0], time), level, zero), corners
+    return _with_released_level(torque, values, np.searchsorted(corners[0], time), level, zero), corners
 
 
-def _come_back(torque: Array, values: Array, piece: NDArray[np.int64], level: float, zero: float) -> Array:
-    """The denoised values, with the released-pedal level that all pieces near zero have in common.
+def _with_released_level(torque: Array, values: Array, piece: NDArray[np.int64], level: float, zero: float) -> Array:
+    """The denoised values with the common released-pedal level in all stretches near zero.
 
-    ``piece`` (n,) counts the corners before each sample: a ramp that begins at that level has no part in the segment.
+    ``piece`` (n,) counts the corners before each sample, so that a ramp that begins at that level is excluded.
     """
     near = np.sort(values[np.abs(values) < max(NEAR * level, FAR * zero)])
     if near.size < FEWEST:
@@ -179,7 +180,7 @@ def _come_back(torque: Array, values: Array, piece: NDArray[np.int64], level: fl
 
 
 def _is_level(torque: Array, common: float, level: float) -> bool:
-    """Whether the mean of a piece and the means of its ever shorter parts agree with a common level."""
+    """Whether the mean of a stretch, and the means of its halves, quarters and so on, agree with a common level."""
     halvings = range(int(np.log2(max(torque.size / FEWEST, 1.0))) + 1)
     pieces = [p for k in halvings for p in np.array_split(torque, 2**k)]
     return all(abs(p.mean() - common) < ALIKE * level / np.sqrt(p.size) for p in pieces)

@@ -1,6 +1,6 @@
-"""Jerk from a noisy specific force: the slope of its weighted mean over a moment, the same on both sides.
+"""Jerk from a noisy specific force, by the same smoothing derivative for measured and simulated.
 
-A derivative of a Gaussian of standard deviation tau is a low-pass of 3 dB at 0.133/tau and a differentiator at once::
+The derivative of a Gaussian of standard deviation tau is a low-pass (3 dB at 0.133/tau) and a differentiator at once::
 
     j(t) = sum a(t_i) k'(t - t_i) dt,   k = exp(-t^2/(2 tau^2)) / (tau sqrt(2 pi))
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 
-SLOWEST_RATE = 40.0  # Hz of the logger at least: slower, a jerk would show nothing of the driveline
+SLOWEST_RATE = 40.0  # Hz, least rate of the logger at which a jerk shows oscillations of the driveline
 
 
 @dataclass(frozen=True)
@@ -26,16 +26,16 @@ class SmoothDerivative:
 
     @property
     def corner(self) -> float:
-        """Hz at which it takes 3 dB."""
+        """The 3 dB corner frequency, Hz."""
         return float(np.sqrt(np.log(2.0)) / (2 * np.pi * self.width))
 
     def noise_gain(self, time: Array) -> float:
-        """Standard deviation of the filtered derivative of white noise of one, sampled at ``time`` (n,) s."""
+        """Standard deviation, 1/s, of the filtered derivative of unit white noise sampled at ``time`` (n,), s."""
         spacing = float(np.median(np.diff(time)))
         return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * self.width**3)))
 
     def alike(self, time: Array) -> float:
-        """Samples that one independent piece of filtered noise is worth: the sum of squared correlations."""
+        """Number of samples per independent sample of filtered noise: the sum of squared correlations."""
         spacing = float(np.median(np.diff(time)))
         lag = np.arange(-200, 201) * spacing / self.width
         return float(np.sum(((1.0 - 0.5 * lag**2) * np.exp(-0.25 * lag**2)) ** 2))

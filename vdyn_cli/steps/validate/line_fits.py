@@ -1,8 +1,8 @@
-"""Straight lines that end at every sample of a noisy signal, as long as the signal is straight.
+"""Straight lines that end at every sample of a noisy signal, each as long as the signal is straight.
 
-A line through a sample and its neighbors to one side is taken longer and longer while the intervals of its end meet
-those of the shorter ones. (Intersection of confidence intervals: Katkovnik, IEEE Trans. Signal Process. 47 (1999)
-2567.)
+A line through a sample and its neighbors to one side is extended as long as the confidence interval of its end
+intersects those of all shorter lines (intersection of confidence intervals: Katkovnik, IEEE Trans. Signal Process. 47
+(1999) 2567).
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from vdyn_cli.quantities.arrays import Array
 
 REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
 LONGEST = 1.5  # s to one side
-WIDTH = 2.0  # standard deviations of the intervals that must meet
+WIDTH = 2.0  # half width of the confidence intervals, in standard deviations
 STRAIGHT = 8  # fewest samples of a line whose slope is used: an oscillation looks straight over fewer
 
 
 @dataclass(frozen=True, eq=False)
 class LineFits:
-    """At every sample (n,) the line that ends there.
+    """The line that ends at every sample; all arrays are (n,).
 
     Parameters
     ----------
-    values, variance : of the line's end. reach : samples that the line has before that.
-    slopes, slope_variance : where the line is long enough, else of infinite variance.
+    values, variance : of the line's end. reach : number of further samples of the line.
+    slopes, slope_variance : of the line; the variance is infinite where the line is too short.
     """
 
     values: Array
@@ -38,13 +38,13 @@ class LineFits:
 
     @property
     def turned(self) -> LineFits:
-        """Seen the other way in time."""
+        """The fits with reversed time."""
         values, variance, reach = self.values[::-1], self.variance[::-1], self.reach[::-1]
         return LineFits(values, variance, -self.slopes[::-1], self.slope_variance[::-1], reach)
 
 
 def lines_before(time: Array, values: Array, level: float) -> LineFits:
-    """LineFits from the samples before each sample (n,), whose white noise is of ``level``.
+    """The lines through the samples before each sample.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def lines_before(time: Array, values: Array, level: float) -> LineFits:
 
 
 def lines_after(time: Array, values: Array, level: float) -> LineFits:
-    """LineFits from the samples after each sample.
+    """The lines through the samples after each sample.
 
     Parameters
     ----------
@@ -83,9 +83,11 @@ def lines_after(time: Array, values: Array, level: float) -> LineFits:
 
 
 def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array, Array, Array]:
-    """Ends of straight lines through each sample and ``reach`` before it, with their variance for noise of one.
+    """Straight lines through each sample and ``reach`` before it, by least squares, for unit noise.
 
-    And the lines' slopes, with the inverse of theirs.
+    Returns
+    -------
+    (n,) each: value and variance of the line's end, slope, and inverse of the slope's variance.
     """
     windows = np.lib.stride_tricks.sliding_window_view
     t = windows(time, reach + 1)

@@ -1,4 +1,4 @@
-"""The noise of the slow rows: gusts, winds, uneven road and the torque sensor's noise, all integrated by the car."""
+"""The noise model of the slow rows: gusts, winds, uneven road and the torque sensor's noise, integrated by the car."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from vdyn_cli.steps.validate.residual_rows import RowLayout
 from vdyn_cli.steps.validate.road_slope import FELT_SLOPE
 from vdyn_cli.steps.validate.segments import DriveSegment
 
-SIZING = 1.0  # s of a bin for estimating sizes: in coarser bins a sensor's white noise looks like a rough road
-DEPARTURE = 0.003  # m/s, uncertainty of leaving rest: brakes release, tires creep, friction breaks away
-MOST_SIZED = 40  # segments from which the sizes are estimated
+SIZING = 1.0  # s, width of a bin to estimate the sizes: in wider bins a sensor's white noise looks like a rough road
+DEPARTURE = 0.003  # m/s, uncertainty of the speed after leaving rest: brakes release, tires creep, friction breaks away
+MOST_SIZED = 40  # largest number of segments from which the sizes are estimated
 
 
-# The largest that is still noise: a storm's gusts, and between drives a change of wind, a slope that is not recorded
-# and a load of a few per cent of the mass. What exceeds it is an error of the model: without the limits a torque of
-# another drive is a gust of 200 m/s, and whatever fits best beside it seems to suffice.
+# Largest sizes of noise: gusts of a storm and, between drives, a change of wind, an unrecorded slope and a load of some
+# per cent of the mass. Larger ones are model errors: without limits, a gust of 200 m/s explains the torque of another
+# drive, and whichever effect then fits best seems to suffice.
 MOST: Mapping[str, float] = {"gust": 4.0, "run_wind": 5.0, "run_drive": 0.05, "road": 0.02, "road_mean": 0.02}
-# Of the sensors: so many times the level of third differences, or for filtered channels, which show none, so much.
+# Of sensors: this multiple of the level by third differences or, if larger, these values (filters hide the noise).
 SENSOR_RATIO, SPEED_NOISE, ACCELERATION_NOISE = 5.0, 0.3, 0.5  # the last two in m/s and m/s^2
 
 
 def inertia_of(values: Mapping[str, float]) -> float:
-    """kg, of the car with all that turns."""
+    """Effective mass of the car including its rotating parts, kg."""
     if "rotating_mass" in values:
         return values["mass"] + values["rotating_mass"]
     turning = 4 * values["wheel_inertia"] + values["driveline_inertia"]
@@ -41,12 +41,12 @@ def slow_noise(
 ) -> RunNoise:
     """Covariance of the slow rows of a segment as a function of the sizes of its sources.
 
-    A gust u changes the acceleration by -p u with p = rho c A v / m, and the car integrates it with the decay p.
+    A gust u changes the acceleration by -p u with p = rho cd A v / m, and the car integrates it with the decay rate p.
 
     Parameters
     ----------
     layout : the rows. bins : over which they are averaged. values : parameters of the model, SI.
-    torque_level : N m of white noise in a sample of the drive torque.
+    torque_level : N m, white noise of a sample of the drive torque.
     """
     inertia = inertia_of(values)
     speed = np.maximum(bins.mean(s.outputs["speed"][layout.keep] + s.inputs["wind_speed"][layout.keep]), 0.0)
@@ -70,7 +70,7 @@ def slow_noise(
             SteadyComponent("run_drive", moved.sum(axis=1)),
         ]
         if FELT_SLOPE in s.inputs:
-            # Errors of a slope from an accelerometer and of an estimated torque are correlated.
+            # Errors of a slope from an accelerometer and of an estimated torque are correlated over time.
             parts.append(Colored("push", "push_time", moved, _lag(bins)))
         else:
             parts.append(Colored("road", "road_time", -GRAVITY * values["mass"] / inertia * moved, _lag(bins)))
@@ -101,7 +101,7 @@ def _lag(bins: Bins) -> Array:
 
 
 def sizing_bins(layout: RowLayout) -> Bins:
-    """Coarser bins for estimating sizes, for speed; never finer than the rows that are fitted."""
+    """Wider bins to estimate the sizes at lower cost; never narrower than those of the fitted rows."""
     width = layout.bins.width
     return cut(layout.time, max(SIZING, float(np.median(width)), float(np.sum(width)) / 100), layout.part)
 
@@ -120,7 +120,7 @@ def sizes(runs: Sequence[NoisyRun], priors: Array, layouts: Sequence[RowLayout])
 
 
 def _largest(layouts: Sequence[RowLayout]) -> dict[str, float]:
-    """The largest physical size of every source; those of sensors as multiples of their levels."""
+    """The largest plausible size of every source; those of sensors as multiples of their levels."""
     speed = float(np.median([one.common_level for one in layouts]))
     found = {**MOST, "speed_noise": max(SENSOR_RATIO, SPEED_NOISE / speed)}
     if any(one.force for one in layouts):

@@ -3,8 +3,8 @@
 While a car coasts, a half-shaft carries only the torque of the driveline's inertia, about 1 N m, and the zero of the
 torque sensor is as large. With another zero the simulated shaft rests on the other flank of the teeth, and the next
 tip-in crosses a gap that the real shaft does not cross; with more play it impacts later. The likelihood jumps there, so
-zeros and amplitudes are tried one by one. The residual of each is projected onto the complement of what the car without
-play explains by its own unknowns.
+zeros and amplitudes are tried one by one. The residual of each is projected onto the orthogonal complement of what the
+car without play can explain by its unknowns.
 """
 
 from __future__ import annotations
@@ -24,28 +24,30 @@ from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.unknowns import TORQUE_ZERO
 from vdyn_cli.steps.validate.whitening import WhitenedDrives, whiten_drives
 
-WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: farther off, impacts fit by chance
-FEWEST, MOST = 3, 25  # zeros that are tried of a drive; odd, so that the likeliest is one of them
-COARSEST = 0.5  # N m between them, if that takes no more
-SPACING = 0.01  # sqrt(rad): the time to cross a gap goes with its root, and simulated and measured impact must coincide
-SMALL = 4e-3  # rad; of larger play a small one fits better than none (5 mrad), or none leaves twice the noise (10, 30)
+WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: farther away, impacts fit by chance
+FEWEST, MOST = 3, 25  # number of zeros tried for a drive; odd, so that the most likely one is included
+COARSEST = 0.5  # N m between them, unless that exceeds MOST
+SPACING = 0.01  # sqrt(rad): the time to cross a gap is proportional to the root of the gap; impacts must coincide
+# rad, up to which all amplitudes are tried: with true play of 5 mrad, a small amplitude fits better than none; with 10
+# and 30 mrad, none leaves twice the noise.
+SMALL = 4e-3
 HALVINGS = 3  # of the distance to the best amplitude's neighbors
-AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # of an amplitude: the log likelihood is near a parabola
-PARABOLA = 3  # amplitudes that determine one
-# Drives disagree by more than their likelihoods say: by 1.4 to 2.9 times at 1 mrad in three vehicles. That ratio is the
-# prior of Birge's ratio, with the weight of so many drives.
+AROUND = (0.8, 0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15, 1.2)  # times an amplitude: range of the fitted parabola
+PARABOLA = 3  # amplitudes that determine a parabola
+# Prior of Birge's ratio, with the weight of this number of drives: drives differ by 1.4 to 2.9 times as much as their
+# likelihoods predict, at 1 mrad in three vehicles.
 DISAGREE, DRIVES = 2.5, 2
 
 
 @dataclass(frozen=True, eq=False)
 class _Explained:
-    """What the car without play explains of a drive.
+    """The fit of one drive by the car without play.
 
     Parameters
     ----------
-    basis : (n, k), orthonormal, of the sensitivities of whitened rows and prior rows to all unknowns.
-    zero, std : N m, estimate of the drive torque's zero without play.
-    left : square of the whitened residual that it does not explain.
+    basis : (n, k), orthonormal basis of the sensitivities of whitened rows and prior rows to all unknowns.
+    zero, std : N m, estimate of the drive torque's zero and its standard error.
+    left : squared norm of the whitened residual of the fit.
     """
 
     basis: Array
@@ -55,25 +57,25 @@ class _Explained:
 
     @property
     def zeros(self) -> Array:
-        """(c,) N m, likely zeros, the likeliest in their middle."""
+        """(c,) N m, likely zeros, with the most likely one in the middle."""
         count = int(np.clip(2 * np.ceil(WIDEST * self.std / COARSEST) + 1, FEWEST, MOST))
         return self.zero + self.std * np.linspace(-WIDEST, WIDEST, count) if self.std > 0 else np.zeros(1)
 
 
 @dataclass(frozen=True, eq=False)
 class DifferentiableReference:
-    """A car without play: how it weights errors, and what it can explain of them.
+    """A car without play: the weights of errors, and the part of them that its unknowns can explain.
 
     Parameters
     ----------
-    setup : the bare car, or with effects whose amplitudes are unknown too; all but play explain their share.
+    setup : the bare car, or the car with effects of unknown amplitudes; all except play are fitted.
     """
 
     setup: SimulationSetup
 
     @cached_property
     def whitened(self) -> WhitenedDrives:
-        """Its drives with the noise of their rows."""
+        """The drives with the noise of their rows."""
         return whiten_drives(self.setup, calm=True)
 
     @cached_property
@@ -82,7 +84,7 @@ class DifferentiableReference:
 
     @cached_property
     def explained(self) -> tuple[_Explained, ...]:
-        """What it explains of every segment."""
+        """The fit of every segment."""
         w = self.whitened
         return tuple(
             self._drive(w.white(k, o, w.setup.vector.start_speed(k)[0]), w.setup.vector.start(k))
@@ -91,14 +93,14 @@ class DifferentiableReference:
 
     @property
     def freedom(self) -> int:
-        """Rows less unknowns: the square of the whitened residual that noise alone leaves, on average."""
+        """Rows minus unknowns: the expected square of the whitened residual of noise."""
         return sum(one.basis.shape[0] - one.basis.shape[1] for one in self.explained)
 
     @property
     def misfit(self) -> bool:
-        """Whether it leaves more than the noise of its rows (one-sided 97.5 %): only then play can be in the drives.
+        """Whether the residual exceeds the noise of its rows (one-sided 97.5 %); otherwise, there is no play.
 
-        Fast rows have a variance below one by their caution. The sum of squares of many rows is nearly normal.
+        The variance of fast rows is below one by their caution. The sum of squares of many rows is nearly normal.
         """
         mean = variance = 0.0
         for one, whitening in zip(self.explained, self.whitened.whitenings, strict=True):
@@ -125,10 +127,9 @@ class DifferentiableReference:
         return _Explained(basis, float(start[kept[at[0]]] - back @ along), float(np.linalg.norm(back)), left)
 
     def cost(self, setup: SimulationSetup, run: int, zero: float) -> float:
-        """Negative log likelihood of a segment with its drive torque's zero here (N m), minimized over other unknowns.
+        """Negative log likelihood of a segment with this zero (N m) of its drive torque, minimized over all unknowns.
 
-        The minimization is linear and moves the zero, too; the move away from the reference's estimate adds its own
-        square.
+        The minimization is linear and includes the zero; its distance from the reference's estimate adds its square.
         """
         theta = setup.vector.start(run)
         at = self.setup.vector.start(run)
@@ -148,7 +149,7 @@ class DifferentiableReference:
 
 
 def differentiable_reference(setup: SimulationSetup) -> DifferentiableReference:
-    """The reference of a car: without play, whether that is to be found or was found by an earlier step.
+    """The car without play, neither as a candidate nor from an earlier step.
 
     Parameters
     ----------
@@ -172,22 +173,22 @@ def with_best_zeros(setup: SimulationSetup, reference: DifferentiableReference) 
     if not any(sizes.get(n) for n in setup.nondifferentiable) or not setup.sensors.driving:
         return setup
     if setup.torque_zeros and (setup.unextended is not None or not setup.extra):
-        return setup  # found before its effects were added, which do nothing yet
+        return setup  # the zeros were found before effects were added, which are still at zero amplitude
     return replace(setup, torque_zeros=_zeros(reference, setup)[0], baseline=setup.bare)
 
 
 def likely_size(
     setups: Callable[[float], SimulationSetup], reference: DifferentiableReference, least: float, most: float
 ) -> tuple[float, float]:
-    """The likeliest amplitude of play, rad, and the gain in log likelihood over none.
+    """The most likely amplitude of play, rad, and its gain in log likelihood over no play.
 
-    Amplitudes from ``least`` up are tried, and on to ``most`` where a small one fits better than no play, or no play
-    leaves more than noise: far from the true amplitude, each may fit worse than none. Then the distances about the best
-    are halved. Where no play leaves no more than noise, none is tried and the gain is zero.
+    Amplitudes from ``least`` to ``SMALL`` are tried; larger ones up to ``most`` only if a small one fits better than no
+    play or the model without play leaves more than noise, since far from the true amplitude each may fit worse than
+    none. Then the distances about the best are halved. If the car without play leaves only noise, the gain is zero.
 
     Parameters
     ----------
-    setups : amplitude -> the setup with the effect of this amplitude. reference : of the car without play.
+    setups : amplitude -> the setup with the effect of this amplitude. reference : the car without play.
 
     Raises
     ------
@@ -224,11 +225,11 @@ def likely_size(
 
 
 def likely_cost(reference: DifferentiableReference, setup: SimulationSetup, few: bool = False) -> float:
-    """Negative log likelihood of all drives where a setup starts, each with the best of its likely zeros.
+    """Negative log likelihood of all drives at the start values of a setup, each with the best of its likely zeros.
 
     Parameters
     ----------
-    few : of the two likely zeros that are farthest apart.
+    few : try only the two likely zeros that are farthest apart.
 
     Raises
     ------
@@ -240,13 +241,13 @@ def likely_cost(reference: DifferentiableReference, setup: SimulationSetup, few:
 def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference) -> dict[str, tuple[float, float]]:
     """Amplitudes of play and their standard deviations, from a parabola through the profile likelihood about the start.
 
-    A linearized fit promises a smaller standard deviation than it can keep: a little farther on the next impact fits
-    better again. Where hardly any amplitude can be simulated the start is returned, and where the likelihood does not
-    fall to either side the best of those tried, both with the widest standard deviation. Drives that disagree widen it.
+    A linearized fit underestimates the standard deviation, since slightly farther away the next impact fits better
+    again. If fewer than ``PARABOLA`` amplitudes can be simulated, the estimate is the start; if the likelihood has no
+    maximum, the best of those tried; both with the largest standard deviation. Disagreement of drives widens it.
 
     Parameters
     ----------
-    setup : started near the estimates. reference : of the car without play.
+    setup : started near the estimates. reference : the car without play.
     """
     return {
         u.name: _among(setup, reference, u) for u in setup.extra if u.name in setup.nondifferentiable and u.start > 0.0
@@ -254,7 +255,7 @@ def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference
 
 
 def _among(setup: SimulationSetup, reference: DifferentiableReference, play: Unknown) -> tuple[float, float]:
-    """The estimate of one amplitude from those about its start within its bounds, and its standard deviation."""
+    """The estimate of one amplitude, and its standard deviation, from amplitudes about its start within its bounds."""
     sizes = np.unique(np.clip(np.multiply(AROUND, play.start), play.lower, play.upper))
 
     def costs_of(size: float) -> tuple[float, ...]:
@@ -288,8 +289,8 @@ def _disagree(bends: Array, slopes: Array, least: float) -> float:
 def _zeros(
     reference: DifferentiableReference, setup: SimulationSetup, few: bool = False
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The best zero of every segment, of all that are likely or of the two farthest apart, and the cost with it."""
-    tried, explained = replace(setup, torque_zeros=()), reference.explained  # made before threads ask for it
+    """The best zero of every segment, of all likely ones or (``few``) of the two farthest apart, and its cost."""
+    tried, explained = replace(setup, torque_zeros=()), reference.explained  # computed before threads need it
 
     def best(run: int) -> tuple[float, float]:
         zeros = explained[run].zeros.tolist()

@@ -1,4 +1,4 @@
-"""Results of drives on open roads with an extended model: resistance, roads, accelerometer, and held-out drives."""
+"""Findings of an extended model on open roads: resistance, roads, accelerometer zero, and held-out drives."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from vdyn_cli.steps.validate.road_slope import DRIVE_SLOPE, RoadProfile
 from vdyn_cli.steps.validate.segments import RUN_START
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
-HOLDING_KMH = (30.0, 60.0, 90.0, 120.0)  # at which the resistance is stated
-WARM = 7200.0  # s of driving, after which everything is warm
-INSTANT = 0.1  # s
+HOLDING_KMH = (30.0, 60.0, 90.0, 120.0)  # km/h, speeds at which the resistance is stated
+WARM = 7200.0  # s of driving, after which tires and driveline are warm
+INSTANT = 0.1  # s, over which an acceleration is simulated
 SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
-PULL = 20.0  # N m, any: the acceleration is linear in the torque
-STEPS = 8  # iterations of a fit to all drives but one
-FEWEST = 3  # drives, of which one can be held out
+PULL = 20.0  # N m, arbitrary, since the acceleration is linear in the torque
+STEPS = 8  # iterations of a fit to all drives except one
+FEWEST = 3  # drives from which one is held out
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class IntervalEstimate:
 
 @dataclass(frozen=True, eq=False)
 class HeldOutEnds:
-    """End errors of windows, simulated minus measured, m/s.
+    """End errors of windows of held-out drives, simulated minus measured, m/s.
 
-    Nothing is fitted to the drive itself: its start speeds and its slope are measured, its load is as stated.
+    Nothing is fitted to the held-out drive: its start speeds and slope are measured, its load is as stated.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class HeldOutEnds:
         return over_drives(before), over_drives(after)
 
     def gain(self) -> IntervalEstimate:
-        """Mean over the drives of the fall of the rms end error, with an interval over drives."""
+        """Mean over the drives of the reduction of the rms end error, with an interval over drives."""
         before, after = self.by_drive()
         return over_drives(before - after)
 
@@ -87,13 +87,15 @@ class SeasonalForce:
 
 @dataclass(frozen=True, eq=False)
 class RoadFindings:
-    """What the drives tell about roads, accelerometer and resistance.
+    """Estimates of roads, accelerometer zeros and resistance from the drives.
 
     Parameters
     ----------
-    names : of the drives, with ``roads`` and ``zeros`` (m/s^2) in their order.
-    common_zero : the accelerometer's zero that all drives share where it was estimated, else the mean over the drives.
-    holding : drive force (torque x ratio / radius) that holds each speed of HOLDING_KMH on the level, N.
+    names : of the drives; ``roads`` and ``zeros`` (m/s^2) have the same order.
+    common_zero : the accelerometer's zero shared by all drives if it was estimated, else the mean over the drives.
+    holding : by speed of HOLDING_KMH, the drive force (torque x ratio / radius) that holds it on the level, N.
+    seasons : cold against warm drives; None if all temperatures are similar.
+    held_out : None with fewer than ``FEWEST`` drives.
     """
 
     names: tuple[str, ...]
@@ -115,7 +117,7 @@ def over_drives(each: Array) -> IntervalEstimate:
 
 
 def road_findings(fit: FittedEffects, logs: Sequence[Log], roads: Sequence[RoadProfile]) -> RoadFindings:
-    """The findings of a fit of windows that are grouped by drive.
+    """The findings of a fit to windows grouped by drive.
 
     Parameters
     ----------
@@ -145,7 +147,7 @@ def _normal(value: float, std: float) -> IntervalEstimate:
 
 
 def _seasons(setup: SimulationSetup, solution: Solution) -> SeasonalForce | None:
-    """The cold against the warm drives; None where all temperatures are alike."""
+    """The cold against the warm drives; None if all temperatures are similar."""
     each = np.sort([next(s.temperature for s in setup.segments if s.run == u) for u in _drives(setup)])
     gaps = np.diff(each)
     if not gaps.size or gaps.max() < LEAST_GAP:
@@ -166,10 +168,10 @@ def _combined(solution: Solution, value: float, slopes: Mapping[str, float]) -> 
 def _holding(
     setup: SimulationSetup, solution: Solution, speed: float, temperature: float
 ) -> tuple[float, dict[str, float]]:
-    """Drive force at the torque sensor that holds a warm car's speed on the level in still air, N, and its derivatives.
+    """Drive force, by the torque sensor, that holds a warm car's speed on the level in still air, N, and its gradient.
 
-    T = T1 a(0) / (a(0) - a(T1)), force T i / r, with a the acceleration at a torque: the force
-    includes driveline losses, so mass and loss, which are nearly collinear in the drives, are not needed separately.
+    T = T1 a(0) / (a(0) - a(T1)), force T i / r, with a(T) the acceleration at a torque T. The force includes driveline
+    losses, so that mass and loss, which are nearly collinear in the drives, are not needed separately.
     """
     names = tuple(n for n in solution.names if n in (*setup.prior.names, *(u.name for u in setup.extra)))
     values = {n: {**setup.prior.values, "wind_variance": 0.0}[n] for n in setup.model.parameters}
@@ -194,7 +196,7 @@ def _drives(setup: SimulationSetup) -> NDArray[np.int64]:
 
 
 def _held_out(setup: SimulationSetup, linearized: Regression) -> HeldOutEnds | None:
-    """Every drive predicted from the others."""
+    """Every drive predicted by a fit to the others; None where such a fit fails."""
     drives = _drives(setup)
     sizes = {n for e in setup.effects for n in e.unknowns if n not in e.nominal}
     blank = replace(setup, extra=tuple(replace(u, start=0.0) if u.name in sizes else u for u in setup.extra))

@@ -1,4 +1,4 @@
-"""The parts of a mass on a road, driven by a torque, whose laws can be freed."""
+"""The parts of a mass on a road, driven by a torque, to whose laws a free addition can be fitted."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from vdyn_cli.steps.free_profiles import span_of
 from vdyn_cli.steps.validate.prior import ParameterPrior
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
 
-LOSS = 0.05  # of the largest drive force, plausible size: what a final drive loses
+LOSS = 0.05  # plausible size over the largest drive force: the loss of a final drive
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance
-RESISTANCES = ("air", "gust_drag", "rolling", "brake")  # laws that act as a force over speed and time, too
+RESISTANCES = ("air", "gust_drag", "rolling", "brake")  # laws that also act as a force over speed and time
 ROAD = ("rolling_resistance", "rolling_speed", "drag_area")
 DRIVELINE = ("driveline_efficiency", "wheel_radius")
 
 
 def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tuple[Part, ...]:
-    """The driveline's force over its torque; the resistance over speed, time of the drive, and direction.
+    """The driveline's force over its torque, and the resistance over speed, time of the drive, and direction.
 
     Parameters
     ----------
-    segments : that are simulated. prior : of the model's parameters, SI.
+    segments : all simulated ones. prior : of the model's parameters, SI.
     """
     v = prior.values
     torque = np.concatenate([driving(s.inputs) for s in segments])

@@ -1,15 +1,15 @@
-"""The posterior of each parameter by prior and drives, and whether the two contradict each other.
+"""The posterior of each parameter from prior and drives, and whether the two contradict each other.
 
-The whitened rows of all outputs and the prior make one least squares problem. It is solved with the derivatives at the
-prior (the chord method: each further step costs a simulation without derivatives), each segment's own unknowns
-eliminated. With the information F of the drives, the prior covariance P and the move d of the estimates::
+The whitened rows of all outputs and the prior form one least-squares problem. It is solved with the derivatives at the
+prior (chord method: each further step costs a simulation without derivatives) and with each segment's own unknowns
+eliminated. With the information F of the drives, the prior covariance P and the change d of the estimates::
 
     pull of a parameter    d_i / sqrt(P_ii - C_ii),  C = (P^-1 + F)^-1
 
-is a standard normal number where model and prior are right: the estimate moves by that much or more in 32 of 100 cases
-beyond 1, in 5 beyond 2. Likewise each direction of parameters: q = u'L's / sqrt(f + f^2) with s the
-scores, L L' = P and f, u the eigenvalues and vectors of L'F L; the sum of their squares is a chi-square number with as
-many degrees of freedom as there are directions with f > 1, however many samples were logged.
+is standard normal if model and prior are correct: beyond +-1 in 32 % of cases, beyond +-2 in 5 %. The same holds for
+each direction of the parameter space: q = u'L's / sqrt(f + f^2) with s the scores, L L' = P and f, u the eigenvalues
+and eigenvectors of L'F L. The sum of q^2 over the directions with f > 1 is chi-square distributed with their number as
+degrees of freedom, however many samples were logged.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.whitening import WhitenedDrives
 
 STEPS = 4  # of the chord method, at most
-SETTLED = 0.03  # standard deviations of the posterior that a further step may ask for
-SEEN = 1.0  # information of the drives over that of the prior, from which on a direction counts as seen
-NEGLIGIBLE = 0.1  # share of the prior's variance: of a smaller reduction no pull is stated
+SETTLED = 0.03  # standard deviations of the posterior: a smaller step ends the iteration
+SEEN = 1.0  # information of the drives over that of the prior, from which a direction is tested
+NEGLIGIBLE = 0.1  # reduction of the prior variance, as a share, below which no pull is stated
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Posterior:
 
 
 def posterior(w: WhitenedDrives) -> Posterior:
-    """The posterior of the parameters by prior and drives.
+    """The posterior of the parameters from prior and drives.
 
     The linearized drives update the prior: C_post^-1 = C^-1 + J' J, with J the whitened sensitivities.
 
@@ -99,7 +99,7 @@ def _simulated(setup: SimulationSetup, shared: Array, own: Array) -> Callable[[i
 
 
 class _BorderedSystem:
-    """Normal equations of shared unknowns and each segment's own."""
+    """Bordered normal equations of the shared unknowns and of each segment's own."""
 
     def __init__(self, jacobians: list[Array], known: Array, held: Array) -> None:
         self.s = s = known.shape[1]
@@ -124,7 +124,7 @@ class _BorderedSystem:
         return total
 
     def step(self, gradients: list[Array], shared_prior: Array, own_prior: Array) -> tuple[Array, Array]:
-        """Newton step of shared (s,) and own (segments, m) unknowns, from gradients of the rows and of the priors."""
+        """Newton steps of shared (s,) and own (segments, m) unknowns from the gradients of rows and priors."""
         right = self.reduced_gradient(gradients, own_prior) + shared_prior
         moved = -self.covariance @ right
         own = [
@@ -135,7 +135,7 @@ class _BorderedSystem:
 
 
 def _pulls(prior: ParameterPrior, system: _BorderedSystem, shared: Array, scores: Array) -> Posterior:
-    """Pull of each parameter and of all together; ``scores`` at the prior."""
+    """The posterior with the pull of each parameter and the statistic of all; ``scores`` at the prior."""
     from scipy.special import chdtrc
 
     k = len(prior.names)

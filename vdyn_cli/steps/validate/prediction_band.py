@@ -1,13 +1,14 @@
-"""Where the simulation may lie: the band of the parameters' own uncertainty, and that of gusts and sensors about it.
+"""Prediction bands of the outputs: by the uncertainty of the parameters alone, and with gusts and sensors.
 
-With S the exact sensitivities of an output, L L' the parameters' covariance, G the gusts' response and s the noise of
-the sensor (and of the torque sensor, through the car), the error of a right model has variance
+With S the exact sensitivities of an output, L L' the parameters' covariance, G the response to gusts, C their
+covariance and s the noise of the sensor (and of the torque sensor, through the car), the error of a correct model has
+the variance
 
     S L L' S'  +  G C G'  +  s^2
 
-at every sample. Outside the band the model is wrong; inside it the deviation is explained by uncertain parameters. How
-much time outside is too much is drawn from the same law: gusts and parameters move a whole drive at once, so that a
-right model too is outside for a while, or not at all.
+at every sample. Outside the band the model is wrong; inside it, uncertain parameters explain the deviation. Gusts and
+parameters move a whole drive at once, so that the time outside of a correct model varies widely; its distribution is
+drawn by Monte Carlo.
 """
 
 from __future__ import annotations
@@ -26,23 +27,23 @@ from vdyn_cli.steps.validate.residual_rows import RESTING
 from vdyn_cli.steps.validate.segments import WHEELS
 from vdyn_cli.steps.validate.whitening import WhitenedDrives, errors
 
-DRAWS = 400  # Monte Carlo drives of a right model: the 97.5 % limit of a share is then known to a tenth
-POINTS = 240  # samples of a segment at which draws are made
-SEED = 19021202  # any number: it makes the same data give the same bands
+DRAWS = 400  # Monte Carlo drives of a correct model: the 97.5 % limit of a share is then known to a tenth
+POINTS = 240  # samples of a segment at which draws are evaluated
+SEED = 19021202  # arbitrary and fixed, so that the same data give the same bands
 
 
 @dataclass(frozen=True, eq=False)
 class PredictionBand:
-    """One output of one segment.
+    """The error of one output in one segment, and its band.
 
     Parameters
     ----------
     error : (n,) simulated minus measured. measured : (n,).
     slopes : (n, k) sensitivities to the uncertain parameters. own_slopes : (n, m) to the segment's start and zeros.
     own : (n,) standard deviation by the parameters. gusts : (n,) by gusts, winds, unknown road, start and zeros.
-    sensor : of the channel's own noise and of the torque sensor's through the car.
-    shares : (k,) sum over time of the parameters' parts of the variance.
-    slow : (first slow row, scale) of the gusts that move it, scale times the row's unit; None: no gusts.
+    sensor : standard deviation by the noise of the channel, and of the torque sensor through the car.
+    shares : (k,) contribution of each parameter to the variance, summed over time.
+    slow : (first slow row, scale) of the gusts that affect it, with row = scale x output; None: no gusts.
     """
 
     error: Array
@@ -62,12 +63,12 @@ class PredictionBand:
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """(n,) where the error is outside the whole band."""
+        """(n,) mask of the samples with the error outside the whole band."""
         return np.asarray(np.abs(self.error) > self.half)
 
 
 def bands(w: WhitenedDrives) -> tuple[dict[str, PredictionBand], ...]:
-    """Every output of every segment; ``jerk`` is the slope of the specific force unless it was measured itself."""
+    """The bands by output, for every segment; ``jerk`` is the slope of the specific force unless it is measured."""
     return tuple(_segment_bands(w, k) for k in range(len(w.setup.segments)))
 
 
@@ -108,14 +109,14 @@ def _norm(parts: Array) -> Array:
 
 
 def _parameter_parts(error: Array, slopes: Array, root: Array) -> tuple[Array, Array]:
-    """Standard deviation by the parameters at every sample, and the sum over time of each parameter's part."""
+    """Standard deviation by the parameters at every sample, and each parameter's variance summed over time."""
     good = np.isfinite(error)
     shares = np.einsum("ti,ij,tj->i", slopes[good], root @ root.T, slopes[good], optimize=True)
     return _norm(slopes @ root), shares
 
 
 def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
-    """The slope of the specific force, through the same low-pass on both sides."""
+    """The band of the jerk, the slope of the specific force; the same low-pass filters measured and simulated."""
     s, outcome = w.setup.segments[run], w.setup.first[run]
     measured = s.outputs.get("jerk")
     force = s.outputs["acceleration"]
@@ -133,13 +134,13 @@ def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
 
 @dataclass(frozen=True)
 class BandTest:
-    """One output over all drives.
+    """Test of the time outside the band, of one output over all drives.
 
     Parameters
     ----------
-    share : of the time outside the whole band; ``limit`` : what a correct model stays below in 97.5 % of all cases.
+    share : of the time outside the whole band; ``limit`` : its 97.5 % quantile for a correct model.
     by_regime : (share, limit) of each regime that was driven.
-    chance : how often a right model is at least so far outside, over the whole drive.
+    chance : p value: probability that a correct model is outside for at least as long.
     """
 
     share: float
@@ -149,7 +150,7 @@ class BandTest:
 
 
 def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) -> tuple[dict[str, BandTest], float]:
-    """Time outside of every output against Monte Carlo drives of a right model, and the p value of the worst output.
+    """Test each output's time outside its band, against Monte Carlo drives of a correct model.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) 
 
     Returns
     -------
-    The test of each output, and the p value.
+    The test of each output, and the p value of the worst one, adjusted for their number.
     """
     outputs = list(dict.fromkeys(n for one in found for n in one))
     drawn = {n: _Tally() for n in outputs}
@@ -166,7 +167,7 @@ def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) 
     for run, one in enumerate(found):
         s = w.setup.segments[run]
         at = np.unique(np.linspace(0, s.time.size - 1, min(POINTS, s.time.size)).astype(int))
-        point = np.repeat(np.arange(at.size), np.diff(np.r_[at, s.time.size]))  # drawn, stands for those about it
+        point = np.repeat(np.arange(at.size), np.diff(np.r_[at, s.time.size]))  # the drawn point of each sample
         for name, fake in _drawn_outside(w, run, one, latent, rng, at):
             band = one[name]
             real = np.isfinite(band.error) & ~s.stopping
@@ -187,7 +188,7 @@ def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) 
 
 
 def _worst(ranks: list[tuple[float, Array]]) -> float:
-    """How often the least likely of all outputs is as unlikely as here, for a right model."""
+    """Probability that the least p value of all outputs of a correct model is as small as the observed one."""
     everything = np.array([np.r_[real, fake] for real, fake in ranks])
     beyond = [row.size - np.searchsorted(np.sort(row), row) for row in everything]  # draws as far outside, or farther
     order = np.array(beyond) / everything.shape[1]
@@ -196,7 +197,7 @@ def _worst(ranks: list[tuple[float, Array]]) -> float:
 
 
 class _Tally:
-    """Time outside, measured and drawn, by regime."""
+    """Sums of the time outside, measured and drawn, by regime."""
 
     def __init__(self) -> None:
         self.count = np.zeros(len(REGIMES))
@@ -205,11 +206,12 @@ class _Tally:
         self.scatter = np.zeros((len(REGIMES), DRAWS))
 
     def add(self, marks: NDArray[np.int64], real: Array, point: NDArray[np.int64], fake: Array, alike: float) -> None:
-        """Add samples with their regimes ``marks`` (n,), and the drawn ``point`` (n,) that stands for each.
+        """Add samples with their regimes ``marks`` (n,), and the drawn ``point`` (n,) that represents each.
 
         Parameters
         ----------
-        real : (n,). fake : (points, draws). alike : neighboring samples whose noise is the same.
+        real : (n,) 1 outside, 0 inside. fake : (points, draws) probabilities to be outside.
+        alike : number of neighboring samples with the same noise.
         """
         scatter = fake * (1.0 - fake)
         for i in range(len(REGIMES)):
@@ -241,9 +243,9 @@ def _drawn_outside(
     rng: np.random.Generator,
     at: NDArray[np.int64],
 ) -> Iterator[tuple[str, Array]]:
-    """Probability (points, draws) that each output of a right model is outside its band, at samples ``at`` (points,).
+    """Probability (points, draws) that each output of a correct model is outside its band, at samples ``at`` (points,).
 
-    Parameters from their prior (``latent``), gusts and zeros are drawn; the sensor's noise enters by its probability.
+    Parameters (``latent``), gusts and zeros are drawn; sensor noise is integrated analytically.
     """
     from scipy.special import ndtr
 
@@ -265,7 +267,7 @@ def _drawn_outside(
 
 
 def _along(time: Array, at: Array, paths: Array) -> Array:
-    """Each path (b, draws) at other times, straight between."""
+    """Paths (b, draws), linearly interpolated to other times."""
     right = np.clip(np.searchsorted(at, time), 1, at.size - 1)
     left = right - 1
     apart = np.maximum(at[right] - at[left], np.finfo(float).tiny)  # one bin is its own neighbor

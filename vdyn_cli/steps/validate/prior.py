@@ -1,4 +1,4 @@
-"""The prior of the model's parameters: values and covariance from earlier steps, and wide assumptions for the rest."""
+"""The prior of the model's parameters: values and covariance from earlier steps; wide assumptions for the rest."""
 
 from __future__ import annotations
 
@@ -36,23 +36,23 @@ ABSOLUTE: Mapping[str, float] = {
     "tire_rest_damping": 0.3,  # s/m: 0 to 20 % of critical damping of a braked car that rocks on its tires
     "tire_vertical_damping": 100.0,  # N s/m: a few per cent of critical for the wheel hop
 }
-# Of no effect on a straight and level drive, or (side gears; the motor's reaction, 0.1 % of the load) of hardly any:
-# assuming them needs no line in the report.
+# Parameters without an effect on a straight and level drive, or with a negligible one (side gears; the motor's
+# reaction, 0.1 % of the load): the report does not list that they are assumed.
 UNFELT = frozenset(
     {"roll_inertia", "yaw_inertia", "track_front", "track_rear", "tire_cornering_stiffness", "tire_vertical_damping",
      "tire_rest_damping", "rolling_speed", "wind_variance", "cg_to_front", "drag_area", "side_gear_inertia",
      "motor_reaction"}
 )  # fmt: skip
 
-SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed")  # may lie on either side of zero
+SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed")  # may be negative
 FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
-LEAST = 0.02  # of the prior mean, lower bound of a positive parameter
-NEAR = 5.0  # standard deviations about the prior mean, within which a linearization may lie
-TURNING_SHARE = 0.035  # of the mass, for wheels alone, where nothing is given
-DERIVED = ("cg_to_front", "drag_area")  # follow exactly from what is given
-STEP = 1e-3  # of a standard deviation, for the derivatives of what is derived
-ALMOST = 1e-6  # taken off a perfect correlation, so that it can be inverted
-APART = 0.02  # m by which the parts of the wheelbase may miss it
+LEAST = 0.02  # lower bound of a positive parameter over its prior mean
+NEAR = 5.0  # standard deviations about the prior mean, bounds of a point of linearization
+TURNING_SHARE = 0.035  # rotating mass of the wheels over the mass, where no inertia is given
+DERIVED = ("cg_to_front", "drag_area")  # derived exactly from given parameters
+STEP = 1e-3  # standard deviations, step of the numerical derivatives of derived parameters
+ALMOST = 1e-6  # least eigenvalue of a correlation matrix, so that it can be inverted
+APART = 0.02  # m, largest difference between the wheelbase and the sum of its parts
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ class ParameterPrior:
     Parameters
     ----------
     values : every parameter of the model, SI.
-    names : those that have a standard deviation, k of them.
+    names : (k,) those with a standard deviation.
     std : (k,); correlation : (k, k).
-    sources : of each name: the step that gave it, "given", or "assumed".
-    assumptions : findings about values that are not given.
+    sources : by name, the step that estimated it, "given", or "assumed".
+    assumptions : findings on assumed values.
     """
 
     values: Mapping[str, float]
@@ -84,8 +84,8 @@ class ParameterPrior:
 def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior:
     """The prior of the parameters ``names`` of a model, SI.
 
-    Those that are not given follow from others or are assumed (vehicle_defaults), with a standard deviation of their
-    own. A stated road load F0, F1, F2 replaces rolling resistance and drag area where neither is known.
+    Parameters that are not given are derived from others or assumed (vehicle_defaults) with a standard deviation. A
+    stated road load F0, F1, F2 replaces rolling resistance and drag area where these are not known.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
 
     Raises
     ------
-    InputError : parameters that are missing, each with the step that gives it, or outside what is physical.
+    InputError : parameters are missing (each with the step that estimates it) or outside their physical range.
     """
     _refuse_unphysical(known)
     wanted = tuple(n for n in names if n != "wind_variance")
@@ -110,7 +110,7 @@ def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) 
 
     Parameters
     ----------
-    sizes : amplitudes by name of the unknown, SI. An amplitude without a standard deviation is held almost fixed.
+    sizes : amplitudes by name of the unknown, SI. One without a standard deviation is almost fixed.
     """
     std = [e.std if e.std > 0 else ALMOST * max(abs(e.value), 1.0) for e in sizes.values()]
     k, m = len(prior.names), len(sizes)
@@ -134,7 +134,7 @@ def _assumed_std(name: str, value: float) -> float:
 def _propagated(
     known: Parameters, wanted: tuple[str, ...], full: Completed, assumed: Mapping[str, str]
 ) -> ParameterPrior:
-    """The model's own parameters and their covariance D R D', with D the derivatives to what is given or assumed."""
+    """The model's parameters and their covariance D R D', with D the derivatives to given and assumed values."""
     base = {n: e.value for n, e in known.items()}
     given = {n: e.std for n, e in known.items() if e.std > 0}
     added = {n: spread for n in assumed if n not in DERIVED and (spread := _assumed_std(n, full.values[n])) > 0}
@@ -163,7 +163,7 @@ def _propagated(
 
 
 def _positive(correlation: Array) -> Array:
-    """The nearest invertible correlation matrix: rounded files and exact sums are slightly indefinite."""
+    """The nearest positive definite correlation matrix: rounded or exactly dependent values make it indefinite."""
     if not correlation.size:
         return correlation
     values, vectors = np.linalg.eigh(0.5 * (correlation + correlation.T))
@@ -175,7 +175,7 @@ def _positive(correlation: Array) -> Array:
 
 
 def _road_load(v: Mapping[str, float]) -> dict[str, float]:
-    """With the parts of a stated road load, and the inertia of turning parts, where a mass on a road needs them."""
+    """The values with rolling resistance and drag area of a stated road load, and with the rotating mass."""
     found = dict(v)
     if "rolling_resistance" not in v and {"road_load_f0", "mass"} <= v.keys():
         weight = v["mass"] * GRAVITY
@@ -225,7 +225,7 @@ def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
 
 
 def near_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
-    """Those of the values that are parameters', clipped to their bounds and to 5 standard deviations.
+    """The values of parameters of the prior, clipped to their bounds and to 5 standard deviations.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def _prior_unknown(prior: ParameterPrior, i: int) -> Unknown:
     name, value, std = prior.names[i], prior.values[prior.names[i]], float(prior.std[i])
     row = {b: float(prior.correlation[i, j]) for j, b in enumerate(prior.names) if j != i}
     related = {b: r for b, r in row.items() if abs(r) > 1e-12}
-    # Wide bounds: drives may contradict the prior by any number of standard deviations, which is then a finding.
+    # Wide bounds: drives may contradict the prior by many standard deviations, which is then a finding.
     low, high = value - FARTHEST * std, value + FARTHEST * std
     if value > 0 and name not in SIGNED:
         low = max(low, LEAST * value)

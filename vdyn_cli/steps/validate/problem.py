@@ -65,8 +65,8 @@ from vdyn_cli.steps.validate.whole_drives import is_cut, whole_drives
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
-CERTAIN_PLAY = 18.0  # gain in log likelihood, six standard errors: from there its size is fitted beside parameters
-STARTS = 4  # linearization points of the baseline that are kept with their simulations
+CERTAIN_PLAY = 18.0  # gain in log likelihood (six standard errors) from which play is fitted together with parameters
+STARTS = 4  # linearization points of the baseline whose simulations are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,13 +76,13 @@ class ValidateProblem(SimulatedProblem):
     Parameters
     ----------
     spec : the description. logs : of its runs, in their order. known : parameters from other steps and the vehicle.
-    level : whether roads that no grade was logged of are left out.
+    level : whether roads from accelerometers and elevations are ignored.
 
     Notes
     -----
-    Everything that is asked for is made when it is first asked for, and at most once. The properties and methods
-    raise InputError (missing or unphysical parameters; inputs with gaps or on another clock than the speed) and
-    ResultError (the simulation is not finite in the shortest steps).
+    Everything is computed when it is first needed, and at most once. The properties and methods raise InputError
+    (missing or unphysical parameters; inputs with gaps or on another clock than the speed) and ResultError (the
+    simulation is not finite even with the shortest steps).
     """
 
     spec: ValidateSpec
@@ -94,10 +94,10 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def roads(self) -> DriveRoads:
-        """The roads that accelerometers and elevations show, where they are used.
+        """The roads from accelerometers and elevations; empty where they are not used.
 
-        Used for powered windows of drives on open roads. Elsewhere where the simulation on the stated road misses whole
-        drives, which most often were driven over hills, and misses them by less on the road shown.
+        They are used for powered windows, and for whole drives that the simulation on the stated road misses (most
+        often because of hills) if it misses them by less on these roads.
         """
         s = self.spec.settings
         if self.level or s.model != "road_load":
@@ -137,7 +137,7 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def model(self) -> Model:
-        """What simulates the drives; every law can read when the run began."""
+        """The model that simulates the drives; its laws can read the start time of the run."""
         s = self.spec.settings
         if s.model == "road_load":
             return _timed(road_load("torque", felt=bool(self.roads.felt), elevated=bool(self.roads.elevated)))
@@ -149,7 +149,7 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def prior(self) -> ParameterPrior:
-        """The model's parameters, and the amplitudes of carried effects, before the drives."""
+        """The prior of the model's parameters and of the amplitudes of effects from earlier steps."""
         sizes = {n: e for one in carried_effects(self) for n, e in self.known.extensions[one.name].items()}
         return with_accepted_effects(parameter_prior(self.known, self.model.parameters), sizes)
 
@@ -176,12 +176,12 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def reference(self) -> DifferentiableReference:
-        """The car without nondifferentiable effects (free play), by which their amplitudes are judged."""
+        """The car without nondifferentiable effects (free play), with which their amplitudes are compared."""
         return differentiable_reference(self.baseline)
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """A force that is free over the speed, and one over the time of a drive."""
+        """Two free forces: over the speed, and over the time of a drive."""
         speed = span_of([log["speed"] for log in self.logs], 1.0)
         day = span_of([log.time - log.time[0] for log in self.logs], 1.0)
         return (
@@ -191,10 +191,10 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
-        """The driveline over torque, and the resistance over speed, time and direction, of a mass on a road.
+        """For a mass on a road, the driveline over torque, and the resistance over speed, time and direction.
 
-        None where the slope is that of a sensor, whose own errors a free force would take, and none of the full
-        vehicle, for which each costs minutes.
+        Empty where the slope comes from a sensor, whose errors a free force would absorb, and for the full vehicle,
+        where each part costs minutes.
         """
         simple = self.model.name != "vehicle" and not self.roads.inputs
         return drive_parts(self.segmented[0], self.prior) if simple else ()
@@ -210,7 +210,10 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
-        """Rms error of the speed, m/s, where it is missed by far more than the parameters' uncertainty explains."""
+        """(effects, unknowns) -> rms error of the speed, m/s, if the baseline is far off; else None.
+
+        Far off: the simulation misses whole drives by far more than the parameters' uncertainty explains.
+        """
         whitened = None if self.spec.settings.windows else whiten_drives(self.baseline)
         if whitened is None or not (foreign(whitened.setup) and beyond_band(bands(whitened))):
             return None
@@ -224,34 +227,34 @@ class ValidateProblem(SimulatedProblem):
     ) -> Regression:
         """The whitened regression of all outputs; its noise is estimated with the effects in the model.
 
-        Shared unknowns are all parameters that have a standard deviation, with it as their prior. Those of a vehicle
-        may start elsewhere: near shafts that oscillate at another frequency than the real ones, a linearized fit
-        wants more damping.
+        The shared unknowns are all parameters with a standard deviation, which is their prior. For a vehicle, ``start``
+        moves the point of linearization: about shafts with a wrong natural frequency, a linearized fit would give too
+        much damping.
         """
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
         extended = base.with_effects(effects, unknowns)
         if not _tried_from_zero(effects, unknowns):
             return _whitened(self, extended)
         full = DifferentiableReference(extended)
-        if not full.misfit:  # the effects together explain the drives, of which no larger play is a part
+        if not full.misfit:  # the effects explain the drives without play
             return full.whitened.regression
         return _whitened(self, with_secants(full.whitened.setup, _likely_secants(self, effects, unknowns)))
 
     def chord_regression(
         self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
     ) -> Regression:
-        """The regression with the bare car's sensitivities to its parameters; exact of a mass on a road."""
+        """The regression with the bare car's sensitivities to its parameters; exact ones for a mass on a road."""
         if self.model.name != "vehicle":
             return self.regression(effects, unknowns, start)
         extended = _started(self, start).with_effects(effects, unknowns)
         return _whitened(self, replace(extended, chord=True))
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        """Simulate the drives and describe how well the model predicts them, extended by effects or not.
+        """Simulate the drives with the model, extended by these effects, and describe how well it predicts them.
 
         Raises
         ------
-        UnpublishedError : the torque does not drive the speed; it shows the misfit.
+        UnpublishedError : the simulation misses whole drives; the error contains the result with its figures.
         """
         setup = self.baseline.with_effects(effects, unknowns)
         findings, amplitudes, fit, road = [*dropped_effects(self), *self.segmented[1]], {}, None, None
@@ -266,7 +269,7 @@ class ValidateProblem(SimulatedProblem):
             road = road_findings(fit, self.logs, self.roads.felt)
         found = bands(shown)
         tests, chance = band_tests(shown, found)
-        # A fitted zero of the drive torque has no part in what is shown, since the baseline has none.
+        # The bands are shown without fitted zeros of the drive torque, since the baseline has none.
         zeroed = with_best_zeros(setup, self.reference)
         after = posterior(whitened if zeroed is setup else whiten_drives(zeroed))
         validation = Validation(whitened, shown, found, tests, chance, after, road)
@@ -276,7 +279,7 @@ class ValidateProblem(SimulatedProblem):
         return result(self.spec, self.logs, validation, amplitudes, [*findings, *missed])
 
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float]:
-        """The likeliest amplitude of a nondifferentiable effect alone in the model, and the gain in log likelihood."""
+        """The most likely amplitude of a nondifferentiable effect alone in the model, and its log likelihood gain."""
 
         def setup(size: float) -> SimulationSetup:
             return self.baseline.with_effects((effect,), start(size))
@@ -297,19 +300,19 @@ def _timed(model: Model) -> Model:
 
 
 def on_open_road(problem: ValidateProblem) -> bool:
-    """Whether windows are compared whose drives differ in mean slope and load: each drive is then one unit."""
+    """Whether drives with unknown mean slope and load are cut into windows; each drive is then one unit."""
     s = problem.spec.settings
     return s.model == "road_load" and s.windows is not None and s.windows.powered and bool(problem.roads.felt)
 
 
 def carried_effects(problem: ValidateProblem) -> tuple[Effect, ...]:
-    """Effects that earlier steps accepted and that this model can take: they are in it from the start."""
+    """Effects that earlier steps accepted and that are applicable to this model: the baseline includes them."""
     listed = [e for e in catalogue() if e.name in problem.known.extensions]
     return applicable(problem.model, [*listed, *learned_effects(problem.known)])
 
 
 def _started(problem: ValidateProblem, start: Mapping[str, float]) -> SimulationSetup:
-    """The baseline started at these values; the diagnosis asks for the same few again and again."""
+    """The baseline started at these values; the last few are cached, since the diagnosis repeats them."""
     key, begun = tuple(start.items()), problem._begun
     if key not in begun:
         made = problem.baseline.begun_at(start) if start else problem.baseline
@@ -322,9 +325,9 @@ def _started(problem: ValidateProblem, start: Mapping[str, float]) -> Simulation
 def _likely_secants(
     problem: ValidateProblem, effects: Sequence[Effect], unknowns: Sequence[Unknown]
 ) -> dict[str, float]:
-    """The likely amplitude of each nondifferentiable effect that starts at zero, where one can be simulated.
+    """The likely amplitude of each nondifferentiable effect that starts at zero, if it can be simulated.
 
-    Large play moves an impact by more than it lasts: what small play would do tells nothing of it.
+    Large play shifts an impact by more than its duration, so that the response to small play says nothing about it.
     """
     found = {}
     for effect in _tried_from_zero(effects, unknowns):
@@ -357,20 +360,20 @@ def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
 
 
 def dropped_effects(problem: ValidateProblem) -> tuple[Finding, ...]:
-    """A warning for each effect of earlier steps that this model cannot take, and is therefore without."""
+    """A warning for each effect of earlier steps that is not applicable to this model and therefore omitted."""
     taken, known = {e.name for e in carried_effects(problem)}, {e.name for e in catalogue()}
     found = []
     for name in (n for n in problem.known.extensions if n not in taken):
         why = "its law is not in this model" if name in known else "no such effect is installed"
         remedy = "ignore it if this test does not depend on it" if name in known else "install the package that has it"
-        found.append(Finding(f"extensions.{name}", f"the simulation is without this effect: {why}", "", remedy))
+        found.append(Finding(f"extensions.{name}", f"the simulation does not include this effect: {why}", "", remedy))
     return tuple(found)
 
 
 def _two_motors(spec: ValidateSpec, logs: Sequence[Log]) -> bool:
-    """Whether a motor on each side drives the full vehicle: torques are recorded of the half-shafts' inner ends.
+    """Whether the full vehicle has a motor on each side: the torques of the half-shafts' inner ends are recorded.
 
-    Their sum, which reading adds as drive_torque, is no recorded channel.
+    A drive_torque that is only their sum, added on reading, does not count as recorded.
     """
     if spec.settings.model != "vehicle" or not all("drive_torque_left" in log for log in logs):
         return False
@@ -380,7 +383,7 @@ def _two_motors(spec: ValidateSpec, logs: Sequence[Log]) -> bool:
 
 
 def _moves(log: Log, channel: str) -> bool:
-    """Whether a sensor ever changes: a constant reading would pass for noise that all outputs share."""
+    """Whether a channel varies, or is missing: a constant reading would be mistaken for noise shared by all outputs."""
     values = log[channel] if channel in log else np.zeros(0)
     return not values.size or float(np.nanmax(values)) > float(np.nanmin(values))
 
@@ -390,7 +393,7 @@ def _day(problem: ValidateProblem) -> float:
 
 
 def _sensors(problem: ValidateProblem) -> Sensors:
-    """The compared channels, of those that model and logs have, with the spread of their zeros and gains."""
+    """The compared channels that model and logs have, with the standard deviations of their zeros and gains."""
     s = problem.spec.settings
     has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads.felt else ("speed", "acceleration")
     there = [n for n in has if all(n in one.outputs for one in problem.segmented[0])]

@@ -14,28 +14,28 @@ Marks = NDArray[np.int64]
 REGIMES = ("launch", "acceleration", "cruise", "coast", "braking", "low speed")
 SLOW = 3.0  # m/s, below which the car is almost at rest
 LAUNCHED = 6.0  # m/s, at which a start from rest is over
-STEADY = 0.3  # m/s^2 between cruising and accelerating
-PRESSED = 0.02  # of the largest brake torque: the brake is on
-# Standard deviations of the brake channel's noise, which a pressed brake exceeds: one sample of 10^6 of a normal noise.
+STEADY = 0.3  # m/s^2, limit between cruising and accelerating
+PRESSED = 0.02  # share of the largest brake torque above which the brake is on
+# Standard deviations of the brake channel's noise that a pressed brake exceeds: one sample of 10^6 of normal noise.
 BEYOND_NOISE = 5.0
-LIVELY = 0.5  # share of the steps that differ from zero, above which a channel has noise above its resolution
-FEWEST_NOISY = 8  # samples whose third differences tell the level of their noise
-IDLE = 0.03  # of the largest drive torque: the pedal is released
-SMOOTH = 1.0  # s over which the acceleration is judged
+LIVELY = 0.5  # share of changing samples above which a channel has noise above its resolution
+FEWEST_NOISY = 8  # samples that are needed to estimate the noise from third differences
+IDLE = 0.03  # share of the largest drive torque below which the pedal is released
+SMOOTH = 1.0  # s over which the acceleration is averaged
 RESTING = 0.1  # m/s
 CREEPING = 1.0  # m/s, below which a car that slows down is about to stop
-SETTLED = 1.0  # s after which a car that stopped has come to rest on its tires
-HARD = 0.8  # m/s^2 of deceleration without drive, beyond any road load: a brake is on
+SETTLED = 1.0  # s after which a stopped car has come to rest on its tires
+HARD = 0.8  # m/s^2, deceleration without drive that exceeds any road load: a brake is on
 
 
 def marked(time: Array, speed: Array, drive: Array, brake: Array) -> Marks:
-    """Index into REGIMES of every sample.
+    """The regime of every sample, (n,), as an index into REGIMES.
+
+    A start from rest is a launch until 6 m/s; other samples below 3 m/s are low speed.
 
     Parameters
     ----------
-    time : (n,) s. speed : (n,) m/s, may hold NaN. drive, brake : (n,) N m.
-
-    A start from rest counts as launch until 6 m/s; the rest below 3 m/s as low speed.
+    time : (n,) s. speed : (n,) m/s, may contain NaN. drive, brake : (n,) N m.
     """
     good = np.isfinite(speed)
     speed = np.interp(time, time[good], speed[good])
@@ -58,7 +58,7 @@ def pressed(time: Array, brake: Array) -> NDArray[np.bool_]:
 
     Returns
     -------
-    (n,) mask; empty where the channel holds nothing but noise.
+    (n,) mask; all False where the channel contains only noise.
     """
     lively = brake.size >= FEWEST_NOISY and np.count_nonzero(np.diff(brake)) > LIVELY * brake.size
     noise = white_level(brake, time) if lively else 0.0
@@ -67,7 +67,7 @@ def pressed(time: Array, brake: Array) -> NDArray[np.bool_]:
 
 
 def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """From the last moment at rest to 6 m/s, while driven."""
+    """(n,) mask of launches: from the last moment at rest to 6 m/s, while driven."""
     launching, found = False, np.zeros(speed.size, dtype=bool)
     for i, (v, on) in enumerate(zip(speed.tolist(), driven.tolist(), strict=True)):
         if not on or v > LAUNCHED:
@@ -79,7 +79,7 @@ def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _rate(time: Array, speed: Array) -> Array:
-    """m/s^2, over about a second."""
+    """(n,) acceleration averaged over ``SMOOTH``, m/s^2."""
     later = np.interp(time + SMOOTH / 2, time, speed)
     earlier = np.interp(time - SMOOTH / 2, time, speed)
     span = np.minimum(time + SMOOTH / 2, time[-1]) - np.maximum(time - SMOOTH / 2, time[0])
@@ -87,7 +87,7 @@ def _rate(time: Array, speed: Array) -> Array:
 
 
 def stops(time: Array, speed: Array) -> NDArray[np.bool_]:
-    """Samples from 1 m/s down to rest, and the moment in which the car settles.
+    """Samples from 1 m/s down to rest, and the second in which the car settles.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def stops(time: Array, speed: Array) -> NDArray[np.bool_]:
 
 
 def smoothed(time: Array, speed: Array) -> Array:
-    """The speed averaged over 0.1 s; gaps bridged.
+    """The speed averaged over 0.1 s, interpolated over gaps.
 
     Parameters
     ----------

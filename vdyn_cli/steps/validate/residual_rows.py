@@ -1,15 +1,15 @@
-"""How a segment's errors become rows of known noise: the part that gusts move, and the part that they do not move.
+"""Converts a segment's errors into rows of known noise: slow rows with gusts, and fast rows that gusts do not affect.
 
-Gusts push the car, and the push remains in its speed and in the speeds of all its wheels alike. With e the error of
-each speed (wheel speeds times radius) and s its sensor's noise, the errors in units of their noise, u = e/s, are
-rotated so that one combination carries the gusts and the others do not::
+A gust changes the speed of the car and the speeds of all its wheels alike. With e the error of each speed (wheel speeds
+times radius) and s its sensor's noise, the errors in units of their noise, u = e/s, are rotated so that one combination
+contains the gusts and the others do not::
 
-    c = sum(e/s^2) / sum(1/s^2)          the common error, of noise 1/sqrt(sum(1/s^2))
-    contrasts Q'u,  Q orthonormal to g = 1/s
+    c = sum(e/s^2) / sum(1/s^2)          the common error, with noise 1/sqrt(sum(1/s^2))
+    contrasts Q'u,  Q orthonormal, orthogonal to g = 1/s
 
-The common error and the specific force are averaged over bins and whitened with the covariance of gusts, winds and
-sensors (``noise``). Contrasts, shaft torques and the specific force within a bin have the noise of their sensors and of
-the torque sensor, which drives the simulated car: ``Prewhitener``.
+The slow rows are the common error and the specific force, averaged over bins and whitened with the covariance of gusts,
+winds and sensors (``noise``). The fast rows are contrasts, shaft torques and the specific force within a bin, with the
+noise of their sensors and of the torque sensor, which acts through the simulated car (``Prewhitener``).
 """
 
 from __future__ import annotations
@@ -29,27 +29,27 @@ from vdyn_cli.steps.validate.segments import WHEELS, DriveSegment
 Mask = NDArray[np.bool_]
 
 TORQUES = ("shaft_torque_left", "shaft_torque_right")
-WIDTH = 0.5  # s of a bin of the common error: a sixteenth of the usual gust
-ROUGH = 2.0  # s of a bin where the slope comes from the accelerometer, which resolves it no finer
+WIDTH = 0.5  # s, width of a bin of the common error: a sixteenth of a typical gust
+ROUGH = 2.0  # s, the same where the slope comes from the accelerometer, which does not resolve it more finely
 RESTING = 0.1  # m/s
-MOST_BINS = 300  # of a drive: the covariance stays small
-FINEST = 0.008  # s between rows: a logger that is faster is averaged
+MOST_BINS = 300  # of a drive, to limit the size of the covariance
+FINEST = 0.008  # s between rows; faster loggers are averaged
 LEAST = {"speed": 1e-3, "acceleration": 1e-3, **dict.fromkeys(WHEELS, 1e-3), **dict.fromkeys(TORQUES, 0.05)}
 
 
 @dataclass(frozen=True, eq=False)
 class RowLayout:
-    """Which rows a segment gives.
+    """The rows of a segment.
 
     Parameters
     ----------
-    keep : (m,) samples in which every fitted channel holds a number.
-    fine : groups of neighboring kept samples of which each fast row is the mean.
-    bins : groups of kept samples for the slow rows; ``part`` (m,) labels of segments without a hole.
-    levels : white noise of each channel's samples.
-    radius : m, from wheel speed to speed; ``slipping`` (speeds, m): speed over radius times wheel speed, by which a
-        change of the car's speed is smaller than that of a wheel that slips.
-    rests : (j,) s, instants at which the car stood still: earlier gusts have no effect afterwards.
+    keep : (m,) indices of the samples that are used.
+    fine : groups of neighboring kept samples whose means are the fast rows.
+    bins : groups of kept samples whose means are the slow rows; ``part`` (m,) labels stretches without gaps.
+    levels : by channel, white noise of a sample.
+    radius : m, from wheel speed to speed; ``slipping`` (speeds, m): speed over radius times wheel speed, which converts
+        an error of the speed of a slipping wheel to one of the car.
+    rests : (j,) s, instants at which the car stood still; earlier gusts have no effect afterwards.
     speeds : fitted channels of speed; ``others`` : shaft torques; ``force`` : whether the specific force is fitted.
     """
 
@@ -67,12 +67,12 @@ class RowLayout:
     force: bool
 
     def section(self, bins: Bins) -> NDArray[np.int64]:
-        """(b,) how often the car had stood still before each bin."""
+        """(b,) number of samples at rest before each bin, the same for bins without a rest between them."""
         return np.searchsorted(self.rests, bins.time).astype(np.int64)
 
     @property
     def common_level(self) -> float:
-        """m/s, noise of the common error in one sample."""
+        """Noise of the common error in one sample, m/s."""
         return float(np.sum(self._weights) ** -0.5)
 
     @property
@@ -97,7 +97,7 @@ class RowLayout:
     def slow(self, values: Mapping[str, Array], bins: Bins | None = None, speeds: Array | None = None) -> Array:
         """(b, ...) common error, m/s, followed by (b, ...) specific force, m/s^2, averaged over the bins.
 
-        ``speeds``: ``speeds_of`` the values, where it is at hand.
+        ``speeds``: ``speeds_of`` the values, if already computed.
         """
         bins = self.bins if bins is None else bins
         share = self._weights / np.sum(self._weights)
@@ -107,7 +107,7 @@ class RowLayout:
         return np.concatenate(rows)
 
     def fast(self, values: Mapping[str, Array], speeds: Array | None = None) -> Array:
-        """(r, f, ...) everything that gusts do not move, each in units of its sensor's noise; ``speeds`` as in slow."""
+        """(r, f, ...) the fast rows, each in units of its sensor's noise; ``speeds`` as in ``slow``."""
         columns = []
         if len(self.speeds) > 1:
             speeds = self.speeds_of(values) if speeds is None else speeds
@@ -128,11 +128,11 @@ class RowLayout:
 def row_layout(
     s: DriveSegment, channels: tuple[str, ...], radius: float, simulated: Mapping[str, Array], finest: float = FINEST
 ) -> RowLayout:
-    """The rows of a segment: where the car moves, every fitted channel holds a number and no flanks meet.
+    """The rows of a segment: samples in motion in which every fitted channel has a value, without impacts of flanks.
 
-    Below 2 m/s (``DriveSegment.creeping``) the tread's damping and the friction of brakes dominate, which are not
-    parameters; a gust moves the instant at which the car stops, and with it a jump of the deceleration. Of channels
-    logged at several rates, the slowest sets the spacing of what is kept: its empty rows are no holes.
+    Below 2 m/s (``DriveSegment.creeping``), the tread's damping and brake friction dominate, which are not parameters;
+    a gust also shifts the instant at which the car stops, and with it a jump of the deceleration. The channel with the
+    lowest rate sets the spacing of the kept samples: rows without its value are not gaps.
     """
     fitted = [n for n in channels if n in s.outputs]
     levels = {n: max(s.noise_levels[n], LEAST[n]) for n in fitted}
@@ -170,18 +170,18 @@ def _each(time: Array) -> Bins:
 
 @dataclass(frozen=True, eq=False)
 class Prewhitener:
-    """Linear prediction of each fast row from those before it, and the scatter about it: whitens correlated noise.
+    """Whitens correlated noise of fast rows by linear prediction of each row from those before it.
 
     Parameters
     ----------
-    weights : (lags, f, f); scatter : (f, f), lower triangular.
+    weights : (lags, f, f); scatter : (f, f), lower triangular root of the covariance of the prediction errors.
     """
 
     weights: Array
     scatter: Array
 
     def white(self, fast: Array, part: NDArray[np.int64]) -> Array:
-        """(r', f, ...) the fast rows that have all their predecessors, made white."""
+        """(r', f, ...) the whitened fast rows that have all their predecessors."""
         lags = len(self.weights)
         inner = fast.reshape(*fast.shape[:2], int(np.prod(fast.shape[2:])))
         rows = np.ascontiguousarray(inner.transpose(1, 0, 2))  # (f, r, c): one product of matrices for each lag
@@ -197,12 +197,12 @@ class Prewhitener:
 
 
 def prewhitener(sample: Array, lags: int) -> Prewhitener:
-    """The predictor of a correlated process with white noise of variance one added.
+    """The prewhitener of a correlated process plus white noise of variance one.
 
     Parameters
     ----------
     sample : (r, f) of the process: the response of the fast rows to the torque sensor's noise.
-    lags : rows to predict from, fewer where the sample is short.
+    lags : number of rows to predict from; fewer where the sample is short.
 
     Solves the multichannel Yule-Walker equations of the sample's covariances plus the identity at lag zero.
     """

@@ -1,4 +1,4 @@
-"""The result of a validation, from what was found."""
+"""Assembles the result of a validation: sentence, tables, figures and document."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds, window_ends
 
 CRUISE = 50 / 3.6  # m/s
-PEDAL = 0.15  # of the weight, as drive force: a firm press of the pedal
+PEDAL = 0.15  # drive force over weight in the tip-in: a firm press of the pedal
 SHARES_WRITTEN = 8  # parameters in the document, for each output
 
 
@@ -41,7 +41,7 @@ def result(
 
     Parameters
     ----------
-    spec : the description. logs : its runs'. amplitudes : of accepted effects.
+    spec : the description. logs : of its runs. amplitudes : of accepted effects.
     findings : about logs and fit.
     """
     names, said = tuple(log.name for log in logs), text.sentence(v)
@@ -79,7 +79,7 @@ def result(
 def _oscillations(
     v: Validation, driven: Driven, differential: Differential
 ) -> tuple[list[Table], list[Figure], list[Finding]]:
-    """Modes about a cruise, and the driveline after a tip-in there; a finding where the car does not settle."""
+    """Modes about a cruise, the jerk after a tip-in there, and a finding where the car has no steady state."""
     alone = {
         "wind_variance": 0.0,
         "gear_ratio": 1.0,

@@ -1,12 +1,12 @@
-"""The road's slope from the car's own accelerometer and the measured speed.
+"""The road's slope from the car's accelerometer and the measured speed.
 
-A forward accelerometer reads f = V' + g sin(slope) + zero. Its zero follows from the energy of the whole drive with the
-assumption that the road is level from end to end::
+A forward accelerometer reads f = V' + g sin(slope) + zero. The energy of the whole drive gives its zero, if both ends
+of the road are at the same height::
 
     zero = (int f V dt - (V_end^2 - V_start^2)/2) / distance,   slope = (f - zero - V') / g
 
-The torque is not used. Where an elevation is logged, its heights at both ends replace the assumption. The mean slope of
-the drive otherwise remains an unknown of the drive.
+The torque is not used. A logged elevation replaces the assumption by the heights of both ends. Without it, the mean
+slope remains an unknown of the drive.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vdyn_cli.quantities.quantity import Quantity
 FELT_SLOPE, ELEVATION_SLOPE, DRIVE_SLOPE = "felt_slope", "elevation_slope", "drive_slope"
 LOOK = 1.0  # s over which specific force and speed are compared
 PLACES = 100.0  # m between the points of a profile
-CREEPING = 2.0  # m/s, below which brakes rock the body
+CREEPING = 2.0  # m/s, below which braking pitches the body
 SHORTEST = 500.0  # m, shortest drive from which a zero is estimated
 
 
@@ -36,7 +36,7 @@ class RoadProfile:
 
     Parameters
     ----------
-    zero : m/s^2, of the accelerometer, if the drive is level from end to end.
+    zero : m/s^2, zero of the accelerometer if both ends of the road have equal heights (or the logged elevations).
     slope : (n,) at the log's samples, in addition to the recorded grade.
     distance : (p + 1,) m from the start, edges of the pieces. profile : (p,) mean slope of each piece.
     """
@@ -52,7 +52,7 @@ def felt_road(log: Log) -> RoadProfile:
 
     Parameters
     ----------
-    log : with channels speed (m/s) and acceleration (m/s^2), which may have gaps, and optionally grade or elevation.
+    log : with channels speed (m/s) and acceleration (m/s^2), which may have gaps; optionally grade or elevation (m).
     """
     time = log.time
     speed, force = (_filled(time, log[n]) for n in ("speed", "acceleration"))
@@ -75,7 +75,7 @@ def felt_road(log: Log) -> RoadProfile:
 
 
 def _climb(log: Log) -> float:
-    """Height gained from start to end beyond the logged grade, m; 0 where no elevation is logged."""
+    """Height gained from start to end by the logged elevation, m; 0 without one, or with a logged grade."""
     if "elevation" not in log or "grade" in log:
         return 0.0
     there = log["elevation"][np.isfinite(log["elevation"])]
@@ -88,7 +88,7 @@ def _filled(time: Array, values: Array) -> Array:
 
 
 def _once(along: Array, values: Array) -> tuple[Array, Array]:
-    """Each place once, where the car stands still."""
+    """Distances and values without repeated distances, as where the car stands still."""
     first = np.r_[True, np.diff(along) > 0]
     return along[first], values[first]
 
@@ -99,12 +99,12 @@ def _once(along: Array, values: Array) -> tuple[Array, Array]:
     reference="assumed: mean slope of zero over all roads",
 )
 def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
-    """The mean slope of a whole drive, which the accelerometer's zero does not contain."""
+    """The grade plus the mean slope of the drive, which the estimated zero of the accelerometer has absorbed."""
     return grade(s) + q.drive_slope
 
 
 def _lag(channel: str, on: str, sign: float) -> Effect:
-    """An apparent lag of a channel: drivers react to a hill at once, and its measured slope is smooth."""
+    """An apparent lag of a channel: drivers react to a hill at once, while its measured slope is smoothed."""
     name = f"{channel}_timing"
 
     def law(clock: Law, s: Signals, q: Signals) -> Number:

@@ -1,4 +1,4 @@
-"""The segments of logs that are simulated: complete inputs on one clock, and outputs that may have gaps."""
+"""Cuts logs into the segments that are simulated: complete inputs on one clock, outputs that may have gaps."""
 
 from __future__ import annotations
 
@@ -23,21 +23,22 @@ Mask = NDArray[np.bool_]
 ModelName = Literal["vehicle", "road_load"]
 
 FEWEST = 50  # samples of a drive
-FEWEST_DIFFERENCED = 8  # samples whose third differences tell the level of their noise
-LONGEST_GAP = 5.0  # median spacings of the clock without any row
-LEAST_THERE = 0.8  # of the rows in which an output must hold a number to be compared
-MOSTLY = 0.5  # share of the rows in which an input has a value; below, it comes from a slower logger
-END = 0.1  # of a spacing of samples: one that is nearer to an end of the segment counts as that end
-SLOWEST = 1.0  # m/s, below which the road load model does not hold
-CREEPING = 2.0  # m/s, below which rows are not used: tread damping and friction of brakes dominate
-# Of the largest speed, where that is slow or reads too low (km/h taken for m/s divides it by 3.6, and more).
+FEWEST_DIFFERENCED = 8  # samples that are needed to estimate the noise from third differences
+LONGEST_GAP = 5.0  # longest gap of the clock, in median spacings
+LEAST_THERE = 0.8  # share of the rows in which an output must have a value to be compared
+MOSTLY = 0.5  # share of the rows with values, below which an input comes from a slower logger
+END = 0.1  # share of a spacing: a sample this close to an end of the segment counts as that end
+SLOWEST = 1.0  # m/s, below which the road load model is not valid
+CREEPING = 2.0  # m/s, below which rows are not used: tread damping and brake friction dominate
+# Shares of the largest speed that replace these limits where the car is slow or the speed has a wrong unit (too low by
+# 3.6 or more).
 SLOWEST_SHARE, CREEPING_SHARE = 0.1, 0.2
-MOVING = 0.35  # m/s, least speed of a segment that begins in motion: beyond what counts as rest
-MARGIN = 0.5  # s left out beside brakes
-SHORTEST = 5.0  # s of a segment
-START = 1.0  # s over which start and end speeds are read
-FEWEST_PARABOLA = 8  # samples
-RUN_START = "run_start"  # s, in the context of a drive: when it began, after the first one of the day
+MOVING = 0.35  # m/s, least speed of a moving car
+MARGIN = 0.5  # s left out before and after braking
+SHORTEST = 5.0  # s, shortest segment
+START = 1.0  # s over which start and end speeds are fitted
+FEWEST_PARABOLA = 8  # samples for a parabola
+RUN_START = "run_start"  # s, context of a drive: its start after that of the first drive of the day
 INPUTS = ("brake_torque", "grade", "wind_speed")  # zero where not recorded
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceleration")
@@ -45,21 +46,21 @@ OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceler
 
 @dataclass(frozen=True, eq=False)
 class DriveSegment:
-    """A part of a drive, simulated in one go from its measured start.
+    """A part of a drive that is simulated without interruption from its measured start.
 
     Parameters
     ----------
-    run : index of the drive in the description; ``name`` its log's, with the times where there are several segments.
+    run : index of the drive in the description. name : of its log, with the times if it has several segments.
     time : (n,) s, of the log.
-    inputs : complete, each (n,).
-    outputs : measured, each (n,), NaN where nothing was written; ``jerk`` only where a channel holds it.
-    marks : (n,) the regime of every sample.
+    inputs : by channel, complete, each (n,).
+    outputs : by channel, measured, each (n,), NaN where missing; ``jerk`` only if a channel has it.
+    marks : (n,) the regime of every sample, an index into REGIMES.
     heading : +1 out, -1 back, 0 unknown. temperature : K.
-    start, end : m/s, speed at the first and last sample from the second beside it, each with its standard deviation.
-    since : s from the start of the drive to the first sample; ``run_start``: s from the start of the day to that of the
+    start, end : m/s, speed at the first and last sample, fitted over one second, with its standard deviation.
+    since : s from the start of the drive to the first sample. run_start : s from the start of the day to that of the
         drive.
     creeping : m/s, below which rows are not used.
-    sampled : times and values of the inputs of a slower logger, which lie on straight lines between these.
+    sampled : times and values of inputs from a slower logger, which ``inputs`` interpolates linearly.
     """
 
     run: int
@@ -79,34 +80,35 @@ class DriveSegment:
 
     @cached_property
     def stopping(self) -> Mask:
-        """Where the car comes to rest: a gust moves that instant, and with it a jump of the deceleration."""
+        """(n,) mask where the car comes to rest; gusts shift that instant, and with it a jump of the deceleration."""
         return stops(self.time, self.outputs["speed"])
 
     @cached_property
     def smooth_speed(self) -> Array:
-        """m/s, averaged over 0.1 s."""
+        """(n,) speed averaged over 0.1 s, m/s."""
         return smoothed(self.time, self.outputs["speed"])
 
     @cached_property
     def noise_levels(self) -> Mapping[str, float]:
-        """White noise of one sample of every input and output that holds numbers."""
+        """White noise of a sample, by input and output that has enough values."""
         every = {n: (self.time, v) for n, v in {**self.inputs, **self.outputs}.items()} | dict(self.sampled)
         return {n: white_level(v, t) for n, (t, v) in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
 
     @property
     def duration(self) -> float:
-        """s, from the first to the last sample."""
+        """Time from the first to the last sample, s."""
         return float(self.time[-1] - self.time[0])
 
 
 @dataclass(frozen=True)
 class Segmentation:
-    """How drives are cut into segments.
+    """Rules by which drives are cut into segments.
 
     Parameters
     ----------
-    model : what simulates them. length : s of a window; None: as long as possible.
-    powered : only where the drive torque is above zero. slowest : m/s, least speed in the road load model.
+    model : of the simulation. length : s, of a window; None: segments are as long as possible.
+    powered : whether only samples with a drive torque above zero are used. slowest : m/s, least speed for the road load
+        model.
     """
 
     model: ModelName
@@ -131,11 +133,11 @@ def drive_segments(
 
     Parameters
     ----------
-    logs : one a run. notes : of each run. cut : the rule.
+    logs : one for each run. notes : conditions of each run. cut : the rules.
 
     Raises
     ------
-    InputError : an input with gaps or on another clock than the speed, a clock with holes, too short a log.
+    InputError : an input has gaps or another clock than the speed, a clock has gaps, or a log is too short.
     """
     if not logs:
         raise InputError(Finding("runs", "no run is given", remedy="list at least one log under runs"))
@@ -159,7 +161,7 @@ def drive_segments(
 
 
 def _problems(log: Log) -> list[Finding]:
-    """Why a log cannot drive a simulation."""
+    """Findings why a log cannot be simulated."""
     if log.time.size < FEWEST:
         return [Finding(log.name, f"holds {log.time.size} rows: at least {FEWEST} are needed")]
     found = []
@@ -179,7 +181,7 @@ def _problems(log: Log) -> list[Finding]:
 
 
 def _gaps(log: Log, name: str) -> list[Finding]:
-    """The gaps of an input, which must be there from its first value to its last."""
+    """A finding on the gaps of an input, which must be complete from its first value to its last."""
     there = np.isfinite(log[name])
     where = f"{log.name}, channel '{name}'"
     if there.sum() < 2:
@@ -197,7 +199,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
 
 
 def _whole(log: Log) -> tuple[Log, list[Finding]]:
-    """The log with complete inputs, cut to where speed and drive are both there; mostly empty outputs are dropped."""
+    """The log with complete inputs, cut to the time covered by speed and inputs, without mostly empty outputs."""
     needed = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS) if n in log]
     there = np.isfinite(log["speed"])
     first = max([int(np.argmax(there)), *(int(np.argmax(np.isfinite(log[n]))) for n in needed)])
@@ -220,7 +222,7 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
 
 
 def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:
-    """The samples of inputs that are not read at every row; the segment's ends count: none is read beyond them."""
+    """The samples of inputs that do not have a value in every row, with interpolated ones at the segment's ends."""
     found: dict[str, Samples] = {}
     for name in (n for n in s.inputs if n in log):
         time, read = log.samples.get(name, (log.time, log[name]))
@@ -234,7 +236,7 @@ def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:
 
 
 def _uncovered(log: Log, needed: Sequence[str]) -> list[Finding]:
-    """Inputs that begin after the speed, or end before it: what they do not cover is left out."""
+    """Findings on inputs that begin after the speed or end before it; the time without them is left out."""
     found, speed = [], log.time[np.isfinite(log["speed"])]
     for name in needed:
         at = log.time[np.isfinite(log[name])]
@@ -252,11 +254,11 @@ def _last(there: Mask) -> int:
 
 
 def _parts(log: Log, cut: Segmentation, top: float, braked: Mask) -> list[tuple[int, int]]:
-    """First and last sample of every segment that is simulated.
+    """Indices of the first and last sample of every segment that is simulated.
 
     Parameters
     ----------
-    top : m/s, the largest speed of the log. braked : (n,) where a brake is on that no channel shows.
+    top : m/s, the largest speed of the log. braked : (n,) mask of unlogged braking.
     """
     if cut.model == "vehicle" and cut.length is None and not cut.powered:
         return [(0, log.time.size - 1)]
@@ -275,7 +277,7 @@ def _parts(log: Log, cut: Segmentation, top: float, braked: Mask) -> list[tuple[
 
 
 def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[int, int]]:
-    """A segment whole, or cut into windows one after the other; what is too short is left out."""
+    """The segment from ``a`` to ``b``, or its consecutive windows; short ones are left out."""
     if length is None:
         return [(a, b)] if time[b] - time[a] >= SHORTEST and b - a >= FEWEST else []
     count = int((time[b] - time[a]) / length + 1e-9)
@@ -284,9 +286,9 @@ def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[in
 
 
 def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, ...]:
-    """Brakes that no channel shows, of each log.
+    """Unlogged braking of each log.
 
-    Only a mass on a road is simulated without its brakes; windows of driven cars hold none.
+    Only the road load model excludes braking; powered windows contain none.
     """
     if cut.model == "road_load" and not cut.powered:
         return unlogged_braking([(log.time, log.channels, driving(log.channels)) for log in logs])
@@ -294,7 +296,7 @@ def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, 
 
 
 def _braked(log: Log) -> Mask:
-    """Where a logged brake is on, or was or will be within a moment."""
+    """(n,) mask of the samples within ``MARGIN`` of a logged brake that is on."""
     on = log.time[pressed(log.time, log["brake_torque"])]
     if not on.size:
         return np.zeros(log.time.size, dtype=bool)
@@ -305,7 +307,7 @@ def _braked(log: Log) -> Mask:
 
 
 def driving(signals: Mapping[str, Array]) -> Array:
-    """(n,) N m, the drive torque of both sides together.
+    """(n,) the total drive torque, N m.
 
     Parameters
     ----------
@@ -336,15 +338,15 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
 
 
 def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
-    """Speed at the first or last sample from a parabola through the second beside it, and its standard error.
+    """Speed at the first or last sample by a parabola fitted over one second, and its standard error, m/s.
 
-    Half of its difference from a straight line is added to the standard error, for what bends more, as in a log that
-    begins with a tip-in. Of few samples it is the straight line's: a jerk of 0.3 m/s^3 puts that off by 25 mm/s, which
-    every start in acceleration shares, and which then looks like a delay.
+    The standard error includes half of the difference from a straight line, for stronger curvature, as in a log that
+    begins with a tip-in. A straight line alone is used for few samples only: with a jerk of 0.3 m/s^3 it is off by
+    25 mm/s, an error that all accelerating starts share and that would look like a delay.
 
     Parameters
     ----------
-    time, speed : (n,) s and m/s, the speed may hold NaN. first : at the first sample, else at the last.
+    time, speed : (n,) s and m/s, the speed may contain NaN. first : whether at the first sample, else at the last.
     """
     good = np.isfinite(speed)
     t, v = time[good], speed[good]

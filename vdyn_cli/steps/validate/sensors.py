@@ -1,4 +1,4 @@
-"""Readings of a simulated drive: sensors' gains, the same in all segments, and zeros of each segment."""
+"""Sensor readings of a simulated drive: gains are the same in all segments, each segment has its zeros."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ FARTHEST_ZERO = 50.0  # standard deviations
 
 @dataclass(frozen=True)
 class Sensors:
-    """Unknown errors of the sensors.
+    """Standard deviations of the sensors' unknown errors.
 
     Parameters
     ----------
     channels : outputs that are fitted.
-    zeros : standard deviation of a sensor's zero, by channel or drive_torque; each segment has its own.
-    gains : standard deviation of a sensor's gain, by channel; the same in all segments, and of both shaft torques.
+    zeros : by channel (also drive_torque), standard deviation of the zero, which differs between segments.
+    gains : by sensor, standard deviation of the gain, the same in all segments; both shaft torques share one.
     """
 
     channels: tuple[str, ...]
@@ -36,24 +36,24 @@ class Sensors:
 
     @cached_property
     def zeroed(self) -> tuple[str, ...]:
-        """Channels whose zero is a nuisance of every segment; the drive torque's, which drives the car, first."""
+        """Channels whose zero is a nuisance parameter of every segment; the drive torque, an input, comes first."""
         return tuple(n for n in ("drive_torque", *self.channels) if self.zeros.get(n, 0.0) > 0)
 
     @property
     def driving(self) -> int:
-        """How many of the zeros are those of an input."""
+        """Number of zeros that belong to an input: 1 for the drive torque, else 0."""
         return int("drive_torque" in self.zeroed)
 
     @cached_property
     def gain_std(self) -> dict[str, float]:
-        """Unknowns of the readings that all segments share, with their standard deviations about zero."""
+        """The gains that all segments share, by name of the unknown, with their standard deviations."""
         return {f"{n}_gain": self.gains[n] for n in GAINS if self.gains.get(n, 0.0) > 0 and self._reading(n)}
 
     def _reading(self, group: str) -> tuple[str, ...]:
         return tuple(n for n in self.channels if n.startswith(group))
 
     def read(self, name: str, true: Array, gains: Array, zeros: Array) -> tuple[Array, tuple[Array, Array]]:
-        """What the sensor of a channel reads, (n,), and the derivatives to gains, (n, k), and zeros, (n, m)."""
+        """The reading of a channel's sensor, (n,), and its derivatives to gains, (n, k), and zeros, (n, m)."""
         to_gains, to_zeros = np.zeros((true.size, gains.size)), np.zeros((true.size, zeros.size))
         for i, instrument in enumerate(self.gain_std):
             if name in self._reading(instrument.removesuffix("_gain")):
@@ -63,14 +63,14 @@ class Sensors:
         return true + to_gains @ gains + to_zeros @ zeros, (to_gains, to_zeros)
 
     def gain_unknowns(self) -> tuple[Unknown, ...]:
-        """The gains, about zero, of the sensors that all segments share."""
+        """The relative gain errors as unknowns that all segments share."""
         return tuple(
             Unknown(n, 0.0, -FARTHEST_GAIN, FARTHEST_GAIN, "", (0.0, std), nuisance=True)
             for n, std in self.gain_std.items()
         )
 
     def zero_unknowns(self) -> tuple[Unknown, ...]:
-        """The zeros that each segment has for itself."""
+        """The zeros as unknowns of each segment."""
         far = {n: FARTHEST_ZERO * self.zeros[n] for n in self.zeroed}
         return tuple(
             Unknown(f"{n}_zero", 0.0, -far[n], far[n], "", (0.0, self.zeros[n]), per_run=True, nuisance=True)
@@ -83,13 +83,13 @@ def ideal_readings(seen: Simulated, s: DriveSegment) -> tuple[dict[str, Array], 
 
     Parameters
     ----------
-    seen : the simulated segment; k unknowns. s : the segment with its inputs, for outputs that follow from others.
+    seen : the simulated segment; k unknowns. s : the segment with its inputs, for the specific force.
     """
     names = [n for n in OUTPUTS if n in seen.outputs]
     values = {n: seen.outputs[n] for n in names}
     slopes = {n: seen.sensitivities[n] for n in names}
     if "acceleration" not in seen.outputs and s.time.size > 2:
-        # A mass on a road has no acceleration of its own to read: the rate of its speed and gravity along the road.
+        # The specific force of a mass on a road: the rate of its speed plus gravity along the road.
         grade = s.inputs["grade"]
         values["acceleration"] = np.gradient(values["speed"], s.time) + GRAVITY * grade / np.sqrt(1 + grade**2)
         slopes["acceleration"] = np.gradient(slopes["speed"], s.time, axis=0)

@@ -1,7 +1,7 @@
-"""Oscillations of half-shafts: rows of their torque in the second after the drive torque changes.
+"""Rows of the half-shafts' torque while these oscillate, in the second after the drive torque changes.
 
-Elsewhere the noise of the torque sensor shakes simulated shafts more than the road does, which would bias a fit towards
-more damping. After a tip-in the oscillation is many times larger than that.
+At other times, the noise of the torque sensor excites the simulated shafts more than the road does, which would bias a
+fit towards more damping. After a tip-in the oscillation is many times larger than that.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.residual_rows import Prewhitener, RowLayout, prewhitener
 from vdyn_cli.steps.validate.segments import DriveSegment, driving
 
-RAMP = 0.3  # s over which a change counts
-CLEAR = 30.0  # noise levels of the torque: a change that is smaller is no event
-AFTER = 0.8  # s in which shafts oscillate
-LAGS = 10  # rows by which the noise of the torque sensor is predicted
+RAMP = 0.3  # s over which a change of the torque is measured
+CLEAR = 30.0  # noise levels of the torque, least change that excites the shafts
+AFTER = 0.8  # s after a change in which the shafts oscillate
+LAGS = 10  # rows from which the noise of the torque sensor is predicted
 
 
 @dataclass(frozen=True, eq=False)
 class ShaftOscillation:
-    """Which of the kept samples show an oscillation, and the prewhitening of their noise."""
+    """Mask ``shown`` (m,) of the kept samples with an oscillation, and the prewhitening of their noise."""
 
     shown: NDArray[np.bool_]
     prewhitener: Prewhitener
 
     def white(self, p: RowLayout, values: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Times (r,) and rows (r, shafts, ...) of the shafts' torque about its mean over a calm row."""
+        """Times (r,) and whitened rows (r, shafts, ...) of the shafts' torque minus its mean over each fast row."""
         lags = len(self.prewhitener.weights)
         rows = self.prewhitener.white(_oscillating(p, values), p.part)
         whole = p.part[lags:] == p.part[: p.part.size - lags]
@@ -41,11 +41,12 @@ class ShaftOscillation:
 def shaft_oscillation(
     s: DriveSegment, p: RowLayout, denoised: Mapping[str, Array], perturbed: Mapping[str, Array], level: float
 ) -> ShaftOscillation | None:
-    """The rows of a segment; None where no half-shaft's torque is measured, or none oscillates within the calm rows.
+    """The rows of a segment; None if no half-shaft's torque is measured, rows are not averaged, or none oscillates.
 
     Parameters
     ----------
-    denoised : inputs of the simulation. perturbed : response of the outputs to further noise. level : N m, of it.
+    denoised : torques of the simulation. perturbed : change of the outputs by additional noise of the torque.
+    level : N m, white noise of a sample of the drive torque.
     """
     if not p.others or p.fine.count.max() < 2:
         return None
@@ -63,7 +64,7 @@ def shaft_oscillation(
 
 
 def _oscillating(p: RowLayout, values: Mapping[str, Array]) -> Array:
-    """(m, shafts, ...) each in units of its sensor's noise."""
+    """(m, shafts, ...) torques minus their means over each fast row, in units of their sensors' noise."""
     columns = []
     for name in p.others:
         kept = values[name][p.keep] / p.levels[name]

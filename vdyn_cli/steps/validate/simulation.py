@@ -1,4 +1,4 @@
-"""The simulated car beside the measured one: model, prior and sensors, for every segment of every drive."""
+"""Simulates every segment of every drive, with sensitivities, from model, prior, effects and sensors."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from vdyn_cli.steps.validate.unknowns import START, TORQUE_ZERO, UnknownVector
 
 T = TypeVar("T")
 
-UNEVEN = 3.0  # spacings of the clock that one step size must still bear
-COARSE = 1e-3  # of a channel's range: what half the step may change
-SHORTEST_STEP = 0.0005  # s, that is taken for that reason
-READ_ALIKE = 0.02  # m/s between two readings of a start speed that are as good as one
-LEAST_SLOPE = 1e-3  # of a reading to the speed: below, it does not tell the speed
-EASE = 1.05  # of the step length: what the clock's own trembling may add
+UNEVEN = 3.0  # by which the longest step may exceed ``step`` where a clock has gaps
+COARSE = 1e-3  # share of a channel's range by which half the step may change it
+SHORTEST_STEP = 0.0005  # s, the shortest step that is tried for that reason
+READ_ALIKE = 0.02  # m/s, difference of two readings of a start speed that is negligible
+LEAST_SLOPE = 1e-3  # derivative of a reading to the speed, below which the reading does not determine the speed
+EASE = 1.05  # by which the jitter of a clock may exceed the step
 
 
 @effect(
@@ -56,23 +56,23 @@ class SimulatedSegment:
 
 @dataclass(frozen=True, eq=False)
 class SimulationSetup:
-    """Everything that simulates the drives; what is simulated once is kept.
+    """Everything needed to simulate the drives; each simulation is computed once and kept.
 
     Parameters
     ----------
-    inputs : the segments and the torques that drive them.
+    inputs : the segments and their input torques.
     model : the full vehicle or the road load.
     prior : of the parameters. sensors : the compared channels, with unknown gains and zeros.
-    step : s, the longest step of the integration, but for a trembling clock (``EASE``) and gaps (``UNEVEN``).
+    step : s, the longest step of the integration, except for clock jitter (``EASE``) and gaps (``UNEVEN``).
     effects, extra : corrections of the model's laws, and the unknowns of those whose amplitude is estimated.
     at : start values of parameters that do not start at their prior mean.
     torque_zeros : N m, start value of the drive torque's zero in each segment; empty: 0.
     start_speeds : m/s, with which the simulation of each segment starts; empty: as measured.
-    baseline : the setup without ``extra``, ``at`` and ``torque_zeros``; None: made when it is needed.
-    extended : the setup that the effects were added to, whose simulation holds while their amplitudes are zero.
-    secants : amplitudes over which sensitivities to nondifferentiable effects are taken; others: over a probe.
-    chord : whether the sensitivities to the parameters are those of the bare car, which costs a third: enough for
-        the first iterations of a fit (chord method).
+    baseline : the setup without ``extra``, ``at`` and ``torque_zeros``; None: created when needed.
+    extended : the setup to which the effects were added; its simulation is valid while their amplitudes are zero.
+    secants : amplitudes over which secants for nondifferentiable effects are taken; others: over a probe.
+    chord : whether the sensitivities to the parameters are those of the bare car, for a third of the cost: sufficient
+        for the first iterations of a fit (chord method).
     """
 
     inputs: DriveInputs
@@ -103,12 +103,12 @@ class SimulationSetup:
 
     @property
     def segments(self) -> tuple[DriveSegment, ...]:
-        """What is simulated, each in one go."""
+        """The segments, each simulated without interruption."""
         return self.inputs.segments
 
     @cached_property
     def vector(self) -> UnknownVector:
-        """The order of the unknowns, and where they start."""
+        """The order, start values and priors of the unknowns."""
         starts = tuple(s.start for s in self.segments)
         return UnknownVector(
             self.prior, self.sensors, self.extra, self.at, self.torque_zeros, starts, self.start_speeds
@@ -121,12 +121,12 @@ class SimulationSetup:
 
     @property
     def nondifferentiable_prior(self) -> tuple[str, ...]:
-        """Those of them that earlier steps estimated as not zero."""
+        """The nondifferentiable amplitudes that earlier steps estimated as nonzero."""
         return tuple(n for n in self.nondifferentiable if self.prior.values.get(n))
 
     @cached_property
     def bare(self) -> SimulationSetup:
-        """The car at its prior with nothing added; a mass on a road is simulated cheaply and stays as it is."""
+        """The vehicle at its prior without added effects; for a mass on a road, which is cheap, the setup itself."""
         if self.model.name != "vehicle" or not (self.extra or self.at or self.torque_zeros):
             return self
         return self.baseline or replace(
@@ -135,7 +135,7 @@ class SimulationSetup:
 
     @property
     def _unadded(self) -> tuple[Correction, ...]:
-        """Effects whose amplitudes are not unknown."""
+        """Effects with known amplitudes."""
         added = {u.name for u in self.extra}
         return tuple(e for e in self.effects if not added & set(e.unknowns))
 
@@ -157,12 +157,12 @@ class SimulationSetup:
 
     @cached_property
     def simulator(self) -> Simulator:
-        """Of all unknowns in ``vector.simulated``."""
+        """The simulator with sensitivities to all unknowns in ``vector.simulated``."""
         return _whole_simulator(self, (*self.prior.names, *(u.name for u in self.extra)))
 
     @cached_property
     def chord_simulator(self) -> Simulator:
-        """Of the unknowns behind the parameters, which stay where they start."""
+        """The simulator with sensitivities to the unknowns after the parameters, which keep their start values."""
         return _whole_simulator(self, tuple(u.name for u in self.extra))
 
     @cached_property
@@ -174,7 +174,7 @@ class SimulationSetup:
         ResultError : the simulation is not finite.
         """
         if self.unextended is None and self.chord:
-            assert self.bare.first  # both are made before threads ask for them
+            assert self.bare.first  # both are computed before threads need them
             assert self.chord_simulator.outputs
             return self.each(lambda k: _first_by_chord(self, k))
         if self.unextended is None:
@@ -189,36 +189,36 @@ class SimulationSetup:
 
     @cached_property
     def perturbed(self) -> tuple[Mapping[str, Array], ...]:
-        """How much further noise of the torque sensor's own size moves the outputs of every segment.
+        """Change of the outputs of every segment by additional noise of the torque sensor's level.
 
-        Of the bare car, whatever is added: fits with one effect or another are then weighted alike.
+        Always of the bare car, so that fits with different effects have the same weights.
         """
         bare = self.bare
         if bare is not self:
             return bare.perturbed
-        assert self.inputs.perturbed_drives  # made before threads ask for them
+        assert self.inputs.perturbed_drives  # computed before threads need them
         seen = self.each(lambda k: self.simulate(k, self.vector.start(k), slopes=False, perturbed=True))
         return tuple({n: a.values[n] - b.values[n] for n in b.values} for a, b in zip(seen, self.first, strict=True))
 
     def each(self, work: Callable[[int], T]) -> tuple[T, ...]:
-        """The work on every segment, several at once where that can be, the longest first."""
+        """The results of ``work`` for every segment, in threads if the simulator allows it, the longest first."""
         count = len(self.segments)
         workers = min(count, os.cpu_count() or 1) if self.simulator.at_once else 1
         if workers < 2:
             return tuple(work(k) for k in range(count))
         order = sorted(range(count), key=lambda k: -self.segments[k].time.size)
-        assert self.inputs.drives  # made before threads ask for them
+        assert self.inputs.drives  # computed before threads need them
         with ThreadPoolExecutor(workers) as pool:
             done = dict(zip(order, pool.map(work, order), strict=True))
         return tuple(done[k] for k in range(count))
 
     def simulate(self, segment: int, theta: Array, slopes: bool = True, perturbed: bool = False) -> SimulatedSegment:
-        """One segment at its vector of unknowns.
+        """Simulate one segment at its vector of unknowns.
 
         Parameters
         ----------
-        theta : (shared + own,), as ``vector`` orders it. slopes : whether sensitivities are wanted.
-        perturbed : with further noise in its torques.
+        theta : (shared + own,), in the order of ``vector``. slopes : whether sensitivities are computed.
+        perturbed : whether its torques have additional noise.
 
         Raises
         ------
@@ -249,7 +249,7 @@ def _read(
     others: Mapping[str, Array],
     theta: Array,
 ) -> SimulatedSegment:
-    """What the sensors read, with derivatives to parameters (``steady``), gains, ``others`` and zeros."""
+    """The readings of the sensors, with derivatives to parameters (``steady``), gains, ``others`` and zeros."""
     sensors, k = setup.sensors, len(setup.prior.names)
     gains, zeros = theta[k : k + len(sensors.gain_std)], theta[len(setup.vector.shared) + 1 + sensors.driving :]
     values, derivatives = dict[str, Array](), dict[str, Array]()
@@ -261,7 +261,7 @@ def _read(
 
 
 def _whole_simulator(setup: SimulationSetup, shared: tuple[str, ...]) -> Simulator:
-    """Of shared unknowns and those of each segment that are simulated: start speed and zero of the drive torque."""
+    """The simulator with sensitivities to shared unknowns, start speed and zero of the drive torque."""
     if setup.sensors.driving:
         return _simulator(setup, (*shared, START, TORQUE_ZERO), (*setup.effects, drive_torque_zero))
     return _simulator(setup, (*shared, START), setup.effects)
@@ -275,7 +275,7 @@ def _simulator(setup: SimulationSetup, unknowns: tuple[str, ...], effects: tuple
 
 
 def _substeps(time: Array, step: float) -> int:
-    """Steps of the integration in each sample."""
+    """Number of integration steps per sample."""
     steps = np.diff(time)
     longest = max(float(np.median(steps)), float(steps.max()) / UNEVEN)
     return max(1, int(np.ceil(longest / step / EASE)))
@@ -285,7 +285,7 @@ def with_read_starts(setup: SimulationSetup) -> SimulationSetup:
     """The setup whose simulated speed sensor reads the measured speed at the first sample of each segment.
 
     One Newton step per segment, V0 = V + (measured - reading) / (d reading / dV): exact for a sensor's gain.
-    Unchanged where all readings agree already, as where no effect is in the model.
+    Unchanged if all readings agree already, for example without effects in the model.
 
     Raises
     ------
@@ -301,10 +301,10 @@ def with_read_starts(setup: SimulationSetup) -> SimulationSetup:
 
 
 def rms_speed_error(setup: SimulationSetup) -> float:
-    """Rms error of the speed, m/s, at the start values, each segment started where its sensor reads the measured speed.
+    """Rms error of the speed, m/s, at the start values; each segment starts where its sensor reads the measured speed.
 
-    A start in motion is scaled by measured over read speed: exact for a sensor's gain. Of the full vehicle, which is
-    dear to simulate, one segment stands for all.
+    A nonzero start speed is scaled by measured over read speed, which is exact for a sensor's gain. For the full
+    vehicle, which is expensive to simulate, only the first segment is used.
 
     Raises
     ------
@@ -322,7 +322,6 @@ def rms_speed_error(setup: SimulationSetup) -> float:
         return float(error @ error), error.size
 
     if setup.model.name == "vehicle":
-        assert setup.inputs.drives  # made once
         found: tuple[tuple[float, int], ...] = (squares(0),)
     else:
         found = setup.each(squares)
@@ -330,7 +329,7 @@ def rms_speed_error(setup: SimulationSetup) -> float:
 
 
 def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
-    """The setup with its step, or half of it, and so on, until half a step changes no channel by ``COARSE``.
+    """The setup with its step halved until half a step changes no channel by ``COARSE`` of its range.
 
     Raises
     ------
@@ -340,7 +339,7 @@ def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
     last = half.step < SHORTEST_STEP
 
     def error(segment: int) -> float:
-        """What half a step changes in a compared channel, at worst, as a share of its range."""
+        """Largest change of a compared channel by half the step, as a share of its range."""
         start = setup.vector.start(segment)[setup.vector.simulated]
         errors = setup.simulator.step_error(setup.inputs.drives[segment], start)
         return max(errors[n] for n in setup.sensors.channels)
@@ -355,7 +354,7 @@ def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
 
 
 def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], ...]:
-    """The sensitivities of every segment to the unknowns of effects; a secant where the derivative is useless."""
+    """The sensitivities of every segment to the unknowns of effects; secants for nondifferentiable ones."""
     secant = _secant(setup)
 
     def added(segment: int) -> dict[str, Array]:
@@ -369,15 +368,15 @@ def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], .
 
 
 def with_secants(setup: SimulationSetup, secants: Mapping[str, float]) -> SimulationSetup:
-    """The setup whose sensitivities to nondifferentiable effects are taken over these amplitudes."""
+    """The setup whose secants for nondifferentiable effects are taken over these amplitudes."""
     made, seen = replace(setup, secants=secants), setup.first
-    # What it simulated holds. Away from zero no sensitivity is a secant.
+    # The simulations stay valid. Away from zero amplitude no sensitivity is a secant.
     vars(made)["first"] = seen if setup.unextended is None else _with_other_secants(made, seen)
     return made
 
 
 def _with_other_secants(setup: SimulationSetup, seen: Sequence[SimulatedSegment]) -> tuple[SimulatedSegment, ...]:
-    """Simulated segments of the same setup, with the sensitivities that are secants taken anew."""
+    """The simulated segments ``seen`` with secants recomputed over the amplitudes of ``setup``."""
     assert setup.unextended is not None
     secant, at = _secant(setup), len(setup.unextended.vector.shared)
 
@@ -397,12 +396,12 @@ def _with_other_secants(setup: SimulationSetup, seen: Sequence[SimulatedSegment]
 
 @dataclass(frozen=True, eq=False)
 class _Secant:
-    """How secants of a setup are taken.
+    """Secants of a setup.
 
     Parameters
     ----------
-    adding : simulator of the unknowns of effects. start : (k,) where they start.
-    sizes : index of each nondifferentiable unknown, and the amplitude over which its secant is taken.
+    adding : simulator with the unknowns of effects. start : (k,) their start values.
+    sizes : by index of each nondifferentiable unknown, the amplitude over which its secant is taken.
     """
 
     setup: SimulationSetup
@@ -411,12 +410,12 @@ class _Secant:
     sizes: Mapping[int, float]
 
     def drive(self, segment: int) -> Drive:
-        """What drives a segment."""
+        """The inputs of one segment."""
         begun = {"speed": self.setup.vector.first_speed(segment)}
         return replace(self.setup.inputs.drives[segment], start=begun)
 
     def column(self, segment: int, index: int, without: Mapping[str, Array]) -> dict[str, Array]:
-        """The secant of every channel, each (n,), from its readings without the effect."""
+        """The secant of every channel, each (n,), over its readings ``without`` the effect."""
         size = self.sizes[index]
         moved = self.start + size * (np.arange(self.start.size) == index)
         seen = self.adding(self.drive(segment), moved, sensitivities=False)
@@ -426,12 +425,12 @@ class _Secant:
 
 def _secant(setup: SimulationSetup) -> _Secant:
     adding = _simulator(setup, tuple(u.name for u in setup.extra), setup.effects)
-    assert adding.outputs  # made before threads ask for it
+    assert adding.outputs  # computed before threads need it
     return _Secant(setup, adding, np.array([u.start for u in setup.extra]), _secant_sizes(setup))
 
 
 def _secant_sizes(setup: SimulationSetup) -> dict[int, float]:
-    """Index of each nondifferentiable unknown, and the amplitude over which its secant is taken."""
+    """By index of each nondifferentiable unknown, the amplitude over which its secant is taken."""
     places = {u.name: i for i, u in enumerate(setup.extra)}
     sizes = {next(iter(e.unknowns)): e.probes[len(e.probes) // 3] for e in setup.effects if e.probes}
     sizes |= setup.secants

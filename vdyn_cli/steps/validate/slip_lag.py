@@ -1,12 +1,12 @@
-"""The time by which a car lags a mass on a road: its driven wheels slip before the tires push.
+"""The time by which a car lags a mass on a road because its driven wheels slip.
 
-Under a drive force F the driven wheels, and what turns with them, run faster than the road by the slip F/(S m g), S
-being the driven tires' force over slip and weight. The impulse mr V F/(S m g) that this takes is missing in the car's
-speed, which with F = m a lags by
+Under a drive force F, the driven wheels and the parts that turn with them run faster than the road by the slip
+F/(S m g), where S is the driven tires' slip stiffness over weight. This takes the impulse mr V F/(S m g), so that the
+car's speed, with F = m a, lags by
 
-    tau = mr/(m + mr) V/(S g)
+    tau = mr/(m + mr) V/(S g),
 
-some milliseconds, in proportion to speed. A mass on a road does not slip, and S is none of its parameters.
+some milliseconds, in proportion to speed. The model of a mass on a road has no slip and no parameter S.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 
 def slip_lag(setup: SimulationSetup) -> float:
-    """The lag of a mass on a road, s, at the rms speed of the drives."""
+    """The lag tau of the car behind a mass on a road, s, at the rms speed of the drives."""
     values = setup.prior.values
     turning = 1.0 - values["mass"] / inertia_of(values)
     speed = np.concatenate([s.outputs["speed"] for s in setup.segments])
@@ -32,7 +32,7 @@ def slip_lag(setup: SimulationSetup) -> float:
 
 
 def with_slip_lag(setup: SimulationSetup) -> SimulationSetup:
-    """The setup of a mass on a road with about this lag as an unknown; of a vehicle, whose tires slip, as it is."""
+    """The setup of a mass on a road with this lag as an unknown with a prior; a vehicle, whose tires slip, as is."""
     lag = 0.0 if setup.model.name == "vehicle" else slip_lag(setup)
     if lag <= 0.0:
         return setup

@@ -20,12 +20,12 @@ class WindowSettings(Strict):
     slowest: Annotated[Given, Si("m/s", 0, 100)] = Field(
         Given(SLOWEST),
         description="use only windows that are faster than this, m/s: in towns, curves and cold tires add "
-        "resistance that the road load does not contain",
+        "resistance that is not part of the road load",
     )
 
 
 class ZeroSettings(Strict):
-    """Standard deviations of the zeros that sensors have in each drive."""
+    """Standard deviations of sensors' zeros, which differ between drives."""
 
     acceleration: Annotated[Given, Si("m/s^2", 0, 3)] = Field(
         Given(0.02), description="standard deviation of the accelerometer's zero in each drive, m/s^2"
@@ -53,7 +53,7 @@ class GainSettings(Strict):
 
 
 class DriveSettings(Strict):
-    """Standard deviations of what differs between drives, where windows are cut from them and are not recorded."""
+    """Standard deviations of unrecorded slope and load of drives, for drives cut into windows."""
 
     slope: Annotated[Given, Si("", 0, 0.1)] = Field(
         Given(0.003), description="standard deviation of the mean slope of a drive (rise over run)"
@@ -64,7 +64,7 @@ class DriveSettings(Strict):
 
 
 class ValidateSettings(Strict):
-    """Model, windows, step size, and what is unknown of sensors and drives."""
+    """Model, windows, step size, and uncertainties of sensors and drives."""
 
     model: Literal["vehicle", "road_load"] = Field(
         "vehicle", description="vehicle: all degrees of freedom (vdyn explain validate); road_load: a mass on a road"
@@ -79,12 +79,14 @@ class ValidateSettings(Strict):
     )
     step: Annotated[Given, Si("s", 1e-5, 0.05)] | None = Field(
         None,
-        description="longest integration step, s; left out: as long as is accurate, at most 2 ms (vehicle) or 50 ms "
+        description="longest integration step, s; left out: the longest accurate one, at most 2 ms (vehicle) or 50 ms "
         "(road_load)",
     )
     zeros: ZeroSettings = Field(ZeroSettings(), description="standard deviations of sensors' zeros")
     gains: GainSettings = Field(GainSettings(), description="standard deviations of sensors' gains")
-    drives: DriveSettings = Field(DriveSettings(), description="standard deviations of what differs between drives")
+    drives: DriveSettings = Field(
+        DriveSettings(), description="standard deviations of slope and load, which differ between drives"
+    )
 
 
 class ValidateSpec(TestSpec):

@@ -9,7 +9,7 @@ from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
-SHORTEST = 5.0  # s of a drive: in less, a start speed and a torque's zero fit as well as any force
+SHORTEST = 5.0  # s, least length of a drive: in a shorter one, start speed and torque zero fit like any force
 
 STEP = Step(
     name="validate",
@@ -29,7 +29,7 @@ STEP = Step(
         run="drive",
         fewest_runs=2,
         shortest=SHORTEST,
-        # Only where every drive states its direction do they lie along one road.
+        # Drives are along one road only if every drive states its direction.
         two_way=lambda spec: all(r.direction for r in spec.runs),
         linearized=lambda spec: True,
         carries=True,

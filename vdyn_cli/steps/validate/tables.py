@@ -43,10 +43,9 @@ def output_table(v: Validation) -> Table:
         ("output", "unit", "rms", "bias", "largest", "sensor noise", "parameters", "outside", "limit", "chance"),
         tuple(rows),
         "Error is simulated minus measured; 'parameters' is the rms of the standard deviation that their uncertainty "
-        "gives. 'outside' is the share of time outside the 95 % band. Gusts and parameters move a whole drive at once, "
-        "so a correct model can be outside for longer than 5 %: it stays below 'limit' in 97.5 of 100 cases. "
-        "'chance' is "
-        "the p value of the time outside.",
+        "causes. 'outside' is the share of time outside the 95 % band. Gusts and parameters move a whole drive at "
+        "once, so a correct model can be outside for longer than 5 %: it stays below 'limit' in 97.5 of 100 cases. "
+        "'chance' is the p value of the time outside.",
     )
 
 
@@ -94,7 +93,7 @@ def _in_regime(v: Validation, name: str, regime: int) -> tuple[Array, float]:
 
 
 def share_table(v: Validation) -> Table:
-    """The parameters whose uncertainty makes the band of each output."""
+    """The parameters that contribute most to the band of each output."""
     rows = []
     for name, parts in v.shares.items():
         leading = [f"{words(n)} {100 * p:.0f} %" for n, p in list(parts.items())[:NAMED] if p > 0.005]
@@ -111,7 +110,7 @@ def share_table(v: Validation) -> Table:
 
 
 def parameter_table(v: Validation) -> Table:
-    """Prior, posterior and pull of each parameter that is identifiable from the drives; the others named below."""
+    """Prior, posterior and pull of each parameter that is identifiable from the drives; the note names the others."""
     b, after = v.prior, v.posterior
     rows, unseen = [], []
     for i in np.argsort(-np.nan_to_num(np.abs(after.pull), nan=-1.0)):
@@ -134,12 +133,12 @@ def parameter_table(v: Validation) -> Table:
     return Table(
         "parameters",
         "Pull of each parameter",
-        ("parameter", "from", "before", "after", "seen", "pull"),
+        ("parameter", "from", "before", "after", "reduction", "pull"),
         tuple(rows),
-        "'seen': how much of the uncertainty before the drives they remove (as a standard deviation). Pull: the "
-        "change that the drives require, over its standard deviation with a correct model. Good: within ±2; "
-        "beyond ±2.5 that parameter, or an effect collinear with it, may be wrong. This table changes no parameter: "
-        f"the estimates of the steps stay.{blind}",
+        "'reduction': root of the share of the prior variance that the drives remove. Pull: the change that the "
+        "drives require, over its standard deviation with a correct model. Good: within ±2; beyond ±2.5 that "
+        "parameter may be wrong, or an effect collinear with it is present. This table changes no parameter: the "
+        f"estimates of the steps stay.{blind}",
     )
 
 
@@ -176,8 +175,8 @@ def window_table(found: WindowEnds) -> Table:
     (low, high), e = found.interval95, found.error
     if found.units > 1:
         every = f"{100 * (np.mean(e > 0)):.0f} %"
-        rows.append(("all windows alike", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
-        rows.append(("all trips alike", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
+        rows.append(("mean of windows", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
+        rows.append(("mean of trips", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
     return Table(
         "window_ends",
         f"End speed of {found.length:.0f} s windows, simulated minus measured",
@@ -203,8 +202,8 @@ def _held_out(names: tuple[str, ...], ends: HeldOutEnds) -> Table:
         means = (f"{e[mine].mean():+.2f}" for e in (ends.before, ends.after))
         rows.append((short_name(name), f"{mine.sum()}", *means, f"{before[k]:.2f}", f"{after[k]:.2f}"))
     gain, means = ends.gain(), (f"{m.value:+.2f}" for m in ends.means())
-    rows.append(("all drives alike", "", *means, f"{before.mean():.2f}", f"{after.mean():.2f}"))
-    rows.append(("fall of the rms, 95 %", "", "", "", "", f"{gain.interval95[0]:.2f} to {gain.interval95[1]:.2f}"))
+    rows.append(("mean of drives", "", *means, f"{before.mean():.2f}", f"{after.mean():.2f}"))
+    rows.append(("reduction of rms, 95 %", "", "", "", "", f"{gain.interval95[0]:.2f} to {gain.interval95[1]:.2f}"))
     return Table(
         "held_out_ends",
         "End errors of held-out drives, m/s",
@@ -212,8 +211,7 @@ def _held_out(names: tuple[str, ...], ends: HeldOutEnds) -> Table:
         tuple(rows),
         "Simulated minus measured speed at the end of each window. 'before' is the simulation as described; 'after' "
         "is the extended one, fitted to all other drives; of the drive itself only its start speeds and its "
-        "accelerometer "
-        "are used. Good: the mean is near zero after, and the rms falls in nearly every drive.",
+        "accelerometer are used. Good: the mean 'after' is near zero, and the rms decreases in nearly every drive.",
     )
 
 
@@ -236,9 +234,9 @@ def _roads(found: RoadFindings) -> Table:
         "Roads and the accelerometer's zero",
         ("drive", "length [km]", "scatter of the slope [%]", "zero [m/s^2]", "+-"),
         tuple(rows),
-        "The slope of each 100 m is the measured specific force minus the rate of the speed and the zero. The zero "
-        "is chosen so that the slope of the whole drive is the mean slope, which is estimated from the torque and "
-        "the other drives (all share one sensor). A tilt of one degree is a zero of 0.17 m/s^2.",
+        "The slope of each 100 m is (specific force - rate of speed - zero) / g. The zero is chosen so that the whole "
+        "drive has the mean slope that is estimated from its torque and from the other drives (all share one sensor). "
+        "A tilt of one degree is a zero of 0.17 m/s^2.",
     )
 
 

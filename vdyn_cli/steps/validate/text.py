@@ -37,7 +37,7 @@ def sentence(v: Validation) -> str:
         )
     if v.contradicted:
         names = ", ".join(words(n) for n in v.contradicted[:3])
-        return f"{start}, within the band, but the drives contradict the prior of {names}."
+        return f"{start}, within the prediction band, but the drives contradict the prior of {names}."
     outputs = f"all {len(v.tests)} outputs stay" if len(v.tests) > 1 else f"{words(next(iter(v.tests)))} stays"
     return (
         f"{start}, and {outputs} within the prediction band: the uncertainty of the parameters allows an "
@@ -46,13 +46,13 @@ def sentence(v: Validation) -> str:
 
 
 def _leading(v: Validation) -> str:
-    """The parameter whose uncertainty limits the speed."""
+    """The parameter whose uncertainty contributes most to the band of the speed, as the end of a sentence."""
     parts = v.shares.get("speed", {})
     name = next(iter(parts), "")
     if not name:
         return ""
-    share = f" ({100 * parts[name]:.0f} % of the variance)" if parts[name] <= 1.0 else ""  # more: others compensate it
-    return f", of which {words(name)} limits the speed most{share}"
+    share = f" ({100 * parts[name]:.0f} % of the variance)" if parts[name] <= 1.0 else ""  # above 1: others compensate
+    return f"; for the speed, {words(name)} contributes most{share}"
 
 
 def _worst_regime(test: BandTest) -> str:
@@ -60,7 +60,7 @@ def _worst_regime(test: BandTest) -> str:
 
 
 def windows_sentence(found: WindowEnds) -> str:
-    """How far the simulated speed is off at the end of windows."""
+    """The mean error of the simulated speed at the end of windows, with its interval."""
     low, high = found.interval95
     way = "too fast" if found.mean > 0 else "too slow"
     error = f"After {found.length:.0f} s the simulated car is {abs(found.mean):.2f} m/s {way}"
@@ -77,10 +77,8 @@ def windows_sentence(found: WindowEnds) -> str:
 def warnings(v: Validation) -> tuple[str, ...]:
     """Outputs outside their band, and parameters that the drives contradict."""
     made = [
-        f"{words(n)} is outside its prediction band for {100 * v.tests[n].share:.1f} % of the "
-        "time; a correct model stays "
-        "below "
-        f"{100 * v.tests[n].limit:.0f} % in 97.5 of 100 cases"
+        f"{words(n)} is outside its prediction band for {100 * v.tests[n].share:.1f} % of the time; a correct model "
+        f"stays below {100 * v.tests[n].limit:.0f} % in 97.5 of 100 cases"
         for n in v.outside
     ]
     b, after, by_chance = v.prior, v.posterior, _by_chance(v)
@@ -92,15 +90,14 @@ def warnings(v: Validation) -> tuple[str, ...]:
             continue
         made.append(
             f"the drives require {words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
-            f"{b.std[i]:.2g} ({after.pull[i]:+.1f} standard deviations of such a change; "
-            f"{100 * by_chance:.0f} % of correct "
-            f"models have one beyond {STEP_POLICY.large_pull:g}): it, or an effect collinear with it, may be wrong"
+            f"{b.std[i]:.2g} (pull {after.pull[i]:+.1f}; {100 * by_chance:.0f} % of correct models have a pull beyond "
+            f"{STEP_POLICY.large_pull:g}): it may be wrong, or an effect collinear with it is present"
         )
     return tuple(made)
 
 
 def _by_chance(v: Validation) -> float:
-    """How often a right model shows one large pull among the parameters that are identifiable from the drives."""
+    """Probability that a correct model has a large pull among the parameters identifiable from the drives."""
     from scipy.special import ndtr
 
     pulls = zip(v.prior.names, v.posterior.pull, strict=True)
@@ -109,7 +106,7 @@ def _by_chance(v: Validation) -> float:
 
 
 def methods(v: Validation) -> str:
-    """How the result was made."""
+    """The methods paragraph: how the result was computed."""
     setup = v.whitened.setup
     channels = setup.sensors.channels
     force = " and specific force" if "acceleration" in channels else ""

@@ -17,7 +17,7 @@ from vdyn_cli.steps.validate.sensors import Sensors
 START = "start.speed"
 TORQUE_ZERO = "drive_torque_zero"
 REST = 0.3  # m/s, below which a drive begins at rest
-AT_REST = 1e-3  # m/s, how well a car at rest is known to be
+AT_REST = 1e-3  # m/s, standard deviation of the speed of a car at rest
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +29,11 @@ class UnknownVector:
 
     Parameters
     ----------
-    prior : of the parameters. sensors : whose gains and zeros are unknown. extra : unknowns of the effects.
+    prior : of the parameters. sensors : with unknown gains and zeros. extra : unknowns of the effects.
     at : start values of parameters that do not start at their prior mean.
     torque_zeros : N m, start value of the drive torque's zero in each segment; empty: 0.
     measured_starts : (value, standard deviation) of each segment's measured start speed, m/s.
-    start_speeds : m/s, where each segment's speed starts; empty: as measured.
+    start_speeds : m/s, start speed of each segment's simulation; empty: as measured.
     """
 
     prior: ParameterPrior
@@ -66,7 +66,7 @@ class UnknownVector:
 
     @cached_property
     def simulated(self) -> NDArray[np.int64]:
-        """Indices of the unknowns that the simulator takes; gains and zeros of outputs are added afterwards."""
+        """Indices of the unknowns of the simulator; gains and zeros of outputs are applied afterwards."""
         k, m = len(self.prior.names), len(self.sensors.gain_std)
         end = len(self.shared) + 1 + self.sensors.driving
         return np.concatenate([np.arange(k), np.arange(k + m, end)]).astype(np.int64)
@@ -94,7 +94,7 @@ class UnknownVector:
         return (0.0, AT_REST) if abs(value) < REST and std < REST else (value, max(std, 1e-3))
 
     def unknowns(self) -> tuple[tuple[Unknown, ...], dict[str, Array]]:
-        """All unknowns with their priors, and the start values of those that each segment has for itself."""
+        """All unknowns with their priors, and by name the start values (segments,) of each segment's own."""
         parameters = [replace(u, start=self.at.get(u.name, u.start)) for u in prior_unknowns(self.prior)]
         start = Unknown(START, 0.0, -10.0, 160.0, "m/s", per_run=True, nuisance=True)
         own = {START: np.array([self.first_speed(k) for k in range(len(self.measured_starts))])}

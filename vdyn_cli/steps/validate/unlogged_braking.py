@@ -1,9 +1,9 @@
-"""Brakes that no channel shows: the car slows down more than its drive torque and its speed explain.
+"""Detects unlogged braking: the car slows down more than its drive torque and its speed explain.
 
-The acceleration while the car is driven is a T + b + c V^2 + d T', fitted by Huber's weights: slopes, gusts and a
-sampling delay scatter about it. Where it is not driven, a driveline that loses a share of the torque slows the car in
-proportion to |T|, always; a friction brake slows it beyond that for some seconds. So does a hill; but an accelerometer,
-where one is logged, feels the brake and not the hill, and must show it, too.
+While the car is driven, its acceleration is a T + b + c V^2 + d T', fitted with Huber's weights; slopes, gusts and
+sampling delays scatter about it. While it is not driven, driveline losses slow it in proportion to |T| at all times; a
+friction brake slows it more, for some seconds. So does a hill; but an accelerometer, if logged, senses only the brake,
+and must confirm it.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from vdyn_cli.steps.validate.regimes import IDLE, pressed
 Mask = NDArray[np.bool_]
 
 SPAN = 1.0  # s over which accelerations are taken
-SLOWEST = 2.0  # m/s, below which tires creep and a stop is under way
-FEWEST = 100  # driven samples, which tell what the torque does
-FADED = 0.4  # of the limit, down to which braking begins and ends
+SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
+FEWEST = 100  # driven samples that are needed to fit the acceleration
+FADED = 0.4  # share of the limit at which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
-MOST_LOST = 0.25  # share of the torque that a driveline may lose between driving and recuperation
-UNBRAKED = 0.1  # share of the recuperation at least that is without friction brakes
-MOSTLY = 0.9  # of the samples in which an accelerometer must hold a number to be asked
+MOST_LOST = 0.25  # largest share of the torque that a driveline may lose between driving and recuperation
+UNBRAKED = 0.1  # least share of the recuperation that is without friction brakes
+MOSTLY = 0.9  # share of the samples that an accelerometer must have to be used
 ROUNDS = 10  # of reweighting
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
@@ -36,13 +36,13 @@ NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a n
 
 @dataclass(frozen=True, eq=False)
 class UnloggedBraking:
-    """Where a drive is braked without a reading.
+    """Where a drive is braked although no channel shows it.
 
     Parameters
     ----------
-    braked : (n,) samples. spans : first and last time of each stop or slowdown, s.
+    braked : (n,) mask of samples. spans : first and last time of each stop or slowdown, s.
     excess : m/s^2, the largest deceleration that torque and speed do not explain.
-    felt : by an accelerometer, too.
+    felt : whether an accelerometer confirms it.
     """
 
     braked: Mask
@@ -51,7 +51,7 @@ class UnloggedBraking:
     felt: bool = False
 
     def finding(self, log: str) -> tuple[Finding, ...]:
-        """What was cut, and how to avoid it; empty where nothing was."""
+        """A finding on what was left out, and how to avoid it; empty where nothing was."""
         if not self.spans:
             return ()
         a, b = max(self.spans, key=lambda s: s[1] - s[0])
@@ -67,12 +67,14 @@ class UnloggedBraking:
 
 @dataclass(frozen=True, eq=False)
 class _Excess:
-    """Deceleration of one drive beyond its torque's and its speed's, each (n,).
+    """Deceleration of one drive beyond that by torque and speed.
 
     Parameters
     ----------
-    excess, scatter : m/s^2, the second while the car is driven. pulled : m/s^2, deceleration by the drive torque.
-    free : the car moves, neither driven nor with a logged brake on. recuperated : of that, where the torque brakes.
+    excess : (n,) m/s^2. scatter : m/s^2, its standard deviation while the car is driven.
+    pulled : (n,) m/s^2, deceleration by the drive torque.
+    free : (n,) mask: the car moves, neither driven nor with a logged brake on. recuperated : likewise, and the torque
+        brakes.
     felt : (n,) m/s^2, excess by the accelerometer; None without one.
     """
 
@@ -85,17 +87,15 @@ class _Excess:
 
 
 def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
-    """Samples of each drive in which a brake acts that no channel shows.
+    """Unlogged braking of each drive.
+
+    Assumes that brakes are released while the car is driven, and in at least a tenth of the recuperation of all drives.
+    Nothing is found in a drive with fewer than ``FEWEST`` driven samples.
 
     Parameters
     ----------
-    drives : of one car: time (n,) s; channels speed (m/s, may hold NaN), brake_torque (N m) and, where it is logged,
-        acceleration (specific force, m/s^2, may hold NaN); drive torque (n,) N m.
-
-    Returns
-    -------
-    Nothing is found in a drive in which the car is driven too rarely to tell what its torque does. Assumes that brakes
-    are released while the car is driven, and in a tenth of the recuperation of all drives at least.
+    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged,
+        acceleration (specific force, m/s^2, may contain NaN); drive torque (n,) N m.
     """
     seen = [_excess(*drive) for drive in drives]
     known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
@@ -105,7 +105,7 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
 
 
 def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Excess | None:
-    """Of one drive; None where the car is hardly driven."""
+    """The excess deceleration of one drive; None where the car is driven too rarely."""
     good = np.isfinite(channels["speed"])
     speed = np.interp(time, time[good], channels["speed"][good])
     rate, force, change = _slope(time, speed), _mean(time, torque), _slope(time, torque)
@@ -123,7 +123,7 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
 
 
 def _felt(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
-    """The excess (n,) by the accelerometer, whose zero the driven samples tell; None without one."""
+    """The excess (n,) by the accelerometer, with its zero from the driven samples; None without one."""
     logged = channels.get("acceleration")
     if logged is None or not np.all(np.isfinite(logged[driven])) or np.isfinite(logged).mean() < MOSTLY:
         return None
@@ -133,7 +133,7 @@ def _felt(time: Array, channels: Mapping[str, Array], columns: Array, driven: Ma
 
 
 def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
-    """The braking of one drive behind a driveline that loses a share of the torque."""
+    """The unlogged braking of one drive whose driveline loses the share ``lost`` of the torque."""
     braked = np.zeros(time.size, dtype=bool)
     if seen is None:
         return UnloggedBraking(braked, (), 0.0)
@@ -148,7 +148,7 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
 
 
 def _robust(columns: Array, y: Array) -> tuple[Array, float]:
-    """Coefficients by Huber's weights, and the robust standard deviation of what they leave."""
+    """Coefficients with Huber's weights, and the robust standard deviation of the residual."""
     scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
     weight, found, scatter = np.ones(y.size), np.zeros(columns.shape[1]), 0.0
     for _ in range(ROUNDS):
@@ -161,7 +161,7 @@ def _robust(columns: Array, y: Array) -> tuple[Array, float]:
 
 
 def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float], ...]:
-    """First and last times of unbroken runs of touched samples that are sure for long enough."""
+    """First and last times of contiguous ``touched`` samples of which ``sure`` ones last long enough."""
     edges = np.flatnonzero(np.diff(np.r_[False, touched, False].astype(int)))
     spacing = float(np.median(np.diff(time)))
     pairs: Sequence[tuple[int, int]] = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
@@ -173,7 +173,7 @@ def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float],
 
 
 def _window(time: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(n,) first sample, and the one after the last, of the span about each sample."""
+    """(n,) indices of the first sample, and of the one after the last, of the span about each sample."""
     return np.searchsorted(time, time - SPAN / 2), np.searchsorted(time, time + SPAN / 2, side="right")
 
 

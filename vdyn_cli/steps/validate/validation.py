@@ -1,4 +1,4 @@
-"""Everything that a validation found, before it is put into tables, figures and sentences."""
+"""All findings of a validation, from which tables, figures and sentences are made."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class Validation:
 
     Parameters
     ----------
-    whitened : the drives as simulated at the prior, with accepted effects.
-    shown : those of tables and figures: on open roads at the fitted parameters, else the same.
-    bands : of every output, for each segment. tests : of the time outside them, by output.
-    chance : p value of the least likely of all outputs. posterior : of the parameters.
+    whitened : the drives simulated at the prior, with accepted effects.
+    shown : the drives in tables and figures: on open roads at the fitted parameters, else the same.
+    bands : for each segment, the band of every output. tests : by output, the test of the time outside its band.
+    chance : p value of the worst output, adjusted for their number. posterior : of the parameters.
     road : findings of an extended model about open roads, else None.
     """
 
@@ -41,12 +41,12 @@ class Validation:
 
     @property
     def prior(self) -> ParameterPrior:
-        """Of the parameters, before the drives."""
+        """The prior of the parameters."""
         return self.whitened.setup.prior
 
     @property
     def segments(self) -> tuple[DriveSegment, ...]:
-        """What was simulated."""
+        """The simulated segments."""
         return self.whitened.setup.segments
 
     @property
@@ -64,12 +64,12 @@ class Validation:
         return np.asarray(error[np.isfinite(error)])
 
     def parameter_std(self, name: str) -> float:
-        """Rms standard deviation that the parameters' uncertainty gives to an output."""
+        """Rms standard deviation of an output by the parameters' uncertainty."""
         return float(np.sqrt(np.mean(np.concatenate([one.own for one in self.bands_of(name)]) ** 2)))
 
     @cached_property
     def shares(self) -> dict[str, dict[str, float]]:
-        """Of every output, each parameter's share of the variance that their uncertainty gives, largest first."""
+        """By output and parameter, the share of the variance of the parameters' band, largest first."""
         names, found = self.prior.names, {}
         for name in self.outputs:
             parts = np.sum([one.shares for one in self.bands_of(name)], axis=0)
@@ -79,7 +79,7 @@ class Validation:
 
     @property
     def outside(self) -> list[str]:
-        """Outputs outside their band for significantly long; none where all together are within chance."""
+        """Outputs that are significantly long outside their band; none where all together are within chance."""
         if self.chance >= STEP_POLICY.band_chance:
             return []
         found = [n for n, v in self.tests.items() if v.chance <= STEP_POLICY.output_chance]

@@ -1,4 +1,4 @@
-"""Drives as a regression: every uncertain parameter with what is known of it, rows of all measured outputs."""
+"""Drives as a regression: every uncertain parameter with its prior, and whitened rows of all measured outputs."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.shaft_oscillation import ShaftOscillation, shaft_oscillation
 from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup, with_read_starts
 
-FINE_LAGS, CALM_LAGS = 10, 2  # fast rows from which the noise of the torque sensor is predicted
-CALM = 0.25  # s of a fast row, slower than oscillations of the half-shafts
-# Standard deviation of fast rows over that of their sensors. Rows in which shafts oscillate are thousands, and the
-# model is right to a few per cent. Calm rows need less: with nothing hidden, estimates scatter 0.8 to 1.4 times as the
-# sensors' noise says.
+FINE_LAGS, CALM_LAGS = 10, 2  # number of fast rows from which the noise of the torque sensor is predicted
+CALM = 0.25  # s, length of a fast row that averages over oscillations of the half-shafts
+# Assumed standard deviation of fast rows over that of their sensors. There are thousands of rows with oscillating
+# shafts, but the model is accurate to a few per cent only. Averaged rows need less: without hidden effects, estimates
+# scatter by 0.8 to 1.4 times what the sensors' noise predicts.
 CAUTION, CALM_CAUTION = 3.0, 1.5
 RIDGE = 1e-14  # m^2/s^2, added to a covariance so that it can be factored
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentWhitening:
-    """How the errors of one segment become rows of unit variance.
+    """Converts the errors of one segment into rows of unit variance.
 
     Parameters
     ----------
     layout : the rows. torque_level : N m, white noise of a sample of the drive torque.
     factor : Cholesky factor of the slow rows' covariance. prewhitener : of the fast rows.
-    oscillation : rows in which half-shafts oscillate, where fast rows average over that.
+    oscillation : rows in which half-shafts oscillate, if the fast rows average over that; else None.
     caution : standard deviation of fast rows over that of their sensors.
     steady : (slow rows, sources), response to one standard deviation of the winds, slopes and forces that last for the
-        whole drive (``steady_sources``), where these are not in the factor; else empty.
+        whole drive (``steady_sources``), if they are not in the factor; else empty.
     """
 
     layout: RowLayout
@@ -53,7 +53,7 @@ class SegmentWhitening:
 
     @cached_property
     def white_steady(self) -> Array:
-        """The same response in whitened rows."""
+        """``steady`` in the whitened slow rows."""
         return np.asarray(np.linalg.solve(self.factor, self.steady))
 
     def rows(self, error: Mapping[str, Array], slopes: Mapping[str, Array] | None) -> Rows:
@@ -92,8 +92,8 @@ class WhitenedDrives:
 
     Parameters
     ----------
-    setup : what is simulated. whitenings : of each segment.
-    sizes : standard deviations and correlation times of the slow noise, by source.
+    setup : the simulation. whitenings : of each segment.
+    sizes : by source, standard deviations and correlation times of the slow noise.
     """
 
     setup: SimulationSetup
@@ -107,14 +107,14 @@ class WhitenedDrives:
         return slow.covariance({**self.sizes, "speed_noise": 0.0, "acceleration_noise": 0.0})
 
     def white(self, run: int, outcome: SimulatedSegment, start: float, slopes: bool = True) -> Rows:
-        """The whitened rows of a segment, and a last one of its start speed (m/s): a car at rest is at rest."""
+        """The whitened rows of a segment, followed by the row of its start speed ``start``, m/s."""
         vector, s = self.setup.vector, self.setup.segments[run]
         error = errors(self.setup, run, outcome)
         rows = self.whitenings[run].rows(error, outcome.sensitivities if slopes else None)
         value, std = vector.start_speed(run)
         first, place = np.zeros((1, rows.jacobian.shape[1])), len(vector.shared)
         root, off = rows.plain_root, start - value
-        if value > 0.0:  # what was measured is a reading
+        if value > 0.0:  # the measured start is a reading of the sensor; a car at rest is at rest
             off = float(outcome.values["speed"][0]) - value
             if first.size:
                 first[0] = outcome.sensitivities["speed"][0] / std
@@ -147,7 +147,7 @@ class WhitenedDrives:
                 outcome = SimulatedSegment(values, outcome.sensitivities)
             elif not same:
                 outcome = self.setup.simulate(run, theta)
-        except ResultError as error:  # far off, the step may be too long
+        except ResultError as error:  # far from the start values, the step may be too long
             raise ArithmeticError(str(error)) from error
         return self.white(run, outcome, float(theta[len(self.setup.vector.shared)]))
 
@@ -171,10 +171,10 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False, steady_apart: bool
 
     Parameters
     ----------
-    calm : average the fast rows over ``CALM``. The noise of the torque sensor shakes the simulated shafts as no real
-        torque does, and whatever calms them (more damping, more inertia) then seems to be needed: sums of squares
-        of such noise do not average out. What is slower than the shafts is free of that.
-    steady_apart : leave out of the factor what lasts for a whole drive, and keep its response beside it.
+    calm : average the fast rows over ``CALM``, longer than an oscillation of the shafts. Otherwise the noise of the
+        torque sensor, which excites the simulated shafts as no real torque does, biases a fit towards more damping and
+        inertia, since the squares of such noise do not average out.
+    steady_apart : exclude from the factor what lasts for a whole drive, and keep its response in ``steady``.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False, steady_apart: bool
     )
     levels = tuple(_torque_level(s) for s in setup.segments)
     sizes = _noise_sizes(setup, layouts, levels)
-    # Free play crosses its gap at instants that are known too badly to weight the oscillation that follows.
+    # With free play, the instants of impacts are too uncertain to fit the oscillation that follows.
     oscillating = calm and not setup.nondifferentiable_prior
     whitenings = []
     for k, (s, p, level) in enumerate(zip(setup.segments, layouts, levels, strict=True)):
@@ -209,7 +209,7 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False, steady_apart: bool
 
 
 def _torque_level(s: DriveSegment) -> float:
-    """N m of white noise in a sample of the torque."""
+    """White noise of a sample of the drive torque, N m."""
     names = [n for n in TORQUES if n in s.inputs]
     return max(float(np.hypot.reduce([s.noise_levels[n] for n in names])), LEAST_TORQUE)
 

@@ -1,8 +1,8 @@
-"""The regression of drives that stops and brakes cut into segments: all segments of a drive meet one wind.
+"""The regression of drives cut into segments by stops and brakes: all segments of a drive share its wind.
 
-Of each drive, the wind, the slope and the force that last for all of it are unknowns with the prior that the noise
-model gives them. Whitened one by one, the segments would count as so many winds, and a headwind would seem to be known
-better by the root of their number in a drive. A sensor's zero is one unknown of a drive, too. The start speed of each
+Wind, slope and force that last for a whole drive are unknowns of the drive, with priors from the noise model. If the
+segments were whitened one by one, each would have an independent wind, and a headwind would seem to be known better by
+the root of the number of segments in a drive. Sensor zeros are unknowns of the drive, too. The start speed of each
 segment is projected out.
 """
 
@@ -37,7 +37,7 @@ class _WholeDriveRows:
         )
 
     def _segment(self, segment: int, theta: Array) -> Rows:
-        """The rows of a segment at a drive's unknowns: shared ones, zeros, and what is steady in it."""
+        """The rows of a segment at a drive's unknowns: shared ones, zeros, and steady sources."""
         w = self.whitened
         vector, one = w.setup.vector, w.whitenings[segment]
         shared, end = len(vector.shared), len(vector.shared) + len(vector.own)
@@ -59,9 +59,9 @@ class _WholeDriveRows:
 
 
 def is_cut(setup: SimulationSetup) -> bool:
-    """Whether drives against a mass on a road are simulated in several segments.
+    """Whether several drives of a mass on a road are simulated in more segments than drives.
 
-    The segments of a single drive remain the units: one run does not separate an effect from noise.
+    The segments of a single drive remain the units, since one run does not separate an effect from noise.
     """
     return setup.model.name != "vehicle" and 1 < len({s.run for s in setup.segments}) < len(setup.segments)
 

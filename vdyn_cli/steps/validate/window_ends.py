@@ -1,4 +1,4 @@
-"""Short segments of long trips: how far the simulated speed has run away when each ends."""
+"""Errors of the simulated speed at the ends of short windows of long trips."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class WindowEnds:
 
     Parameters
     ----------
-    run : (n,) which trip a window is from. error : (n,). length : s, of a window.
-    mean, interval95 : of the trips' means. Trips are the independent units: windows of one share its wind and tires.
-    own : standard deviation that the parameters' uncertainty gives to the mean.
+    names : of the trips. run : (n,) index of each window's trip. error : (n,). length : s, of a window.
+    mean, interval95 : of the trips' means. Trips are the independent units, since windows of one share wind and tires.
+    own : standard deviation of the mean by the parameters' uncertainty.
     """
 
     names: tuple[str, ...]
@@ -38,15 +38,11 @@ class WindowEnds:
 
 
 def window_ends(w: WhitenedDrives, names: tuple[str, ...]) -> WindowEnds:
-    """The end error of every segment, and their mean with an interval over trips.
+    """The end error of every segment, and their mean with a 95 % interval from the scatter between trips.
 
     Parameters
     ----------
     names : of the trips, by run number.
-
-    Returns
-    -------
-    Errors in m/s, simulated minus measured; 95 % interval of the mean by the scatter between trips.
     """
     setup = w.setup
     run = np.array([s.run for s in setup.segments])
