@@ -68,7 +68,7 @@ def test_all_good_is_exit_code_zero_and_the_table_the_same(archive: Path, capsys
 
 
 def test_an_archive_without_a_description_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="holds no description"):
+    with pytest.raises(InputError, match="contains no description"):
         archived_campaigns([tmp_path])
     with pytest.raises(InputError, match="does not exist"):
         archived_campaigns([tmp_path / "nowhere"])

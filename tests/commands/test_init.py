@@ -210,7 +210,7 @@ def test_a_log_without_the_other_logger_s_is_left_out(tmp_path: Path, lost: str)
     lone = lost.replace("can", "vbox3") if lost.startswith("can") else lost.replace("vbox3", "can")
     runs = [k for k in (1, 2, 3, 4) if str(k) not in lost.replace("vbox3", "")]
     assert pairs == {(f"can_run{k}.csv", f"vbox3_run{k}.csv") for k in runs}
-    assert re.search(rf'{lone}"}}  # left out: no log of the other logger belongs to it', found.text)
+    assert re.search(rf'{lone}"}}  # left out: no matching log of the other logger', found.text)
 
 
 def test_a_log_in_another_unit_is_a_run_with_keys_of_its_own(tmp_path: Path) -> None:
@@ -245,7 +245,7 @@ def test_a_log_in_another_unit_belongs_to_its_logger_s_others(tmp_path: Path, bo
 def test_logs_of_two_loggers_that_cannot_be_matched_are_not(tmp_path: Path) -> None:
     found, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
     assert "loggers" not in description
-    assert "neither their clocks nor their names tell which belong to one" in found.text
+    assert "neither their clocks nor their names show which are of one" in found.text
 
 
 def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:
@@ -277,8 +277,8 @@ def test_a_coast_down_of_every_format_is_described(kind: str, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("header", "why"),
     [
-        ("Time [s],Speed [N m]", "is in N m, which is no unit of the same kind as m/s"),
-        ("Time [s],Speed [km/s]", "which no vehicle has"),
+        ("Time [s],Speed [N m]", "is in N m, which is not a unit of the same kind as m/s"),
+        ("Time [s],Speed [km/s]", "which is impossible for a vehicle"),
         ("Time [s],Wheel Speed [km/h]", "no column has such a name"),
         ("Time [s],Speed (motor) [km/h]", "no column has such a name"),
         ("Time [s],GPS Speed [km/h],CAN Speed [km/h]", "between 'GPS Speed [km/h]' (50 to 56 km/h) and"),
@@ -481,7 +481,7 @@ def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:
     paths = [coast(tmp_path / f"run_{k}.csv", 0.0, "", rise) for k, rise in enumerate((-0.15, 1.0, -0.2))]
     found, description = draft("coastdown", *paths)
     assert [run["log"] for run in description["runs"]] == ["run_0.csv", "run_2.csv"]
-    assert 'run_1.csv"}  # left out: no coast-down, the speed falls for at most' in found.text
+    assert 'run_1.csv"}  # left out: not a coast-down: the speed decreases for at most' in found.text
 
 
 def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def test_a_wrong_constant_is_named_with_its_line(tmp_path: Path, stated: dict[st
 
 
 def test_the_clock_is_no_constant(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="the clock cannot be a constant"):
+    with pytest.raises(InputError, match="the channel 'time' cannot be a constant"):
         gather(load_step("tire"), sweeps(tmp_path, {"time": {"constant": 1}}))
 
 
@@ -150,6 +150,6 @@ def test_the_uncertainty_of_a_constant_is_in_the_intervals_as_a_scale(tmp_path: 
     half = 0.5 * (after.interval95[1] - after.interval95[0])
     assert half == pytest.approx(1.96 * 0.02, rel=0.1)
     assert wider.sentence.startswith("The tire's peak friction is 1.000 (95 %: 0.961 to 1.039)")
-    assert "contain the uncertainty of torque_constant" in wider.sentence
+    assert "include the uncertainty of torque_constant" in wider.sentence
     b = result.parameters["tire_B"], wider.parameters["tire_B"]
     assert b[1].std == pytest.approx(b[0].std, rel=0.05)

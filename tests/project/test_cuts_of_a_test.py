@@ -94,4 +94,4 @@ def test_wrong_samples_side_by_side_are_one_cut(cut: list[int], left: int) -> No
     found = bridged(whole.with_channels(brake_torque=values), whole, ["brake_torque"])
     assert np.isnan(found["brake_torque"]).sum() == left
     notes = [f.what for f in found.findings]
-    assert notes == ([] if left else [f"{len(cut)} cut samples are bridged by straight lines"])
+    assert notes == ([] if left else [f"{len(cut)} cut samples are interpolated linearly"])

@@ -145,5 +145,5 @@ def test_keys_of_runs_and_air_that_a_step_does_not_read_are_named(tmp_path: Path
 def test_channels_beside_loggers_would_not_be_read_and_are_refused(tmp_path: Path) -> None:
     loggers = [{"channels": GOOD["channels"]}]
     text = problems(tmp_path, loggers=loggers)
-    assert "'channels' beside 'loggers' is not read" in text
+    assert "'channels' is not read if there are 'loggers'" in text
     assert "'align_on' needs 'loggers'" in problems(tmp_path, align_on="speed")

@@ -37,7 +37,7 @@ def test_independent_runs_are_no_copies() -> None:
 
 def test_a_copy_is_named_with_the_place_of_the_first() -> None:
     (found,) = said(recording(1), recording(2), replace(recording(1), name="again.csv"))
-    assert found.startswith("coast.yaml:3: again.csv holds the same samples as run_1.csv (got first at coast.yaml:1)")
+    assert found.startswith("coast.yaml:3: again.csv has the same samples as run_1.csv (got first at coast.yaml:1)")
 
 
 @pytest.mark.parametrize("start", [0.0, 30.0, 51.0])
@@ -82,9 +82,9 @@ def test_many_long_logs_are_compared_by_a_sample_of_their_rows() -> None:
     [
         ("[{log: a.csv}, {log: ./a.csv}]", "the same log is listed twice"),
         ("[{log: a.csv}, {log: sub/../a.csv}]", "the same log is listed twice"),
-        ("[{log: a.csv}, {log: link.csv}]", "holds the same samples as"),
-        ("[{log: a.csv}, {log: copy.csv}]", "holds the same samples as"),
-        ("[{log: a.csv}, {log: packed.csv.gz}]", "holds the same samples as"),
+        ("[{log: a.csv}, {log: link.csv}]", "has the same samples as"),
+        ("[{log: a.csv}, {log: copy.csv}]", "has the same samples as"),
+        ("[{log: a.csv}, {log: packed.csv.gz}]", "has the same samples as"),
         ("[{log: a.csv, to_time: 20 s}, {log: a.csv, from_time: 19 s}]", "time window overlaps"),
     ],
 )

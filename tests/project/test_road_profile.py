@@ -45,7 +45,7 @@ def test_the_survey_is_used_and_reported(case: Case, tmp_path: Path) -> None:
     road = record.document["quality"]["road"]
     assert road["profile"] == "road.csv"
     assert road["std"] == pytest.approx(0.005)
-    assert any("is in the intervals" in f.what for f in record.result.findings)
+    assert any("the intervals include its error" in f.what for f in record.result.findings)
     assert "road.csv" in record.provenance.inputs
     ResultDocument.model_validate(record.document)
     (tmp_path / "coastdown.json").write_text(to_json(record.document))

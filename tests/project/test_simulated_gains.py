@@ -55,4 +55,4 @@ def test_a_single_run_whose_gain_drifts_is_a_doubt_and_no_fault() -> None:
     (found,) = simulated_gain_findings([one])
     assert found.doubt
     assert not found.fault
-    assert "in the course of the run" in found.what
+    assert "gradually" in found.what

@@ -77,7 +77,7 @@ def test_a_station_gives_air_and_wind_of_each_run(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("dated", "hours", "why"),
-    [(False, 0.0, "state no time of day"), (True, 5.0, "does not cover the times of day of all runs")],
+    [(False, 0.0, "are not times of day"), (True, 5.0, "does not cover the times of day of all runs")],
 )
 def test_a_station_of_another_clock_gives_the_air_alone(tmp_path: Path, dated: bool, hours: float, why: str) -> None:
     text, data = drafted(tmp_path, *coasts(tmp_path, dated), station(tmp_path / "wx.csv", hours=hours))
@@ -98,7 +98,7 @@ def test_runs_without_a_heading_have_no_wind(tmp_path: Path) -> None:
     for path in paths:
         path.write_text(path.read_text(encoding="utf-8").replace("Heading", "Lean"), encoding="utf-8")
     text, data = drafted(tmp_path, *paths, station(tmp_path / "wx.csv"))
-    assert "mean wind 2.5 m/s; its direction along the road is not known" in text
+    assert "mean wind 2.5 m/s; its direction along the road is unknown" in text
     assert [run["start"] for run in data["runs"]] == ["0.0 s", "600.0 s", "1200.0 s"]
 
 

@@ -127,7 +127,7 @@ def test_a_wrong_stated_delay_is_reported(described: Path, delay: str, problem: 
 def test_the_first_logger_has_no_delay(described: Path) -> None:
     first = described.with_name("first.yaml")
     first.write_text(TEXT.replace("loggers:\n  - channels:", "loggers:\n  - delay: 0 s\n    channels:"))
-    with pytest.raises(InputError, match="first logger gives the clock"):
+    with pytest.raises(InputError, match="first logger defines the clock"):
         execute("cg", first, level=None)
 
 
@@ -150,7 +150,7 @@ def test_a_run_whose_logs_contradict_has_a_note(tmp_path: Path) -> None:
         f"runs:\n{runs}"
     )
     document, _ = check(tmp_path / "coast.yaml")
-    assert any("do gps_3.csv and can_3.csv belong together?" in f.what and f.doubt for f in document.findings)
-    notes = ["do its logs belong together?" in " ".join(run.why) for run in document.runs]
+    assert any("are gps_3.csv and can_3.csv of the same run?" in f.what and f.doubt for f in document.findings)
+    notes = ["are its logs of the same run?" in " ".join(run.why) for run in document.runs]
     assert notes == [False, False, True]
     assert "are good" not in document.sentence

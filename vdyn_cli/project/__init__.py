@@ -1,1 +1,1 @@
-"""One description to documents: inputs, one step, the pipeline."""
+"""From a description to documents: inputs, one step, the pipeline."""

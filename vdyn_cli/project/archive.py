@@ -1,4 +1,4 @@
-"""The campaigns of an archive: every pipeline, and every test's description that no pipeline lists."""
+"""The campaigns of an archive: every pipeline, and every test description that no pipeline lists."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _DESCRIPTIONS = (".yaml", ".yml")
 
 @dataclass(frozen=True)
 class ArchivedCampaign:
-    """One campaign: its name, its steps in order, and what is wrong with its description.
+    """One campaign: its name, its steps in order, and the problems of its description.
 
     Parameters
     ----------
-    name : the description's path, from the archive's folder and without its suffix.
+    name : the description's path relative to the archive, without suffix.
     """
 
     name: str
@@ -30,14 +30,14 @@ class ArchivedCampaign:
 
 
 def archived_campaigns(archives: Sequence[Path]) -> tuple[ArchivedCampaign, ...]:
-    """The campaigns of folders, searched with their subfolders, and of single descriptions, in order of their paths.
+    """The campaigns in folders (subfolders included) and of single descriptions, in order of their paths.
 
-    YAML files in a folder that describe neither a test nor a pipeline, such as a vehicle's, are no campaigns; one that
-    cannot be read is a campaign with that problem.
+    YAML files in a folder that describe neither a test nor a pipeline, such as a vehicle's, are ignored; one that
+    cannot be read is returned as a campaign with that problem.
 
     Raises
     ------
-    InputError : an archive does not exist, holds no description, or is another file than one.
+    InputError : an archive does not exist, contains no description, or is a file but not a description.
     """
     found: list[ArchivedCampaign] = []
     for archive in archives:
@@ -53,13 +53,13 @@ def archived_campaigns(archives: Sequence[Path]) -> tuple[ArchivedCampaign, ...]
         more = list(_campaigns(files, root, strict=not archive.is_dir()))
         if not more:
             remedy = "write one with 'vdyn init STEP LOG...'"
-            raise InputError(Finding(str(archive), "holds no description of a test or a pipeline", remedy=remedy))
+            raise InputError(Finding(str(archive), "contains no description of a test or a pipeline", remedy=remedy))
         found += more
     return _distinct(found)
 
 
 def _campaigns(files: Iterable[Path], root: Path, strict: bool) -> Iterable[ArchivedCampaign]:
-    """``strict``: a file that describes nothing is a campaign with that problem, since the user named it."""
+    """The campaigns of some files; ``strict``: a file that is no description is reported, since the user named it."""
     listed: set[Path] = set()
     single: list[ArchivedCampaign] = []
     for path in files:
@@ -79,7 +79,7 @@ def _campaigns(files: Iterable[Path], root: Path, strict: bool) -> Iterable[Arch
 
 
 def _distinct(campaigns: Sequence[ArchivedCampaign]) -> tuple[ArchivedCampaign, ...]:
-    """The campaigns, each once, with a number behind a name that an earlier one has."""
+    """The campaigns, each once; a number is appended to a name that occurred before."""
     found: dict[str, ArchivedCampaign] = {}
     seen: set[Path] = set()
     for one in campaigns:

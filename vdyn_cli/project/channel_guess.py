@@ -1,4 +1,4 @@
-"""Which column of an unknown log could be which channel of a step, and why; undecided where several could be."""
+"""Guess of the columns of an unknown log for the channels of a step, with reasons; undecided if several fit."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 
 Words = frozenset[str]
-_Candidate = tuple[ChannelFacts, str, str]  # a column, its unit, and where that comes from
+_Candidate = tuple[ChannelFacts, str, str]  # a column, its unit, and the source of the unit
 
-_ROUNDED = 1e-3  # of the largest value, by which a column that a logger converted to another unit is rounded
+_ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger converted to another unit
 
 # Other spellings of the words in the rules below, English and German.
 _SAME_WORD = {
@@ -59,7 +59,8 @@ _NOT_DRIVEN = frozenset(
     ]
 )
 
-# For each channel: words of which one set must all be in the name, the most telling set first; words that rule it out.
+# For each channel: sets of words, all of one of which must be in the name, the most specific set first; words that
+# exclude it.
 _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "speed": (
         ("speed", "twist linear x"),
@@ -116,14 +117,14 @@ _SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed"))
 
 @dataclass(frozen=True)
 class ChannelGuess:
-    """What a column search found for one channel.
+    """The result of the search of a column for one channel.
 
     Parameters
     ----------
-    facts : the column; None where none, or several, could be it.
-    unit : in which the column is read; ``?`` where the file does not tell.
-    why : what the choice rests on, or why there is none.
-    sign : -1 where the file's values have the opposite sign of what the channel can be.
+    facts : the column; None if no column or several columns fit.
+    unit : unit of the column; ``?`` if the file does not state it.
+    why : reason of the choice, or why there is none.
+    sign : -1 if the file's values have the opposite sign of the channel's range.
     """
 
     facts: ChannelFacts | None
@@ -133,12 +134,12 @@ class ChannelGuess:
 
     @property
     def column(self) -> str:
-        """The column as a description names it; empty where there is none."""
+        """The column's name in a description; empty if there is none."""
         return self.facts.column if self.facts is not None else ""
 
 
 def without_unit(column: str) -> tuple[Words, str]:
-    """What a column's name says without its unit, and which of several of one name it is."""
+    """The words of a column's name without its unit, and its number among equal names (empty if unique)."""
     return _words(column)[0] or frozenset((column,)), column.rpartition("#")[2] if re.search(r"#\d+$", column) else ""
 
 
@@ -150,8 +151,8 @@ def guess_channels(
     Parameters
     ----------
     wanted : the channels of the step.
-    facts : what the log holds.
-    file_name : whose words are added to names that say nothing by themselves, such as ``forward``.
+    facts : the log's columns.
+    file_name : its words are added to names that are unspecific alone, such as ``forward``.
     """
     found: dict[str, ChannelGuess] = {}
     used: dict[int, str] = {}
@@ -167,7 +168,7 @@ def guess_channels(
 
 
 def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[str]:
-    """The columns whose stated unit and values fit a quantity, whatever their names."""
+    """The names of the columns whose stated unit and values fit a quantity."""
     fitting: list[str] = []
     for one in facts:
         unit, _ = _unit(one, quantity, "", "")
@@ -179,17 +180,18 @@ def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[s
 def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
     clocks = [f for f in facts if f.state == "clock"]
     if not clocks:
-        return ChannelGuess(None, "", "no column rises like a clock")
+        return ChannelGuess(None, "", "no column increases like a clock")
     clock = clocks[0]
-    several = f"; {len(clocks)} groups with clocks of their own" if len(clocks) > 1 else ""
+    several = f"; {len(clocks)} groups with separate clocks" if len(clocks) > 1 else ""
     if clock.info.unit:
-        return ChannelGuess(clock, clock.info.unit, f"rises like a clock; unit from the file{several}")
+        return ChannelGuess(clock, clock.info.unit, f"increases like a clock; unit from the file{several}")
     units = clock_units(clock.info.rate, clock.lowest)
     if len(units) == 1:
         rate = clock.info.rate / to_si(1.0, units[0], "s")
-        return ChannelGuess(clock, units[0], f"rises like a clock; only {units[0]} gives a usual rate, {rate:.4g} Hz")
+        why = f"increases like a clock; only {units[0]} gives a usual rate, {rate:.4g} Hz"
+        return ChannelGuess(clock, units[0], why)
     which = " or ".join(units) or "none"
-    return ChannelGuess(clock, "?", f"rises like a clock; the file states no unit, possible: {which}")
+    return ChannelGuess(clock, "?", f"increases like a clock; the file states no unit, possible: {which}")
 
 
 def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str) -> ChannelGuess:
@@ -228,7 +230,7 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
 
 
 def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelFacts | None:
-    """The y axis of the same accelerometer where it varies more than the x axis: a phone lies as it lies."""
+    """The y axis of the same accelerometer if it varies more than the x axis, as for a phone in any orientation."""
     words, _ = _words(one.column)
     for x, y in (("x", "y"), ("ax", "ay")):
         if x in words and words & {"accel", "ax"}:
@@ -238,7 +240,7 @@ def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelF
 
 
 def _words(name: str) -> tuple[Words, str]:
-    """The words of a name in the spelling of the rules, and the unit that its last word states."""
+    """The words of a name in the spelling of the rules, and the unit stated by its last word."""
     plain = re.sub(
         r"[\[({]([^\[\](){}]*)[\])}]", lambda bracket: " " if is_unit(bracket[1]) else f" {bracket[1]} ", name
     )
@@ -268,7 +270,7 @@ def _rank(words: Words, ways: Sequence[str], never: Words, channel: str) -> int 
 
 
 def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) -> tuple[str, str]:
-    """The unit of a column and where it comes from; an empty unit, and the reason, where it is of another kind."""
+    """The unit of a column and its source; an empty unit and the reason if it has another dimension."""
     if one.info.unit:
         unit, how = one.info.unit, "unit from the file"
     elif suffix:
@@ -282,12 +284,12 @@ def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) ->
     try:
         to_si(1.0, unit, quantity.unit)
     except UnitError:
-        return "", f"is in {unit}, which is no unit of the same kind as {quantity.unit or '1'}"
+        return "", f"is in {unit}, which is not a unit of the same kind as {quantity.unit or '1'}"
     return unit, how
 
 
 def _unfit(one: ChannelFacts, quantity: Quantity, unit: str) -> str:
-    """Why the samples cannot be this channel's; empty where they can."""
+    """Why the samples cannot be those of this channel; empty if they can."""
     if one.state == "empty":
         return "is empty"
     if one.state == "constant":
@@ -297,11 +299,11 @@ def _unfit(one: ChannelFacts, quantity: Quantity, unit: str) -> str:
     ends = [to_si(x, unit, quantity.unit) for x in (one.lowest, one.highest)]
     if all(quantity.allows(x) for x in ends):
         return ""
-    return f"holds {one.lowest:.5g} to {one.highest:.5g} {unit}, which no vehicle has"
+    return f"is {one.lowest:.5g} to {one.highest:.5g} {unit}, which is impossible for a vehicle"
 
 
 def _distinct(found: Iterable[_Candidate], quantity: Quantity) -> list[_Candidate]:
-    """Without channels whose samples are those of another one of them, in its unit or in another one."""
+    """The candidates without copies of another one, in the same or another unit."""
     kept: list[_Candidate] = []
     for one in found:
         labels = [label for f, _, _ in kept for label in (f.column, f"{f.info.group}.{f.column}")]
@@ -311,7 +313,7 @@ def _distinct(found: Iterable[_Candidate], quantity: Quantity) -> list[_Candidat
 
 
 def _same_in_si(one: _Candidate, other: _Candidate, quantity: Quantity) -> bool:
-    """Whether two columns in different units hold the same, as far as their ends and limits show: km/h beside mph."""
+    """Whether two columns in different units (km/h and mph) are the same, judged by their ends and extremes."""
     if "?" in (one[1], other[1]) or one[1] == other[1] or one[0].samples != other[0].samples:
         return False
     own, others = (

@@ -1,4 +1,4 @@
-"""Where each channel of a run comes from: a column of its logs, a constant, or another channel times constants."""
+"""The source of each channel of a run: a column of its logs, a constant, or another channel times constants."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from vdyn_cli.steps.scaled_channel import ScaledChannel
 
 @dataclass(frozen=True)
 class Scaling:
-    """A channel that was made from another one, with the constants used.
+    """A channel computed from another one, with the constants used.
 
     Parameters
     ----------
-    channel : how it is made.
+    channel : its source, constants and assumption.
     constants : the estimates of the constants, by name.
     """
 
@@ -38,11 +38,11 @@ class Scaling:
 
     @property
     def relative_std(self) -> float:
-        """Relative standard deviation of the factor, of independent constants."""
+        """Relative standard deviation of the factor, for independent constants."""
         return float(np.sqrt(sum((e.std / e.value) ** 2 for e in self.constants.values())))
 
     def note(self) -> Finding:
-        """What was read from what, with which constants."""
+        """The finding that states the source and the constants."""
         stated = " and ".join(
             f"{n} {e.value:.5g}{f' +- {e.std:.2g}' if e.std else ''} {e.unit}".rstrip()
             for n, e in self.constants.items()
@@ -57,23 +57,23 @@ class Scaling:
 
 
 def channel_maps(spec: TestSpec) -> list[tuple[Mapping[str, Channel | KnownChannel], Location]]:
-    """The channels of each logger, and where they stand in the description."""
+    """The channels of each logger, and their location in the description."""
     if not spec.loggers:
         return [(spec.channels, ("channels",))]
     return [(logger.channels, ("loggers", i, "channels")) for i, logger in enumerate(spec.loggers)]
 
 
 def logged(channels: Mapping[str, Channel | KnownChannel]) -> dict[str, Channel]:
-    """The channels that stand in a column of a log."""
+    """The channels that are read from a column of a log."""
     return {n: c for n, c in channels.items() if isinstance(c, Channel)}
 
 
 def known_channels(step: Step, spec: TestSpec, source: YamlSource, problems: list[Finding]) -> dict[str, float]:
-    """The value of every channel that is stated as a constant, SI.
+    """The value, SI, of every channel of the description ``spec`` that is stated as a constant.
 
     Parameters
     ----------
-    problems : to which those of the constants are added.
+    problems : list to which problems of the constants are added.
     """
     found: dict[str, float] = {}
     quantities = step.channels()
@@ -97,11 +97,11 @@ def known_channels(step: Step, spec: TestSpec, source: YamlSource, problems: lis
 
 
 def scalings(step: Step, spec: TestSpec, known: Parameters) -> tuple[Scaling, ...]:
-    """The channels that are made from mapped ones, since they are not mapped themselves.
+    """The unmapped channels that are computed from mapped ones.
 
     Raises
     ------
-    MissingParameterError : a constant is not known.
+    MissingParameterError : a constant is unknown.
     """
     mapped = {n for channels, _ in channel_maps(spec) for n in channels}
     found = []
@@ -116,7 +116,7 @@ def scalings(step: Step, spec: TestSpec, known: Parameters) -> tuple[Scaling, ..
 
 
 def completed(log: Log, constants: Mapping[str, float], made: Sequence[Scaling]) -> Log:
-    """The log with its constant channels, and those made from others."""
+    """The log with its constant channels (SI values by name), and those computed from others."""
     log = log.with_channels(**{n: np.full(log.time.size, value) for n, value in constants.items()})
     for one in made:
         if one.channel.source in log:
@@ -125,7 +125,7 @@ def completed(log: Log, constants: Mapping[str, float], made: Sequence[Scaling])
 
 
 def unused_sources(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
-    """Mapped channels that are read for another one only, which is mapped too."""
+    """Findings on mapped channels that are needed only to compute a channel that is mapped, too."""
     own = {n for entry in (*step.required, *step.optional) for way in entry.split("|") for n in way.split("+")}
     for channels, at in channel_maps(spec):
         for one in step.scaled:
@@ -135,7 +135,7 @@ def unused_sources(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[F
 
 
 def needed_channel(step: Step, names: Sequence[str]) -> str:
-    """Text of another way to a needed channel, from a channel and constants; empty where there is none."""
+    """Text of how to compute one of the needed channels ``names`` from another channel; empty if impossible."""
     for one in step.scaled:
         if one.target in names:
             constants = " and ".join(f"{n} ({PARAMETERS[n].unit or '1'})" for n in one.constants)

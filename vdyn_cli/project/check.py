@@ -1,4 +1,4 @@
-"""Whether the runs of a test are good, before the car leaves the track: no estimate, no diagnosis."""
+"""Check of a test's runs before the car leaves the track, without estimate or diagnosis."""
 
 from __future__ import annotations
 
@@ -28,27 +28,31 @@ Segment = tuple[float, float, int, str]  # first and last time (s), samples, the
 
 
 def step_of(path: Path) -> Step:
-    """The step that a description is for.
+    """The step of a description.
 
     Raises
     ------
-    InputError : the file cannot be read, or its key ``test`` names no step.
+    InputError : the file cannot be read, or its key ``test`` is not the name of a step.
     """
     source = load_yaml(path)
     test = source.data.get("test") if isinstance(source.data, dict) else None
     if test not in names():
         known = ", ".join(names())
         remedy = did_you_mean(str(test), names(), f"write 'test:' and one of {known}")
-        raise InputError(Finding(source.where(("test",)), "the key 'test' names no step", repr(test), remedy))
+        raise InputError(Finding(source.where(("test",)), "the key 'test' is not a step", repr(test), remedy))
     return load_step(str(test))
 
 
 def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, Inputs]:
-    """Check the runs of a test description, and return what was read, too, so that a page can draw it.
+    """Check the runs of a test description; also return the inputs, for the figures of the page.
+
+    Parameters
+    ----------
+    path : the description. known_files : parameter files.
 
     Raises
     ------
-    InputError : the description or a log is wrong, as for the step itself; there is no log.
+    InputError : the description or a log is wrong, as for the step itself, or there is no log.
     """
     inputs = gather(step_of(path), path, known_files)
     if not inputs.unsplit:
@@ -80,7 +84,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
 
 
 def _sentence(runs: Sequence[CheckedRun], track: TrackCheck) -> str:
-    """The answer: which runs to repeat, or which of those to keep have notes, and what the campaign lacks."""
+    """The answer: the runs to repeat or those with notes, and missing directions or unmet limits of the campaign."""
     coasts, said = track.coasts, [_of_runs(runs)]
     if coasts is None:
         return said[0]
@@ -112,8 +116,8 @@ def _track_check(inputs: Inputs) -> TrackCheck:
 
 
 def _bridged(one: CutLog) -> Log:
-    """The log with straight lines where it is cut: how far its run goes does not depend on wrong samples."""
-    measured = {name: values for name, values in one.log.channels.items() if name in one.whole}  # others are made anew
+    """The log interpolated linearly over its cuts, so that wrong samples do not affect the extent of its run."""
+    measured = {name: values for name, values in one.log.channels.items() if name in one.whole}  # others are recomputed
     bridged = {}
     for name, values in measured.items():
         cut, known = np.isnan(values) & ~np.isnan(one.whole[name]), np.isfinite(values)
@@ -123,19 +127,19 @@ def _bridged(one: CutLog) -> Log:
 
 
 def _refused(inputs: Inputs) -> tuple[Finding, ...]:
-    """What the step finds wrong with its runs before any estimate, such as the sign of a channel."""
+    """The step's errors in its runs before any estimate, such as the sign of a channel."""
     logs = tuple(one.log.name for one in inputs.unsplit)
     try:
         inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
     except (InputError, ResultError) as error:
         return tuple(finding for finding in error.findings if finding.where.startswith(logs))
-    except ArithmeticError:  # of an estimate that the preparation makes
+    except ArithmeticError:  # from an estimate during the preparation
         return ()
     return ()
 
 
 def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
-    """The index of the run of each log, which long cuts have split: its parts share their ledger."""
+    """The index of the run of each log; the parts of a run that long cuts split share their ledger."""
     found: list[int] = []
     for i, part in enumerate(inputs.cut):
         again = i > 0 and len(part.ledger) > 0 and part.ledger is inputs.cut[i - 1].ledger
@@ -163,7 +167,7 @@ def _checked(
     notes = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused if f.where.startswith(one.log.name)]
     if span[1] - span[0] < CHECK.least_evaluated * one.log.duration:
         evaluated = f"only {span[0]:.0f} to {span[1]:.0f} s of {one.log.duration:.0f} s"
-        notes.append(f"{evaluated} would be evaluated: if the log is of another drive, leave it out")
+        notes.append(f"{evaluated} would be evaluated: if the log is of another drive, remove it")
     notes += [f"cut: {_flag_text(f)}" for f in cuts]
     notes += track.left_out.get(index, ())
     notes += _contradictions(inputs, one.log.name, tied)
@@ -181,22 +185,22 @@ def _checked(
 
 
 def _contradictions(inputs: Inputs, run: str, tied: Sequence[TiedPair]) -> Iterator[str]:
-    """The pairs of channels that contradict in a run, with a question where only some runs of several loggers do."""
+    """The contradicting pairs of channels of a run, with a question if only some runs of several loggers have them."""
     several = any(clock.run == run for clock in inputs.clocks)
     for pair in tied:
         if pair.run == run and pair.good is False:
             alike = [p.good for p in tied if (p.first, p.second) == (pair.first, pair.second)]
-            mixed = "; do its logs belong together?" if several and True in alike else ""
+            mixed = "; are its logs of the same run?" if several and True in alike else ""
             yield f"{pair.first} contradicts {pair.second}: {pair.what}{mixed}"
 
 
 def _uneven(one: CutLog) -> Iterator[str]:
-    """That the clock lacks samples here and there, where its steps differ by more than jitter does."""
+    """A note if the steps of the clock differ by more than jitter, so that samples are missing."""
     steps = np.diff(one.whole.time)
     if steps.size >= _FEWEST_STEPS:
         low, usual, high = (float(x) for x in np.quantile(steps, (0.05, 0.5, 0.95)))
         if high - low > CHECK.uneven_clock * usual:
-            yield f"uneven clock: 90 % of the steps lie between {low:.3g} s and {high:.3g} s; used as written"
+            yield f"uneven clock: 90 % of the steps lie between {low:.3g} s and {high:.3g} s; used as recorded"
 
 
 def _text(finding: Finding) -> str:
@@ -217,7 +221,7 @@ def _flag_text(flag: CheckFlag) -> str:
 
 
 def _needed(step: Step) -> tuple[str, ...]:
-    """Channels that the step cannot do without, those that they are made from included."""
+    """The channels that the step requires, including those from which they can be computed."""
     names_ = [n for entry in step.required for way in entry.split("|") for n in way.split("+")]
     sources = [one.source for one in step.scaled if one.target in names_]
     return tuple(n for n in (*names_, *sources) if n != "time")
@@ -235,7 +239,7 @@ def _lost(one: CutLog, needed: Sequence[str], span: tuple[float, float]) -> floa
 
 
 def _flags(one: CutLog) -> Iterator[CheckFlag]:
-    """What failed or is suspect in a run, each channel and test once."""
+    """The failed and suspect segments of a run, one entry per channel and test."""
     groups: dict[tuple[str, str, Decision], list[Segment]] = {}
     for row in one.ledger:
         decision: Decision = "kept" if row.decision == "kept" else "cut"
@@ -273,7 +277,7 @@ def _segment(row: LedgerRow) -> Segment:
 
 
 def _holes(one: CutLog, name: str) -> Iterator[Segment]:
-    """Times in which a channel of a log has no value though it is written elsewhere."""
+    """Gaps of a channel that has values elsewhere in the log; the whole log if it has hardly any."""
     time, rows = one.whole.time, np.flatnonzero(np.isfinite(one.whole[name]))
     if rows.size < 2:
         yield float(time[0]), float(time[-1]), int(time.size - rows.size), "has no values"

@@ -1,4 +1,4 @@
-"""What each cut changed in the parameters: the baseline fitted again without it."""
+"""The shift of the parameters by each cut, from fits of the baseline without it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from vdyn_cli.steps import Failure, published
 
 
 def with_changes(inputs: Inputs, baseline: Result) -> DataQuality:
-    """The quality of the logs, whose ledger says how each cut shifted the baseline's parameters.
+    """The quality of the logs, with the shift of the baseline's parameters by each cut in its ledger.
 
-    Not evaluated where the baseline is not published, where a fit is expensive (a step that is linearized once), for
-    cuts at which a run was split, and beyond the ``most_refits`` longest cuts.
+    Not evaluated if the baseline is not published, if a fit is expensive (a step that is linearized once), for cuts at
+    which a run was split, and beyond the ``most_refits`` longest cuts.
     """
     quality, step = inputs.quality, inputs.step
     costly = step.diagnosable is None or step.diagnosable.linearized(inputs.spec)
@@ -39,7 +39,7 @@ def _evaluated(inputs: Inputs, row: LedgerRow, baseline: Result) -> LedgerRow:
 
 
 def _shifts(inputs: Inputs, row: LedgerRow, baseline: Result) -> Mapping[str, float] | None:
-    """The parameters with the cut less those without it; None where there is no result without it."""
+    """The parameters with the cut minus those without it; None if there is no result without it."""
     logs = tuple(
         bridged(inputs.ready(one.without(row)), inputs.ready(one.whole), inputs.step.complete)
         if any(r is row for r in one.ledger)

@@ -1,4 +1,4 @@
-"""How accurate planned runs will be: from the logs of a description, or from simulated days where there are none."""
+"""Expected accuracy of planned runs, from the logs of a description or, without logs, from simulated days."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from vdyn_cli.quantities.result_schema import FindingEntry
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Failure, Step, published
 
-# Simulated days: with eight units behind each standard error it scatters by a quarter, the mean of ten by a tenth.
+# Simulated days: a standard error from eight units scatters by a quarter, the mean of ten by a tenth.
 DAYS = 10
 
 
 @dataclass(frozen=True)
 class _Expected:
-    """A published result, and for each of its parameters value, standard error and half-width for the planned runs."""
+    """A published result, and for each parameter its value, standard error and half-width for the planned runs."""
 
     inputs: Inputs
     result: Result
@@ -41,10 +41,11 @@ class _Expected:
 
 
 def plan(path: Path, known_files: Sequence[Path] = (), runs: int | None = None) -> PlanDocument:
-    """The plan of a description.
+    """The expected accuracy of the runs of a description, as a document.
 
     Parameters
     ----------
+    path : the description. known_files : parameter files.
     runs : number of runs; None: those of the description, or the step's usual number.
 
     Raises
@@ -80,7 +81,7 @@ def _logs_exist(step: Step, path: Path) -> bool:
 
 
 def _from_logs(inputs: Inputs, runs: int) -> _Expected:
-    """From logs: the scatter between runs falls with their number, the errors of inputs do not."""
+    """From logs: the scatter between runs decreases with their number, the errors of inputs do not."""
     found = _published(inputs)
     result = found.refused(inputs.step.name) if isinstance(found, Failure) else found
     plan_, failed = _run_plan(inputs, runs)
@@ -95,7 +96,7 @@ def _from_logs(inputs: Inputs, runs: int) -> _Expected:
 
 
 def _from_days(test: DayDescription) -> _Expected:
-    """From simulated days: the root mean square of the standard errors that they give."""
+    """From simulated days: the root mean square of their standard errors."""
     days = [test.day(seed) for seed in range(DAYS)]
     results = [(day, _published(day)) for day in days]
     found = [with_input_uncertainty(one, day) for day, one in results if not isinstance(one, Failure)]
@@ -116,7 +117,7 @@ def _rms(values: Sequence[float]) -> float:
 
 
 def _published(inputs: Inputs) -> Result | Failure:
-    """The result of the inputs without their own uncertainty."""
+    """The result of the inputs, without the uncertainty of the inputs."""
     try:
         with at_vehicle(inputs.step, inputs.source):
             return published(inputs.step.prepare(inputs.spec, inputs.data, inputs.known))
@@ -125,7 +126,7 @@ def _published(inputs: Inputs) -> Result | Failure:
 
 
 def _run_plan(inputs: Inputs, runs: int) -> tuple[RunPlan | None, tuple[Finding, ...]]:
-    """What the runs could show; None with the reason where the diagnosis could not be prepared."""
+    """The effects that the runs could detect; None and the reason if the diagnosis could not be prepared."""
     step = inputs.step
     if step.diagnosable is None or not inputs.logs or inputs.spec.diagnose.effects == "none":
         return None, ()
@@ -198,7 +199,7 @@ def _parameters(expected: _Expected) -> Iterator[PlannedParameter]:
 def _with_published(one: AddedRuns, expected: _Expected) -> AddedRuns:
     """The added runs with the standard errors of the published parameters.
 
-    Each falls as its own unknown does; one that is made of several falls as the unknown that falls least.
+    Each decreases like that of its unknown; one computed from several unknowns like the one that decreases least.
     """
     assert expected.plan is not None
     now = expected.plan.spread
@@ -209,7 +210,7 @@ def _with_published(one: AddedRuns, expected: _Expected) -> AddedRuns:
 
 
 def _sentence(expected: _Expected, parameters: Sequence[PlannedParameter], runs: int, basis: str) -> str:
-    """The answer."""
+    """The answer in one sentence."""
     name = expected.inputs.step.diagnosable.run if expected.inputs.step.diagnosable else "run"
     number = f"{runs} {name if runs == 1 else name + 's'}"
     lost = [p.name for p in parameters if not p.determined]

@@ -1,4 +1,4 @@
-"""What a description asks of a step that the step cannot do, before any log is read."""
+"""Checks of a description that need its step, before any log is read."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vdyn_cli.steps import Step, names
 
 
 def missing_logs(source: YamlSource) -> list[Finding]:
-    """The logs that do not exist, of a description that is no description."""
+    """Findings on logs that do not exist, from the raw data of a description that cannot be loaded."""
     runs = source.data.get("runs") if isinstance(source.data, dict) else None
     found = []
     for i, run in enumerate(runs if isinstance(runs, list) else ()):
@@ -33,7 +33,12 @@ def missing_logs(source: YamlSource) -> list[Finding]:
 
 
 def refuse_other_test(step: Step, path: Path) -> None:
-    """Refuse the description of another step at once: by this step's keys every line of it is wrong."""
+    """Refuse the description of another step at once, since by this step's keys every line of it would be wrong.
+
+    Raises
+    ------
+    InputError : the key ``test`` of the description at ``path`` is that of another step.
+    """
     source = load_yaml(path)
     test = source.data.get("test") if isinstance(source.data, dict) else None
     if isinstance(test, str) and test != step.name:
@@ -44,11 +49,11 @@ def refuse_other_test(step: Step, path: Path) -> None:
 
 
 def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location] = ()) -> list[Finding]:
-    """Unknown channels, wrong units, and needed channels that no logger maps.
+    """Findings on unknown channels, wrong units, and required channels that no logger maps.
 
     Parameters
     ----------
-    dropped : places of the description that are left out, since they are wrong.
+    dropped : locations of the description that were removed because they are wrong.
     """
     known = step.channels()
     findings = check_channels(spec.channels, known, source, ("channels",))
@@ -62,7 +67,7 @@ def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Coll
     for channels, at in channel_maps(spec):
         if "time" in channels and "time" not in logged(channels):
             place = source.where((*at, "time"))
-            findings.append(Finding(place, "the clock cannot be a constant", "", "write its column and unit"))
+            findings.append(Finding(place, "the channel 'time' cannot be a constant", "", "write its column and unit"))
     mapped = {n for channels, _ in channel_maps(spec) for n in channels}
     mapped |= {str(at[-1]) for at in dropped if at[:-1] and at[-2] == "channels"}
     mapped |= set(known) if ("channels",) in dropped or ("loggers",) in dropped else set()
@@ -80,8 +85,8 @@ def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Coll
 
 
 def wrong_effects(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
-    """Effects to look for, or to extend the model by, that are no candidates of this step, are listed twice, or are to
-    extend the model and are not looked for."""
+    """Findings on ``diagnose.effects`` and ``diagnose.extend``: effects that are not candidates of this step, are
+    listed twice, or are to extend the model but are not tested."""
     requested = spec.diagnose
     for key in ("effects", "extend"):
         named = getattr(requested, key)
@@ -104,7 +109,7 @@ def _there_are(names: Iterable[str]) -> str:
 
 
 def repeated_entries(spec: TestSpec, source: YamlSource) -> list[Finding]:
-    """Runs whose time windows in the same log overlap: they would count as independent evidence."""
+    """Findings on runs whose time windows in the same log overlap: they would count as independent data."""
     seen: dict[tuple[str, ...], list[tuple[float, float, int]]] = {}
     findings = []
     for i, run in enumerate(spec.runs):
@@ -124,7 +129,7 @@ def repeated_entries(spec: TestSpec, source: YamlSource) -> list[Finding]:
 
 
 def wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
-    """Segments to cut or to keep of channels that no logger maps, or that end before they begin."""
+    """Findings on segments to cut or keep whose channel is not mapped, or that end before they begin."""
     mapped = sorted({n for channels, _ in channel_maps(spec) for n in logged(channels)} - {"time"})
     for i, run in enumerate(spec.runs):
         for key, listed in (("cuts", run.cuts), ("keep", run.keep)):

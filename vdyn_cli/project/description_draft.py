@@ -1,4 +1,4 @@
-"""A first description of unknown logs: channels guessed with the reason, and a mark where the logs do not tell."""
+"""A first description of unknown logs: guessed channels with reasons, and a mark at every key left to the user."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
 
 _ONE_RUN = (
-    "# The logs have other columns over the same time, so they are taken for several loggers of one run; if they",
-    "# are runs of their own, write one description for each.",
+    "# The logs have different columns over the same time, so they are taken as several loggers of one run; if they",
+    "# are separate runs, write one description for each.",
 )
 _SEVERAL_RUNS = (
-    "# The logs are of several loggers, one of each for a run; check which belong together: they overlap in time, or",
-    "# what differs in their names is the same.",
+    "# The logs are of several loggers, one of each for a run; check the pairs: they were matched by their times, or",
+    "# by the part in which their names differ.",
 )
 _UNMATCHED = (
-    "the logs look like those of several loggers, but neither their clocks nor their names tell which belong to one",
+    "the logs look like those of several loggers, but neither their clocks nor their names show which are of one",
     "run: give the files of a run the same number, such as can_1.csv and gps_1.csv, and run init again",
 )
-_ALONE = "no log of the other logger belongs to it, or it has other columns or units than the first run"
-_HEAD = "# A first description by 'vdyn init'. \"?\" marks what the logs do not tell: write it there."
-_MOST_NAMED = 4  # columns that could be a needed channel; of more the number is said
-_LONGEST = 150  # characters of a line with its comment, beyond which the comment stands above
+_ALONE = "no matching log of the other logger, or other columns or units than the first run"
+_HEAD = "# A first description by 'vdyn init'. \"?\" marks values that the logs do not contain: write them there."
+_MOST_NAMED = 4  # columns listed for a required channel; of more only the number is stated
+_LONGEST = 150  # characters of a line with its comment; longer comments are written above
 
 
 @dataclass(frozen=True)
 class DescriptionDraft:
-    """The text of a description, the channels that are mapped, what is left to the user, and logs that are no runs."""
+    """The text of a description, the mapped channels, the keys left to the user, and the logs that are not runs."""
 
     text: str
     mapped: tuple[str, ...]
@@ -58,15 +58,15 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
     Parameters
     ----------
     paths : the logs, of any format: runs if they have the same columns, else several loggers of one run. Of several
-        logs, those that cannot be runs stand as comments with the reason.
-    folder : where the description is going to stand, from which logs are named.
+        logs, those that cannot be runs are written as comments with the reason.
+    folder : of the description; the logs' paths are relative to it.
 
     Raises
     ------
-    InputError : a step that reads no logs, a file that does not exist, or no log among the files.
+    InputError : the step reads no logs, a file does not exist, or no file is a log.
     """
     if not step.required:
-        what = f"the step '{step.name}' reads no logs, so that nothing can be guessed"
+        what = f"the step '{step.name}' reads no logs, so that no description can be drafted"
         raise InputError(
             Finding(step.name, what, remedy=f"see 'vdyn explain {step.name}' and configs/{step.name}.yaml")
         )
@@ -90,7 +90,7 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
 
 
 def _table(parts: Mapping[str, Any], paths: Sequence[Path], folder: Path) -> list[str] | None:
-    """Channels and runs of files that the step knows as tables of runs; None for logs."""
+    """Channels and runs of files that the step recognizes as tables of runs; None for logs."""
     if "table_draft" not in parts:
         return None
     found: list[str] | None = parts["table_draft"](paths, [_from(folder, path) for path in paths])
@@ -110,7 +110,7 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
             continue
         guessed = GuessedLog(path, facts, guess_channels(wanted, facts, path.name))
         if guessed.guesses["time"].facts is None:
-            what = "is no log: no column rises like a clock"
+            what = "is not a log: no column increases like a clock"
             problems.append(
                 Finding(path.name, what, remedy="see its columns with 'vdyn channels', and map time yourself")
             )
@@ -120,7 +120,7 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
 
 
 def _parts(step: Step) -> Mapping[str, Any]:
-    """What the step's module ``draft`` states; nothing for a step of another package."""
+    """The definitions in the step's module ``draft``; empty for a step of another package."""
     name = f"vdyn_cli.steps.{step.name}.draft"
     try:
         return vars(import_module(name)) if find_spec(name) else {}
@@ -129,7 +129,7 @@ def _parts(step: Step) -> Mapping[str, Any]:
 
 
 def _decided(step: Step, log: GuessedLog) -> bool:
-    """Whether any channel that the step needs is found, beside the time."""
+    """Whether any required channel other than the time is found."""
     return any(part in log.columns() for entry in step.required for part in _names(entry) if part != "time")
 
 
@@ -140,7 +140,7 @@ def _needed(step: Step, logs: Sequence[GuessedLog]) -> set[str]:
 
 
 def _instead(step: Step, channel: str, log: GuessedLog) -> str:
-    """The channel from which a step can make one that the log lacks, such as a wheel's speed; else the channel."""
+    """The channel from which a step can compute one that the log lacks, such as a wheel speed; else the channel."""
     found = log.columns()
     sources = [one.source for one in step.scaled if one.target == channel and one.source in found]
     return channel if channel in found or not sources else sources[0]
@@ -153,7 +153,7 @@ def _names(entry: str) -> list[str]:
 def _with_station(
     step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any]
 ) -> tuple[list[GuessedLog], Mapping[str, Any], StationLog | None]:
-    """The logs of the runs, the step's parts, and the log of a weather station beside them."""
+    """The logs of the runs, the step's parts, and the log of a weather station among them (None without one)."""
     stations = [log for log in logs if is_station(log.facts)] if "environment:" in parts.get("DRAFT", "") else []
     if not stations or len(stations) == len(logs):
         return list(logs), parts, None
@@ -163,7 +163,7 @@ def _with_station(
 def _drives(
     step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any], station: StationLog | None, folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
-    """Vehicle, channels and runs of a test that is driven."""
+    """Vehicle, channels and runs of a test with driven runs."""
     falling, drive, key = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), str(parts.get("RUN", ""))
     required = [n for entry in step.required for n in _names(entry)]
     notes = _UNMATCHED if unmatched(logs, required) else ()
@@ -208,8 +208,8 @@ def _drives(
 
 
 def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:
-    """The keys of a run that read columns or units other than the first run's; None where a key would hold for the
-    logs of several loggers, of which it is true of one only."""
+    """The keys of a run for columns or units that differ from the first run's; None if a key would wrongly apply to
+    the logs of other loggers, too."""
     found: list[str] = []
     for k in useful:
         others = {c for j in useful if j != k for c in run[j].columns()}
@@ -220,21 +220,21 @@ def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], use
 
 
 def _constants(step: Step, mapped: Sequence[str], body: Sequence[str]) -> list[str]:
-    """The constants of the vehicle that channels need which are made from other ones."""
+    """The vehicle's constants that are needed to compute channels from others."""
     made = [one for one in step.scaled if one.source in mapped and one.target not in mapped]
     lines = [f'  {name}: "?"  # {one.equation}' for one in made for name in one.constants]
     return [line for line in lines if not any(other.startswith(line.split(":")[0] + ":") for other in body)]
 
 
 def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
-    """A line of the environment with what a station measured; humidity, which is not asked for, behind the pressure."""
+    """A line of the environment with a station's values; the optional humidity follows the pressure."""
     own = [name for name in ("temperature", "pressure") if line.strip().startswith(f'{name}: "?"')]
     wanted = [*own, *(["humidity"] if own == ["pressure"] else [])]
     return [f"  {name}: {text}" for name, text in air if name in wanted] or [line]
 
 
 def _told_directions(loggers: Sequence[Sequence[Sequence[ChannelFacts]]]) -> tuple[LoggedDirection, ...]:
-    """The direction of each run by the first logger that tells any, else without one."""
+    """The direction of each run from the first logger that shows any; empty directions if none does."""
     found = [logged_directions(runs) for runs in loggers]
     return next((ways for ways in found if any(way.direction for way in ways)), found[0])
 
@@ -242,12 +242,12 @@ def _told_directions(loggers: Sequence[Sequence[Sequence[ChannelFacts]]]) -> tup
 def _runs(
     entries: Sequence[str], others: Sequence[str], key: str, ways: Sequence[LoggedDirection], own: Sequence[str]
 ) -> tuple[list[str], bool]:
-    """The lines of the runs, and whether each has its direction; logs that are no runs stand as comments.
+    """The lines of the runs, and whether each has its direction; logs that are not runs are written as comments.
 
     Parameters
     ----------
-    entries, others : of each run, its log or logs as text, and why it is no run. key : that each run needs.
-    ways, own : of each run, its direction, and further keys as text.
+    entries, others : for each run, its log or logs as text, and why it is not a run. key : required in each run.
+    ways, own : for each run, its direction, and further keys as text.
     """
     lines, decided, run = [], bool(ways), 0
     for entry, other in zip(entries, others, strict=True):
@@ -265,11 +265,11 @@ def _runs(
 
 
 def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], list[str], list[str]]:
-    """The lines of several loggers, which channels are mapped, and what is not decided.
+    """The lines of several loggers, the mapped channels, and the undecided keys.
 
     Parameters
     ----------
-    useful : places of the loggers with a channel of the step beside the time.
+    useful : indices of the loggers with a channel of the step other than the time.
     """
     lines = [*(_ONE_RUN if len(runs) == 1 else _SEVERAL_RUNS), "loggers:"]
     mapped: list[str] = []
@@ -283,14 +283,14 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
                 f"its clock is aligned by {tied[0]}"
                 if tied
                 else "and no mapped channel relates its clock to the first one: map two channels of the same, "
-                "or write 'delay: 0 s' where both have one clock"
+                "or write 'delay: 0 s' if both have one clock"
             )
-            own.append(f"  # another logger of the run, not a run: it has no speed of its own; {how}")
+            own.append(f"  # another logger of the run, not a run: it has no speed; {how}")
             undecided += [] if tied else [f"channel to align {log.path.name} on"]
         lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
         mapped += found
         undecided += [f"{key} ({log.path.name})" for key in open_ones]
-    lines += [f"# {name}: not found in any of the logs, and needed" for name in _unfound(step, mapped)]
+    lines += [f"# {name}: needed, but not found in any of the logs" for name in _unfound(step, mapped)]
     undecided += _unfound(step, mapped)
     for k, log in enumerate(runs[0]):
         if k not in useful:
@@ -303,7 +303,7 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
 def _channels(
     step: Step, log: GuessedLog, logs: Sequence[GuessedLog], required: bool
 ) -> tuple[list[str], list[str], list[str]]:
-    """The lines of a log's channels, which are mapped, and which are needed and not decided."""
+    """The lines of a log's channels, the mapped channels, and the required ones that are undecided."""
     lines: list[str] = []
     mapped: list[str] = []
     undecided: list[str] = []
@@ -323,7 +323,7 @@ def _channels(
             )
             undecided.append(channel)
         elif missing:
-            lines.append(f"  # {channel}: has another column, or none, in {', '.join(missing[:3])}")
+            lines.append(f"  # {channel}: a different column, or none, in {', '.join(missing[:3])}")
         elif guess.why != "no column has such a name":
             lines.append(f"  # {channel}: {guess.why}")
         else:
@@ -334,8 +334,8 @@ def _channels(
 
 
 def _by_unit(step: Step, log: GuessedLog, channel: str) -> str:
-    """Which unmapped columns have a unit of a channel's kind, or of one from which it can be made, as text; nothing
-    where their names are rivals already."""
+    """Text of the unmapped columns whose unit fits a channel, or one from which it can be computed; empty if several
+    columns fit by name."""
     if "'" in log.guesses[channel].why:
         return ""
     used = log.columns().values()
@@ -350,7 +350,7 @@ def _by_unit(step: Step, log: GuessedLog, channel: str) -> str:
 
 
 def _ways(step: Step, log: GuessedLog) -> list[str]:
-    """The channels of a step in order. Where a step takes one of several channels, the one that the log has."""
+    """The channels of a step in order; of alternative channels, the one that the log has."""
     found = log.columns()
     chosen: list[str] = []
     for entry in (*step.required, *step.optional):
@@ -374,12 +374,12 @@ def _line(channel: str, guess: ChannelGuess, log: GuessedLog) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """A text as YAML and JSON both quote it."""
+    """A text in quotes that are valid in YAML and JSON."""
     return json.dumps(text, ensure_ascii=False)
 
 
 def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
-    """Needed channels that no logger has."""
+    """Required channels that no logger has."""
     open_ones = []
     for entry in step.required:
         ways = [way.split("+") for way in entry.split("|")]
@@ -401,10 +401,10 @@ def _pendulum(
 
 
 def _from(folder: Path, path: Path) -> str:
-    """The path of a log as seen from the description's folder."""
+    """The path of a log relative to the description's folder."""
     return os.path.relpath(path.resolve(), folder.resolve())
 
 
 def _marked(text: str) -> list[str]:
-    """Keys outside the channels that are marked."""
+    """Marked keys outside the channels."""
     return [line.split(":")[0].strip(" -") for line in text.splitlines() if ': "?"' in line and "column" not in line]

@@ -1,19 +1,19 @@
-"""Given values that scale the whole answer: stated without an uncertainty, or out of proportion."""
+"""Checks of given masses, to which all estimates are proportional: no uncertainty, or an implausible ratio."""
 
 from __future__ import annotations
 
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.errors import Finding
 
-SCALES = ("mass", "rotating_mass")  # every force of a step is in proportion to them, and no log tells them
+SCALES = ("mass", "rotating_mass")  # every force of a step is proportional to them, and logs do not determine them
 
 
-# Of the mass: wheels and driveline of cars, trucks and buses are 2 to 12 % of it in neutral (SAE J1263: 3 %).
+# Share of the mass: wheels and driveline of cars, trucks and buses have 2 to 12 % in neutral (SAE J1263: 3 %).
 MOST_ROTATING = 0.25
 
 
 def out_of_proportion(inputs: Inputs) -> tuple[Finding, ...]:
-    """A doubt about a rotating mass that no wheels and driveline have beside the mass."""
+    """A warning if the rotating mass is implausibly large compared with the mass."""
     needed = {*inputs.step.needs, *(inputs.step.reads or ())}
     if not {"mass", "rotating_mass"} <= {*inputs.known.estimates} & needed:
         return ()
@@ -21,20 +21,21 @@ def out_of_proportion(inputs: Inputs) -> tuple[Finding, ...]:
     if rotating <= MOST_ROTATING * mass:
         return ()
     what = f"rotating_mass is {100 * rotating / mass:.0f} % of mass; wheels and driveline have 2 to 12 %"
-    remedy = "state the inertia of all that turns over the squared wheel radius, such as 'rotating_mass: 60 +- 15 kg'"
+    remedy = "state the inertia of all rotating parts / wheel radius^2, such as 'rotating_mass: 60 +- 15 kg'"
     return (Finding("vehicle", what, f"{rotating:g} kg", remedy, doubt=True),)
 
 
 def exact_values(inputs: Inputs) -> tuple[Finding, ...]:
-    """A note on a mass that a step needs and that is stated as exact, so that its intervals lack the error.
+    """A note if a step needs the mass and it is stated as exact, so that the intervals do not include its error.
 
-    A rotating mass alone is a few per cent of it, and is named only beside the mass.
+    A rotating mass, a few per cent of the mass, is named only together with it.
     """
     known, needed = inputs.known, {*inputs.step.needs, *(inputs.step.reads or ())}
     exact = [n for n in SCALES if n in needed and n in known.estimates and known[n].std == 0 and known[n].value != 0]
     if "mass" not in exact:
         return ()
     value = known[exact[0]]
-    what = f"{' and '.join(exact)} {'is' if len(exact) == 1 else 'are'} taken as exact: the intervals lack their error"
+    verb = "is" if len(exact) == 1 else "are"
+    what = f"{' and '.join(exact)} {verb} taken as exact: the intervals do not include their error"
     remedy = f"state it, such as '{exact[0]}: {value.value:.6g} +- {0.002 * value.value:.1g} {value.unit}'"
     return (Finding("vehicle", what, remedy=remedy),)

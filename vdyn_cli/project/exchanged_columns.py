@@ -1,4 +1,4 @@
-"""Runs in which two columns stand under each other's names: their values look like the other's in all other runs."""
+"""Detection of runs in which two columns are exchanged: each looks like the other column in all other runs."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
-FEWEST = 3  # other runs, whose likeness shows what is usual
-LIKER = 3.0  # times nearer to the other channel than to its own: exchanged columns are some ten times nearer
-UNUSUAL = 3.0  # times the largest distance of another run from the usual: runs of one campaign differ by one
-LEAST = 1.0  # distance, of which a factor of e in size is one, and a change of sign one
-_ROUND = 1e-6  # of a channel's size, below which it is smooth
+FEWEST = 3  # other runs, least number that shows what is usual
+LIKER = 3.0  # ratio of the distance to its own channel over that to the other; some ten for exchanged columns
+UNUSUAL = 3.0  # times the largest distance of another run from the median of the runs
+LEAST = 1.0  # distance; a factor of e in size counts as one, and so does a change of sign
+_ROUND = 1e-6  # of a channel's size, least roughness
 
 
 def exchanged_columns(
@@ -28,7 +28,8 @@ def exchanged_columns(
 
     Parameters
     ----------
-    columns : channel: its column, unit and SI unit, in the description. own : of each run, its own columns.
+    logs : of the runs. columns : for each channel its column, unit and SI unit in the description.
+    own : for each run, the columns that the description states for it alone.
     """
     names = [n for n in columns if n != "time" and all(n in log for log in logs)]
     if len(logs) <= FEWEST:
@@ -46,7 +47,7 @@ def exchanged_columns(
 
 
 def _look(log: Log, channel: str, units: tuple[str, str]) -> Array:
-    """Logarithm of the size, share of values below zero, and logarithm of the roughness of a channel."""
+    """Logarithm of the size, whether it has negative values (0, 1), and logarithm of the roughness of a channel."""
     values = log[channel][np.isfinite(log[channel])] / (to_si(1.0, *units) - to_si(0.0, *units))
     if values.size < FEWEST:
         return np.full(3, np.nan)
@@ -57,7 +58,7 @@ def _look(log: Log, channel: str, units: tuple[str, str]) -> Array:
 
 
 def _exchanged(first: Array, second: Array, k: int) -> bool:
-    """Whether channels, (runs, 3) each, of run ``k`` look like each other's."""
+    """Whether the two channels, (runs, 3) each, are exchanged in run ``k``."""
     others = np.arange(len(first)) != k
     usual, usual_second = (np.median(look[others], axis=0) for look in (first, second))
 

@@ -1,4 +1,4 @@
-"""One step from its files to its result: read, estimate, diagnose. Writes nothing."""
+"""Execution of one step from its files to its result: read, estimate, diagnose. Writes nothing."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _LOG = logging.getLogger(__name__)
 
 
 class RefusedResultError(ResultError):
-    """A result that is not published: its findings say why.
+    """A result that is not published; its findings state why.
 
     Parameters
     ----------
-    record : measured and simulated, diagnosis and reasons, without parameters; the step's JSON and report show it.
+    record : comparisons, diagnosis and reasons, without parameters, for the step's JSON and report.
     """
 
     def __init__(self, record: StepRecord) -> None:
@@ -50,12 +50,12 @@ def execute(
     ----------
     step_name, path : the step and the YAML file that describes its test.
     known_files : parameter JSON files of earlier steps, the later ones preferred.
-    level : probability that the diagnosis raises a false alarm; None leaves the diagnosis out.
+    level : false-alarm probability of the diagnosis; None: no diagnosis.
 
     Raises
     ------
     InputError : the description, a log or a parameter file is wrong.
-    RefusedResultError : the input is well-formed, but the result cannot be published, with what can be shown of it.
+    RefusedResultError : the input is well-formed, but the result cannot be published.
     """
     _LOG.info("reading the logs")
     inputs = gather(load_step(step_name), path, known_files)
@@ -79,7 +79,7 @@ def execute(
 
 
 def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result, Result]:
-    """The baseline, and the diagnosed result; where neither it nor an extension can be published, with the reasons."""
+    """The baseline, and the diagnosed result; both state the reasons if they cannot be published."""
     _LOG.info("fitting")
     try:
         with at_vehicle(step, inputs.source):
@@ -106,22 +106,22 @@ def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result,
 
 
 def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
-    """Findings of sensors that did not measure, in the runs used; in all runs where those are not known."""
+    """Findings on failed sensors in the runs used, or in all runs if those are unknown."""
     logs = [log for log in inputs.logs if log.name in used] or inputs.logs
     return tuple(f for log in logs for f in log.findings if f.fault)
 
 
 def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
-    """Sensors that did not measure, and what was cut: either may be why there is no result."""
+    """Findings on failed sensors and on cuts, which may be the reason for the missing result."""
     return (*_faults(inputs), *cut_findings(inputs.quality.ledger))
 
 
 def _placed(finding: Finding, inputs: Inputs) -> Finding:
-    """The finding with file and line where its place is a key of the description: ``settings.step``."""
+    """The finding with file and line if its place is a key of the description, such as ``settings.step``."""
     if re.search(r":\d+$", finding.where):
         return finding
     location = tuple(finding.where.split("."))
-    # A step or a log may have the name of a key.
+    # A step or a log may be named like a key.
     another = finding.where == inputs.spec.test or finding.where.startswith(tuple(log.name for log in inputs.logs))
     if another or location[0] not in type(inputs.spec).model_fields:
         return finding

@@ -1,4 +1,4 @@
-"""Parameters that the description or a parameter file gives."""
+"""Parameters stated in the description or in a parameter file."""
 
 from __future__ import annotations
 
@@ -18,11 +18,16 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
-SAME = 1e-3  # share by which such values may differ however well they are known
+SAME = 1e-3  # relative difference that such values may always have
 
 
 def read_known(file: Path) -> tuple[Parameters, str]:
-    """The parameters of a ``--known`` file, the effects among them in SI, and the sha256 of the file."""
+    """The parameters of a ``--known`` file, those of effects in SI, and the sha256 of the file.
+
+    Raises
+    ------
+    InputError : the file is not a parameter file, or has an unknown effect or unit.
+    """
     problems: list[Finding] = []
     read = read_document(file)
     extensions = extensions_in_si(read.parameters.extensions, str(file), problems)
@@ -31,25 +36,25 @@ def read_known(file: Path) -> tuple[Parameters, str]:
 
 
 def overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Iterator[Finding]:
-    """Values of the description that a parameter file contradicts, and that are not used."""
+    """Warnings for values of the description that are not used because a parameter file contradicts them."""
     for name, given in stated.estimates.items():
         used = known[name]
         apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
         if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
             what = f"{name} = {given.value:.5g} is not used: a parameter file gives {used.value:.5g}"
-            distance = f", {apart / spread:.0f} standard deviations off" if spread > 0 else ""
+            distance = f", {apart / spread:.0f} standard deviations away" if spread > 0 else ""
             yield Finding(
                 source.where(("vehicle", name)), what + distance, "", "remove it from one of them", doubt=True
             )
 
 
 def given_parameters(vehicle: Vehicle) -> Parameters:
-    """What the description states of the vehicle."""
+    """The vehicle's parameters in the description."""
     return Parameters({name: Estimate.given(PARAMETERS[name], g.value, g.std) for name, g in vehicle.items()})
 
 
 def given_air(air: Environment) -> Parameters:
-    """What the description states of the air; its density where temperature and pressure are both there."""
+    """The air's parameters in the description, and its density if both temperature and pressure are stated."""
     stated = {"temperature": air.temperature, "pressure": air.pressure}
     estimates = {n: Estimate.given(PARAMETERS[n], g.value, g.std) for n, g in stated.items() if g is not None}
     if air.temperature is not None and air.pressure is not None:

@@ -1,14 +1,14 @@
-"""Uncertainties of the inputs that no scatter of the data shows, in the published intervals.
+"""Contribution of input uncertainties to the published intervals, if the scatter of the data does not show them.
 
-A channel that is a scale times another one has the relative error of the scale in all its samples of all runs; the
+A channel computed as a scale times another one has the relative error of the scale in all samples of all runs; the
 channels of another logger have the error of its clock in all samples of a run. The step is published again with the
-logs moved by one standard deviation of each::
+logs shifted by one standard deviation of each::
 
-    slope = p(moved) - p          for a scale
-    slope = (p(+) - p(-)) / 2     for a clock, so that the resampling of both cancels
+    slope = p(shifted) - p        for a scale
+    slope = (p(+) - p(-)) / 2     for a clock, so that the effect of resampling cancels
     std'  = sqrt(std^2 + sum slope^2)
 
-with p the parameters, with the effects that extended the model in it.
+with p the parameters of the model, including the effects that extend it.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ from vdyn_cli.steps.interval_text import with_wider_intervals
 from vdyn_cli.steps.road_survey import MODES, RoadSurvey
 
 Slopes = Mapping[str, float]
-SHOWN = 1.02  # of a half width: below, two digits of an interval do not show that it is wider
+SHOWN = 1.02  # times the half width: smaller increases are not visible in two digits
 
 
 @dataclass(frozen=True)
 class _Uncertain:
-    """One independent uncertainty: its name, where it acts and how large it is, and logs moved by some of its std."""
+    """One independent uncertainty: its name, place and size, and the log shifted by a number of standard deviations."""
 
     name: str
     where: str
@@ -49,12 +49,11 @@ class _Uncertain:
 
 
 def with_input_uncertainty(result: Result, inputs: Inputs) -> Result:
-    """The result whose intervals hold the uncertainty of the constants behind its channels and of its clocks, and
-    of the road's survey.
+    """The result with intervals that include the uncertainty of scaled channels, clocks and the road survey.
 
     Parameters
     ----------
-    result : diagnosed, and of the extended model where there is one.
+    result : diagnosed, of the extended model if there is one. inputs : of the step.
     """
     uncertain = [*_scales(inputs), *_clocks(inputs), *_road(inputs)]
     if not uncertain or result.refused:
@@ -66,19 +65,19 @@ def with_input_uncertainty(result: Result, inputs: Inputs) -> Result:
         if found:
             slopes.append(found)
         else:
-            what = f"the intervals do not contain the uncertainty of {one.name} ({one.size})"
+            what = f"the intervals do not include the uncertainty of {one.name} ({one.size})"
             left_out.append(Finding(one.where, what, doubt=True))
     if not slopes:
         return replace(result, findings=(*result.findings, *left_out))
     parameters = _widened(result.parameters, slopes)
     shown = any(e.half_width > SHOWN * result.parameters[n].half_width for n, e in parameters.items())
     why = " and ".join(dict.fromkeys(one.name for one in uncertain))
-    note = f"The intervals contain the uncertainty of {why}." if shown else ""
+    note = f"The intervals include the uncertainty of {why}." if shown else ""
     return replace(with_wider_intervals(result, parameters, note), findings=(*result.findings, *left_out))
 
 
 def _scales(inputs: Inputs) -> Iterator[_Uncertain]:
-    """The uncertain scales of channels that are made from others."""
+    """The uncertain scales of channels computed from others."""
     for one in inputs.scalings:
         if one.relative_std > 0 and any(one.channel.source in log for log in inputs.logs):
             name = " and ".join(n for n, e in one.constants.items() if e.std > 0)
@@ -97,7 +96,7 @@ def _scaled(scaling: Scaling) -> Callable[[Log, float], Log]:
 
 
 def _clocks(inputs: Inputs) -> Iterator[_Uncertain]:
-    """Delay and corrected drift of each other logger of each run."""
+    """Delay and, if corrected, drift of each other logger of each run."""
     times = {log.name: log.time for log in inputs.logs}
     for one in inputs.clocks:
         std = one.run_delay_std(times[one.run]) if one.run in times else one.delay_std
@@ -110,11 +109,11 @@ def _clocks(inputs: Inputs) -> Iterator[_Uncertain]:
 
 
 def _road(inputs: Inputs) -> Iterator[_Uncertain]:
-    """The modes of the error of the road's survey."""
+    """The modes of the error of the road survey."""
     road = inputs.road
     for mode in range(MODES if road is not None and road.uncertain else 0):
         if road is not None:
-            yield _Uncertain("the road's survey", road.name, road.size, _resurveyed(road, mode), both_ways=False)
+            yield _Uncertain("the road survey", road.name, road.size, _resurveyed(road, mode), both_ways=False)
 
 
 def _resurveyed(road: RoadSurvey, mode: int) -> Callable[[Log, float], Log]:
@@ -143,7 +142,7 @@ def _shifted(clock: ClockDifference, delay: float, drift: float) -> Callable[[Lo
 
 
 def _slope(base: Parameters, inputs: Inputs, effects: Sequence[str], one: _Uncertain) -> Slopes:
-    """The change of each parameter with one standard deviation; none where the moved logs have no result."""
+    """The change of each parameter by one standard deviation; empty if the shifted logs have no result."""
     up = _published(inputs, effects, one, 1.0)
     if not one.both_ways:
         return {n: e.value - base[n].value for n, e in up.items() if n in base}
@@ -152,7 +151,7 @@ def _slope(base: Parameters, inputs: Inputs, effects: Sequence[str], one: _Uncer
 
 
 def _published(inputs: Inputs, effects: Sequence[str], one: _Uncertain, times: float) -> Parameters:
-    """The parameters of logs that are so many standard deviations off, without a diagnosis; empty without a result."""
+    """The parameters from logs shifted by ``times`` standard deviations, without diagnosis; empty without a result."""
     logs = tuple(one.moved(log, times) for log in inputs.logs)
     known = {e.name: e for e in candidates(inputs.step.situations)}
     taken = [known[n] for n in effects if n in known]
@@ -165,7 +164,7 @@ def _published(inputs: Inputs, effects: Sequence[str], one: _Uncertain, times: f
 
 
 def _widened(published_: Parameters, slopes: Sequence[Slopes]) -> Parameters:
-    """The parameters with independent errors added: half widths, standard deviations and correlations."""
+    """The parameters with independent errors added to half widths, standard deviations and correlations."""
     added = {n: np.array([one.get(n, 0.0) for one in slopes]) for n in published_}
     estimates = {n: _wider(e, float(np.linalg.norm(added[n]))) for n, e in published_.items()}
     correlation = {

@@ -1,4 +1,4 @@
-"""Gathering one test's inputs: its description, its logs, and the parameters already known. Reads files."""
+"""The inputs of one test: its description, its logs, and known parameters. Reads files."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ def _same(log: Log) -> Log:
 
 @dataclass(frozen=True)
 class Inputs:
-    """Everything a step's estimate reads, and the files it came from, with the sha256 of the bytes that were read.
+    """All inputs of a step's estimate, and their files with the sha256 of the bytes that were read.
 
-    ``step`` is the one of the description's manoeuvre; ``scalings`` are the channels made from others; ``unsplit`` are
-    the runs before long cuts split them; ``clocks`` are the differences of the loggers' clocks;
-    ``road`` is the survey that gave the grade.
+    ``step`` is that of the description's manoeuvre; ``scalings`` are the channels computed from others; ``unsplit`` are
+    the runs before they were split at long cuts; ``clocks`` are the differences of the loggers' clocks; ``road`` is the
+    survey that gives the grade.
     """
 
     step: Step
@@ -73,7 +73,7 @@ class Inputs:
     road: RoadSurvey | None = None
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
-        """What the step reads, with other logs in the place of those that were read."""
+        """The data for ``step.prepare``, from other logs."""
         used, _ = condensed_logs(logs, self.step.rate(self.spec))
         return used if self.step.load is None else self.step.load(self.spec, self.source.path.parent, used)[0]
 
@@ -88,13 +88,17 @@ class Inputs:
 
 
 def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
-    """Read a test's description and all that it refers to, reporting every problem at once.
+    """Read a test's description and all its files, and report all problems at once.
 
-    What is wrong in the description is left out of it, so that the logs are checked all the same.
+    Wrong entries of the description are removed, so that the logs are checked nevertheless.
+
+    Parameters
+    ----------
+    path : the description. known_files : parameter files, of which later ones have priority.
 
     Raises
     ------
-    InputError : whatever is wrong in the description, the logs or the parameter files.
+    InputError : with all problems of the description, the logs and the parameter files.
     """
     refuse_other_test(step, path)
     described = load_partial(path, step.spec)
@@ -155,7 +159,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
 
 
 def _exchanged(step: Step, spec: TestSpec, logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """The runs with exchanged columns, where each run has one log."""
+    """Problems of runs with exchanged columns; only tested if each run has one log."""
     if len(logs) != len(spec.runs) or spec.loggers or not spec.channels:
         return ()
     mapped, known = logged(spec.channels), step.channels()
@@ -164,27 +168,32 @@ def _exchanged(step: Step, spec: TestSpec, logs: Sequence[Log]) -> tuple[Finding
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:
-    """Whether a description without what is wrong in it still says which numbers its step lacks."""
+    """Whether a description without its wrong entries still shows which parameters its step lacks."""
     needed = step.spec.model_fields.keys() - {"title", "diagnose", "reading", "environment", "settings"}
     return all(at[0] not in needed for at in dropped)
 
 
 def _of_dropped(finding: Finding, dropped: Iterable[Location]) -> bool:
-    """Whether a finding misses what a wrong key would have given, which is reported already."""
+    """Whether a finding reports a missing value of a wrong key, which is reported already."""
     names = {str(at[1]) for at in dropped if len(at) > 1 and at[0] in ("environment", "vehicle")}
     names |= {"air_density"} if names & {"temperature", "pressure", "humidity"} else set()
     return any(finding.what.startswith(f"{n} (") for n in names)
 
 
 def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters, source: YamlSource) -> None:
-    """Prepare the step, so that what it lacks is reported together with everything else."""
+    """Prepare the step, so that missing parameters are reported together with all other problems."""
     with suppress(ResultError), at_vehicle(step, source):
         step.prepare(spec, data, known)
 
 
 @contextmanager
 def at_vehicle(step: Step, source: YamlSource) -> Iterator[None]:
-    """Report a parameter that a step misses at the vehicle of the description, and not at the step's name."""
+    """Report a parameter that a step lacks at the line of ``vehicle`` in the description, not at the step's name.
+
+    Raises
+    ------
+    MissingParameterError : with the new place.
+    """
     try:
         yield
     except MissingParameterError as error:
@@ -194,7 +203,7 @@ def at_vehicle(step: Step, source: YamlSource) -> Iterator[None]:
 
 
 def condensed_logs(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
-    """The logs at the rate that the step needs, and a note where that averages any."""
+    """The logs averaged to ``rate``, Hz (None: unchanged), and a note if any was averaged."""
     if rate is None:
         return logs, ()
     after = tuple(condensed(log, rate) for log in logs)

@@ -1,4 +1,4 @@
-"""Which logs of a folder are runs of one description, and why the others are not."""
+"""Selection of the logs of a folder that are runs of one description, with reasons for the others."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pathlib import Path
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.project.channel_guess import ChannelGuess, Words, without_unit
 
-_RUN_IN = 5.0  # s before a coast-down that its run holds
-_LEAST_FALL = 10.0  # s at a time, or half of the log, that the speed of a log with a coast-down falls
+_RUN_IN = 5.0  # s before a coast-down that belong to its run
+_LEAST_FALL = 10.0  # s, or half of the log, for which the speed of a log with a coast-down decreases without a break
 
 
 @dataclass(frozen=True)
 class GuessedLog:
-    """A log, or the part of one coast-down of several, what it holds, and which column could be which channel.
+    """A log, or the part of one of its coast-downs, with facts on its columns and a guess for each channel.
 
-    ``window``: the keys of a run that take that part of the log, as text.
+    ``window``: the keys of a run that select that part of the log, as text.
     """
 
     path: Path
@@ -27,11 +27,11 @@ class GuessedLog:
     window: str = ""
 
     def meanings(self) -> dict[str, tuple[tuple[Words, str], str]]:
-        """Column, whatever its unit, and group of each channel that is decided."""
+        """Column, without its unit, and group of each decided channel."""
         return {channel: (without_unit(column), group) for channel, (column, group) in self.columns().items()}
 
     def differing(self, other: GuessedLog, channels: Collection[str]) -> str:
-        """The keys of a run, as text, that read channels whose columns the other log has by other names or units."""
+        """The keys of a run, as text, for ``channels`` whose columns have other names or units than in ``other``."""
         own, others = self.guesses, other.guesses
         there = [c for c in channels if own[c].facts is not None and others[c].facts is not None]
         columns = [f'{c}: "{own[c].column}"' for c in there if own[c].column != others[c].column]
@@ -40,7 +40,7 @@ class GuessedLog:
         return "".join(f", {key}: {{{', '.join(found)}}}" for key, found in keys if found)
 
     def columns(self) -> dict[str, tuple[str, str]]:
-        """Column and group of each channel that is decided."""
+        """Column and group of each decided channel."""
         return {
             channel: (guess.facts.column, guess.facts.info.group)
             for channel, guess in self.guesses.items()
@@ -49,7 +49,7 @@ class GuessedLog:
 
 
 def single_coasts(log: GuessedLog, falling: str, drive: Collection[str]) -> list[GuessedLog]:
-    """The parts of a log with several coast-downs, each with the seconds before it; else the log.
+    """The parts of a log with several coast-downs, each from a few seconds before it; else the log.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def single_coasts(log: GuessedLog, falling: str, drive: Collection[str]) -> list
 
 
 def usual_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog:
-    """The log that the others are compared with: of those with most of the needed channels, one that most are like."""
+    """The log with which the others are compared: of those with most needed channels, one of the most frequent kind."""
     keys = [_key(log, needed) for log in logs]
     alike = Counter(keys)
     return max(zip(logs, keys, strict=True), key=lambda one: (len(one[1]), alike[one[1]]))[0]
@@ -81,13 +81,13 @@ def usual_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog
 def why_left_out(
     logs: Sequence[GuessedLog], usual: GuessedLog, needed: Collection[str], falling: str, drive: Collection[str]
 ) -> list[str]:
-    """Why a log is no run beside the usual one; empty where it is.
+    """For each log why it is not a run like the usual one; empty if it is.
 
     Parameters
     ----------
     needed : channels that must be the same columns in all runs.
-    falling : the channel that falls in a run; empty where none must. drive : channels that drive the car: where all
-        logs have one, none needs to fall.
+    falling : the channel that must decrease in a run; empty: none. drive : channels that drive the car; if all logs
+        have one, ``falling`` is not required.
     """
     reasons = [_unlike(log, usual, needed) for log in logs]
     kept = [log for log, why in zip(logs, reasons, strict=True) if not why]
@@ -109,7 +109,7 @@ def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:
     if lacking:
         return "; ".join(lacking)
     differs = ", ".join(n for n in own if own[n] != others.get(n))
-    return f"other columns than {usual.path.name} ({differs}): describe such logs in a file of their own"
+    return f"other columns than {usual.path.name} ({differs}): describe such logs in a separate file"
 
 
 def _no_coast(facts: ChannelFacts | None) -> str:
@@ -118,4 +118,4 @@ def _no_coast(facts: ChannelFacts | None) -> str:
     fall, length = facts.longest_fall, facts.info.span[1] - facts.info.span[0]
     if not fall < min(_LEAST_FALL, 0.5 * length):
         return ""
-    return f"no coast-down, the speed falls for at most {fall:.0f} s of {length:.0f} s at a time"
+    return f"not a coast-down: the speed decreases for at most {fall:.0f} s of {length:.0f} s without a break"

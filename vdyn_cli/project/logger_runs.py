@@ -1,4 +1,4 @@
-"""Which logs of several loggers belong to one run."""
+"""Matching of the logs of several loggers to runs."""
 
 from __future__ import annotations
 
@@ -9,25 +9,23 @@ from itertools import pairwise, takewhile
 from vdyn_cli.project.channel_guess import without_unit
 from vdyn_cli.project.left_out_logs import GuessedLog
 
-_SAME_DRIVE = 0.9  # share of the whole time that all logs of one drive have in common
-_SAME_RUN = 0.2  # of the longer log: a logger that starts late records a part of the run at least
-_LEAST_SHARE = (
-    0.75  # of the runs, that have a log of a second logger: a few missing files do not make most runs worthless
-)
+_SAME_DRIVE = 0.9  # share of the total time that all logs of one drive must have in common
+_SAME_RUN = 0.2  # of the longer log, least overlap: a logger that starts late records at least a part of the run
+_LEAST_SHARE = 0.75  # of the runs that must have a log of a second logger: a few files may be missing
 
 Runs = tuple[tuple[GuessedLog, ...], ...]
 
 
 def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:
-    """The logs of each run, in the same order of loggers; empty where every log is a run, or they cannot be matched.
+    """The logs of each run, in the same order of loggers; empty if every log is a run, or they cannot be matched.
 
-    One run: logs of other columns over about the same time. Several runs: logs of each kind, matched by clocks that
-    run on from one log to the next, else by what differs in the names of their files. A run without a log of each
-    logger is no run.
+    One run: logs with different columns over about the same time. Several runs: logs of each kind, matched by clocks
+    that continue from one log to the next, else by the part in which their file names differ. A run without a log of
+    each logger is left out.
 
     Parameters
     ----------
-    needed : channels of which a run needs some; logs that all have the same ones are runs.
+    needed : channels of which a run needs some; if all logs have the same of these, every log is a run.
     """
     kinds = _kinds(logs)
     if len(kinds) < 2 or _alike(logs, needed):
@@ -41,7 +39,7 @@ def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:
 
 
 def unmatched(logs: Sequence[GuessedLog], needed: Sequence[str]) -> bool:
-    """Whether the logs look like those of several loggers that could not be matched."""
+    """Whether the logs look like those of several loggers but cannot be matched; ``needed`` as in ``logger_runs``."""
     return _several(_kinds(logs)) and not _alike(logs, needed) and not logger_runs(logs, needed)
 
 
@@ -52,7 +50,7 @@ def _several(kinds: Sequence[Sequence[GuessedLog]]) -> bool:
 
 
 def _kinds(logs: Sequence[GuessedLog]) -> list[list[GuessedLog]]:
-    """Logs of the same columns together, whatever their units."""
+    """The logs grouped by equal columns, ignoring units."""
     kinds: dict[tuple[tuple[str, ...], ...], list[GuessedLog]] = {}
     for log in logs:
         names = sorted((*sorted(words), nth) for words, nth in (without_unit(f.column) for f in log.facts))
@@ -76,7 +74,7 @@ def _one_drive(logs: Sequence[GuessedLog]) -> bool:
 
 
 def _partners(logs: Sequence[GuessedLog], others: Sequence[GuessedLog]) -> dict[int, GuessedLog]:
-    """The log of another logger by the identity of each log that has one; empty where that is not certain."""
+    """The other logger's log for each log (by its id) that has one; empty if the match is not certain."""
     ways: list[list[list[GuessedLog]]] = []
     if _runs_on(logs) and _runs_on(others):
         ways.append([[other for other in others if _common(log, other) > _SAME_RUN] for log in logs])
@@ -89,30 +87,30 @@ def _partners(logs: Sequence[GuessedLog], others: Sequence[GuessedLog]) -> dict[
 
 
 def _certain(found: Sequence[Sequence[GuessedLog]], pairs: int) -> bool:
-    """Whether no log has two partners, none is the partner of two, and there are so many pairs."""
+    """Whether no log has two partners, none is the partner of two, and the number of pairs is ``pairs``."""
     partners = [id(other) for each in found for other in each]
     return all(len(each) < 2 for each in found) and len(set(partners)) == len(partners) == pairs
 
 
 def _runs_on(logs: Sequence[GuessedLog]) -> bool:
-    """Whether one clock runs on from log to log, of the day or since an epoch: no two logs overlap."""
+    """Whether no two logs overlap, so that one clock (of the day or since an epoch) continues from log to log."""
     spans = sorted(_span(log) for log in logs)
     return all(before[1] < after[0] for before, after in pairwise(spans))
 
 
 def _common(log: GuessedLog, other: GuessedLog) -> float:
-    """The time that both have, as a share of the longer one's."""
+    """The overlap in time, as a share of the longer log."""
     (a, b), (c, d) = _span(log), _span(other)
     return (min(b, d) - max(a, c)) / max(b - a, d - c)
 
 
 def _folders(logs: Sequence[GuessedLog]) -> list[str]:
-    """The folder of each file: apps write one for each recording, with a file for each sensor."""
+    """The folder of each file: apps create one for each recording, with a file for each sensor."""
     return [str(log.path.parent) for log in logs]
 
 
 def _numbers(logs: Sequence[GuessedLog]) -> list[tuple[int, ...]]:
-    """The numbers in the name of each file, without those that are the same in all at their place."""
+    """The numbers in the name of each file, without those that are the same in all names."""
     found = [[int(n) for n in re.findall(r"\d+", log.path.stem)] for log in logs]
     if len({len(numbers) for numbers in found}) > 1:
         return [tuple(numbers) for numbers in found]
@@ -121,14 +119,14 @@ def _numbers(logs: Sequence[GuessedLog]) -> list[tuple[int, ...]]:
 
 
 def _letters(logs: Sequence[GuessedLog]) -> list[str]:
-    """The name of each file without what all begin and end with."""
+    """The name of each file without the common beginning and end of all names."""
     names = [log.path.stem.casefold() for log in logs]
     rest = [name[_shared(names) :] for name in names]
     return [name[: len(name) - _shared([other[::-1] for other in rest])] for name in rest]
 
 
 def _shared(names: Sequence[str]) -> int:
-    """How many characters all names begin with."""
+    """The number of characters with which all names begin."""
     return sum(1 for _ in takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False)))
 
 

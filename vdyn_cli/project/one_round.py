@@ -1,4 +1,4 @@
-"""All problems in one round: what is wrong is kept while the rest is read."""
+"""Collection of problems, so that all are reported at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ R = TypeVar("R")
 
 
 def attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:
-    """Call, keeping what is wrong for one report at the end."""
+    """The value of ``call(*args, **kwargs)``; None after an InputError, whose findings are added to ``problems``."""
     try:
         return call(*args, **kwargs)
     except InputError as error:

@@ -1,7 +1,7 @@
-"""Whether the logs of several loggers that a description pairs are of the same run.
+"""Check whether the logs of several loggers that a description pairs are of the same run.
 
-Two speeds of one car keep their ratio from run to run, whatever its scale: the same sensors and the same tires. Logs of
-two coast-downs of one car are nearly alike, so that a wrong pair is aligned all the same, at another ratio.
+Two speeds of one car have the same ratio in all runs, as sensors and tires are the same. Logs of two coast-downs of one
+car are so similar that a wrong pair can be aligned, but with another ratio.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LEAST_RUNS = 3
 
 
 def with_pair_doubts(clocks: Sequence[ClockDifference], cut: Sequence[CutLog]) -> tuple[CutLog, ...]:
-    """The runs, those with a doubtful pair of logs with a finding that says so."""
+    """The runs ``cut``, with a warning for each doubtful pair of logs."""
     doubts = list(doubtful_pairs(clocks, [one.log for one in cut]))
     own = [tuple(f for f in doubts if f.where == one.log.name) for one in cut]
     return tuple(
@@ -32,11 +32,11 @@ def with_pair_doubts(clocks: Sequence[ClockDifference], cut: Sequence[CutLog]) -
 
 
 def doubtful_pairs(clocks: Sequence[ClockDifference], logs: Sequence[Log]) -> Iterator[Finding]:
-    """Yield a doubt for each run in which the ratio of two loggers' speeds is not that of the other runs.
+    """Yield a warning for each run in which the ratio of two loggers' speeds differs from that of the other runs.
 
     Parameters
     ----------
-    clocks : of all runs. logs : merged, which hold the first channel of each pair.
+    clocks : of all runs. logs : merged, with the first channel of each pair.
     """
     named = {log.name: log for log in logs}
     for pair in dict.fromkeys(c.pair for c in clocks):
@@ -48,15 +48,13 @@ def doubtful_pairs(clocks: Sequence[ClockDifference], logs: Sequence[Log]) -> It
         for clock, ratio in zip(same, ratios / usual, strict=True):
             if abs(ratio - 1.0) > CHECK.run_ratio:
                 speeds = f"'{pair[1]}' over '{pair[0]}'"
-                what = (
-                    f"{speeds} is {ratio:.3f} times its median of all runs: do {clock.run} and {clock.logger} belong "
-                )
+                what = f"{speeds} is {ratio:.3f} times its median of all runs: are {clock.run} and {clock.logger} "
                 remedy = "check which files were recorded together, by their times or by the order of the runs"
-                yield Finding(clock.run, f"{what}together?", remedy=remedy, doubt=True)
+                yield Finding(clock.run, f"{what}of the same run?", remedy=remedy, doubt=True)
 
 
 def _mean_ratio(clock: ClockDifference, log: Log) -> float:
-    """The mean of the logger's speed over that of the reference, which a delay moves little; NaN without a value."""
+    """The logger's mean speed over that of the reference, which a delay hardly affects; NaN without a value."""
     values = log[clock.pair[0]] if clock.pair[0] in log else np.array([])
     mean = float(np.mean(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
     return clock.gain + clock.offset / mean if mean > 0.0 else float("nan")

@@ -1,4 +1,4 @@
-"""Two parameter files against each other: which parameters moved beyond both uncertainties."""
+"""Comparison of two parameter files: the parameters that changed by more than both uncertainties."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Quantity, UnitError
 from vdyn_cli.quantities.result_schema import ComparedEntry, ComparisonDocument
 
-_ROUNDING = 1e-9  # relative difference of two numbers that are the same but for their last written digits
+_ROUNDING = 1e-9  # relative difference of two numbers that are the same except for their last digits
 ASSUMED = (
     "The errors of both files are taken as independent: standard error of the difference = sqrt(old^2 + new^2), each "
-    "from the end of the 95 % interval that faces the other value. Moved: the difference is more than 1.96 of it, "
-    "which happens to one in 20 parameters by chance."
+    "from the end of the 95 % interval on the side of the other value. Moved: the difference exceeds 1.96 standard "
+    "errors, which happens to one in 20 parameters by chance."
 )
 _SHARED = (
-    " {} of the input files {} in both: where their errors are shared, the true standard error is smaller, and a "
+    " {} of the input files {} in both: if their errors are shared, the true standard error is smaller, and a "
     "parameter that counts as not moved may have moved."
 )
 
@@ -29,18 +29,18 @@ def compare_documents(old: ParameterDocument, new: ParameterDocument, names: tup
 
         z = (new - old) / sqrt(s_old^2 + s_new^2),   moved: |z| > 1.96
 
-    s is half a 95 % interval over 1.96, on the side that faces the other value: so it holds what the diagnosis left
-    open, and a skewed interval counts as it is.
+    s is the distance from the value to the end of its 95 % interval on the side of the other value, over 1.96; so it
+    includes the uncertainty that the diagnosis leaves open and the skewness of an interval.
 
-    Assumes : the errors of both files are independent. A value given as exact has no error: each change counts.
+    Assumes : the errors of both files are independent. A value given as exact has no error, so that any change counts.
 
     Parameters
     ----------
-    names : of the two files.
+    old, new : the documents. names : of the two files.
 
     Raises
     ------
-    InputError : no parameter is in both files, or units of one are of different kinds.
+    InputError : the files have no parameter in common, or units with different dimensions for one.
     """
     earlier, later = _entries(old.parameters), _entries(new.parameters)
     both = [name for name in earlier if name in later]
@@ -66,7 +66,7 @@ def compare_documents(old: ParameterDocument, new: ParameterDocument, names: tup
 
 
 def _entries(parameters: Parameters) -> dict[str, Estimate]:
-    """Every estimate of a file by name; an unknown of an effect as ``effect.unknown``."""
+    """All estimates of a file by name; the unknowns of effects as ``effect.unknown``."""
     extended = {f"{e}.{n}": one for e, unknowns in parameters.extensions.items() for n, one in unknowns.items()}
     return {**parameters, **extended}
 
@@ -95,7 +95,7 @@ def _compared(name: str, old: Estimate, new: Estimate, where: str) -> ComparedEn
 
 
 def _facing(estimate: Estimate, toward: float) -> float:
-    """Standard error on the side of a difference."""
+    """Standard error on the side of ``toward``, from the end of the 95 % interval."""
     low, high = estimate.interval95
     return max((high - estimate.value if toward > 0 else estimate.value - low) / NORMAL95, 0.0)
 
@@ -114,7 +114,7 @@ def _digests(document: ParameterDocument) -> Iterable[str]:
 
 
 def _verdicts(old: ParameterDocument, new: ParameterDocument) -> Iterator[str]:
-    """The verdicts of a diagnosis that differ, of a step's result or of the steps of a pipeline."""
+    """Texts of the diagnosis verdicts that differ, of a step's result or of the steps of a pipeline."""
     before, after = _verdict_of(old), _verdict_of(new)
     for step in before:
         if step in after and before[step] != after[step]:

@@ -70,7 +70,7 @@ class StepOutcome:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """The reasons why it failed or was skipped, or the notes to read before using the result."""
+        """The reasons why it failed or was skipped, or the notes to read before the result is used."""
         return self.problems if self.record is None else self.record.to_read
 
     @property

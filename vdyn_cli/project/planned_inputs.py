@@ -1,4 +1,4 @@
-"""The inputs of a test whose logs do not exist yet: its description, and a simulated day in the place of the logs."""
+"""The inputs of a planned test without logs: its description, and a simulated day instead of the logs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class DayDescription:
     Parameters
     ----------
     spec : with one entry under ``runs`` for each planned run. known : parameters of the description and of files.
-    at : value of each setting of the day, SI. stated : names of those that the description states.
+    at : value of each setting of the day, SI. stated : names of settings that the description states.
     """
 
     step: Step
@@ -44,11 +44,11 @@ class DayDescription:
     problems: tuple[Finding, ...] = ()
 
     def day(self, seed: int) -> Inputs:
-        """The inputs of one simulated day, another one for each seed.
+        """The inputs of one simulated day; each seed gives another day.
 
         Raises
         ------
-        InputError : the description does not say what the simulation needs.
+        InputError : the description lacks a value that the simulation needs.
         """
         step, spec = self.step, self.spec
         assert step.planned is not None
@@ -62,7 +62,7 @@ class DayDescription:
         mapped = {n for channels, _ in channel_maps(spec) for n in channels}
         mapped |= {one.channel.target for one in made}
         absent = sorted(mapped - {"time", *constants, *logs[0].channels, *_sources(step)} - _parts(step))
-        what = "is mapped, but the simulated day has no such channel; the plan does not use it"
+        what = "is mapped, but the simulation has no such channel; the plan does not use it"
         findings = tuple(Finding(f"channel '{name}'", what) for name in absent)
         logs = tuple(completed(_sourced(_mapped(step, log, mapped), made), constants, ()) for log in logs)
         used, _ = condensed_logs(logs, step.rate(spec))
@@ -71,22 +71,22 @@ class DayDescription:
 
 
 def _sources(step: Step) -> frozenset[str]:
-    """Channels from which others are made."""
+    """Channels from which others are computed."""
     return frozenset(one.source for one in step.scaled)
 
 
 def _parts(step: Step) -> set[str]:
-    """Channels that add up to others, such as the loads of an axle's wheels."""
+    """Channels whose sums are other channels, such as the loads of an axle's wheels."""
     return {n for entry in (*step.required, *step.optional) for way in entry.split("|")[1:] for n in way.split("+")}
 
 
 def _sourced(log: Log, made: Sequence[Scaling]) -> Log:
-    """The log with the channels from which the description makes others, whose constants are uncertain."""
+    """The log with the source channels of computed ones, so that the uncertainty of their constants is included."""
     return log.with_channels(**{one.channel.source: log[one.channel.target] / one.factor for one in made})
 
 
 def _mapped(step: Step, log: Log, mapped: set[str]) -> Log:
-    """The log with the channels that the description maps, or maps the parts of; with all where it maps none."""
+    """The log with the channels that the description maps, or whose parts it maps; with all if it maps none."""
     if not mapped:
         return log
     wanted = set(mapped)
@@ -102,11 +102,12 @@ def planned_test(step: Step, path: Path, known_files: Sequence[Path], runs: int 
 
     Parameters
     ----------
+    path : the description. known_files : parameter files.
     runs : number of runs; None: as many as the description lists, or the step's usual number.
 
     Raises
     ------
-    InputError : whatever is wrong in the description or the parameter files; a step that cannot plan without a log.
+    InputError : with all problems of the description and the parameter files; the step cannot be planned without a log.
     """
     described = load_partial(path, step.spec)
     spec, source = described.spec, described.source
@@ -114,7 +115,7 @@ def planned_test(step: Step, path: Path, known_files: Sequence[Path], runs: int 
         raise InputError(*described.problems)
     step = step.of(spec)
     if step.planned is None:
-        what = f"'{step.name}' cannot be planned without a log: how this test excites the car is not known"
+        what = f"'{step.name}' cannot be planned without a log: the excitation of the car in this test is unknown"
         remedy = "drive one run, list its log under runs, and plan from it with --runs"
         raise InputError(Finding(source.where(("test",)), what, "", remedy))
     problems: list[Finding] = [*described.problems, *wrong_effects(step, spec, source)]
@@ -131,7 +132,7 @@ def planned_test(step: Step, path: Path, known_files: Sequence[Path], runs: int 
 
 
 def _runs(model: type[TestSpec], spec: TestSpec, day: PlannedDay, runs: int | None) -> list[Any]:
-    """The entries of the planned runs: those of the description, again from the first where more are planned."""
+    """The entries of the planned runs: those of the description, repeated if more are planned."""
     entry = type(spec.runs[0]) if spec.runs else model.model_fields["runs"].annotation.__args__[0]  # type: ignore[union-attr]
     count = runs or len(spec.runs) or day.runs
     found = []
@@ -151,7 +152,7 @@ def _settings(
 
     Parameters
     ----------
-    problems : to which those of the settings are added.
+    problems : list to which problems of the settings are added.
     """
     wanted = [one.quantity.name for one in day.settings]
     for name in (n for n in spec.plan if n not in wanted):

@@ -1,6 +1,6 @@
-"""Channels of a run that physics ties, compared: gain, offset, delay and sign of each pair.
+"""Comparison of physically related ("tied") channels of a run: gain, offset, delay and sign of each pair.
 
-Over windows of a second (T), with the mean over a window written <.>::
+Over windows of a second (T)::
 
     sum |position step|          = gain * integral |speed| dt
     integral acceleration dt / T = gain * (speed step) / T + offset
@@ -8,7 +8,7 @@ Over windows of a second (T), with the mean over a window written <.>::
     wheel speed * wheel radius   = gain * speed
     front load + rear load       = gain * mass * g
 
-The limits are those of the quality tests, whose findings decide about a run; this table shows all pairs.
+The limits are those of the quality tests, whose findings decide whether a run is used; this table shows all pairs.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ REACH = 1.0  # s, largest delay
 TIMES_RADIUS = " * wheel_radius"
 ROLLING = 3.0  # m/s, above which wheel speeds are compared
 FEWEST = 10  # windows
-MEDIAN_ERROR = 0.93  # standard error of a median over quartiles' distance / sqrt(n), of normal values: 1.253 / 1.349
+MEDIAN_ERROR = 0.93  # standard error of the median of n normal values / (interquartile range / sqrt(n)): 1.253 / 1.349
 
 
 def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
-    """Every pair of the log's channels that physics ties.
+    """Every physically related pair of the log's channels.
 
     Parameters
     ----------
-    log : SI, NaN where a sample is missing or cut. known : mass and wheel radius are used where they are there.
+    log : SI, NaN where a sample is missing or cut. known : mass and wheel radius are used if they are known.
     """
     speed = next((n for n in ("speed", "vehicle_speed") if n in log), None)
     if speed is not None and "position" in log:
@@ -67,9 +67,10 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
 
 
 def judged_together(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
-    """The pairs, those of position contradicting where all runs together do, and the finding on it.
+    """The pairs of all runs, and findings on contradictions that all runs together show.
 
-    A gain that one run cannot tell from its own error is certain where it is the same in all runs.
+    A gain of the position that is not significant in one run is significant if it is the same in all runs; the pairs of
+    position are then marked as contradicting.
     """
     findings = tuple(_radius_findings(pairs))
     places = [p for p in pairs if p.first == "position" and p.gain is not None]
@@ -81,7 +82,7 @@ def judged_together(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Fi
 
 
 def _radius_findings(pairs: Sequence[TiedPair]) -> Iterator[Finding]:
-    """Wheel speeds times the radius that contradict the car's speed in every run that can be compared."""
+    """Findings on wheel speeds times the radius that contradict the car's speed in every comparable run."""
     compared = [p for p in pairs if p.first.endswith(TIMES_RADIUS) and p.gain is not None]
     for first, second in dict.fromkeys((p.first, p.second) for p in compared):
         same = [p for p in compared if p.first == first]
@@ -140,9 +141,9 @@ def _distance(log: Log, speed: str) -> TiedPair:
 
 
 def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
-    """Speed and integral of the acceleration (2 x m), means over steps of a common grid.
+    """Integral of the acceleration and speed (2 x m), means over steps of a common grid.
 
-    NaN where one of the channels has no value in a step; the integral goes straight over what is missing.
+    NaN where one of the channels has no value in a step; the integral interpolates over missing samples.
     """
     a, v = (log[n] for n in names)
     known = _finite(a, v)
@@ -156,7 +157,7 @@ def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
 
 
 def _change(log: Log, speed: str) -> TiedPair:
-    """Acceleration against the change of speed; its offset, too, where it varies too little for a gain."""
+    """Acceleration against the change of speed; only its offset if it varies too little for a gain."""
     first, second = "acceleration", f"change of {speed}"
     if _finite(log["acceleration"], log[speed]).sum() < FEWEST:
         return _pair(log, first, second, "too few samples")
@@ -170,7 +171,7 @@ def _change(log: Log, speed: str) -> TiedPair:
     if not lively or abs(likeness) < CHECK.least_likeness:
         offset = float(np.mean(y - x))
         tilt = degrees(atan(offset / GRAVITY))
-        what = f"offset {offset:+.3f} m/s^2 (as {tilt:+.2f} deg of tilt or slope); gain not determined: "
+        what = f"offset {offset:+.3f} m/s^2 (equal to {tilt:+.2f} deg of tilt or slope); gain not determined: "
         what += "varies too little"
         return _pair(log, first, second, what, offset=offset)
     gain = float(np.copysign(np.std(y) / np.std(x), likeness))
@@ -183,7 +184,7 @@ def _change(log: Log, speed: str) -> TiedPair:
 
 
 def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
-    """s, by which the first channel comes after the second, and its standard error; None where not determined."""
+    """Delay of the first channel behind the second, s, and its standard error; None if not determined."""
     tie = tie_of(second, first)
     steps = np.diff(log.time)
     if tie is None or log.time.size < FEWEST or float(np.median(steps)) <= 0.0:
@@ -197,7 +198,7 @@ def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
 
 
 def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> TiedPair:
-    """The median ratio of two speeds while both turn; not judged where it varies, as slip and bends make it."""
+    """The median ratio of two speeds while the wheels turn; not judged if it varies because of slip or bends."""
     y, x = np.abs(log[first]) * scale, np.abs(log[second])
     own = ROLLING if scale != 1.0 else ROLLING / 0.3
     use = _finite(x, y) & (np.maximum(np.nan_to_num(x), np.nan_to_num(y)) > own)

@@ -1,4 +1,4 @@
-"""Runs that hold the same recording, whatever their files are called: they would count as independent evidence."""
+"""Detection of runs with the same recording in different files, which would count as independent data."""
 
 from __future__ import annotations
 
@@ -12,22 +12,21 @@ from vdyn_cli.quantities.log import Log
 
 Codes = NDArray[np.uint64]
 
-COMMON = 0.5  # share of the shorter run's samples found in another, from which both hold one recording
+COMMON = 0.5  # share of the shorter run's samples found in another, from which both are one recording
 MOST_COMPARED = 1_000_000  # samples of all runs that are compared; sorting them takes about 0.2 s
-FEWEST = 20  # samples in common that differ from the ones before; fewer may agree by chance
+FEWEST = 20  # common samples that differ from the previous one; fewer may agree by chance
 
 # Odd numbers without a pattern: those of the mixing step of splitmix64 (Steele et al., OOPSLA 2014).
 _MIX = tuple(np.uint64(n) for n in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
 
 
 def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Finding]:
-    """A finding for each run that holds samples of an earlier one.
+    """A finding for each run that contains samples of an earlier one.
 
-    Two samples are the same if all channels that all logs have are equal to the last bit, and the time; a copy whose
-    clock was shifted is found where all of its samples, in their order, are those of another. A sample that repeats
-    the one before, as at rest, counts for nothing. Independent recordings agree in single samples at most, since
-    sensors scatter; logs without scatter, of a simulation say, agree if the runs are the same. The work grows with
-    the samples as n log n.
+    Two samples are the same if the time and all channels common to all logs are equal to the last bit; a copy with a
+    shifted clock is found if all its samples, in order, are those of another run. Samples that repeat the previous one,
+    as at rest, do not count. Independent recordings agree in single samples at most, because of noise; logs without
+    noise, such as those of a simulation, agree if the runs are the same. The time is O(n log n) in the samples.
 
     Parameters
     ----------
@@ -43,8 +42,8 @@ def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Findin
         if k not in firsts and k not in shares:
             continue
         other, share = (firsts[k], 1.0) if k in firsts else shares[k]
-        what = "holds the same samples as" if share == 1.0 else f"has {100 * share:.0f} % of its samples in common with"
-        remedy = "list each recording once: a copy is not independent evidence"
+        what = "has the same samples as" if share == 1.0 else f"has {100 * share:.0f} % of its samples in common with"
+        remedy = "list each recording once: a copy is not independent data"
         yield Finding(places[k], f"{log.name} {what} {logs[other].name}", f"first at {places[other]}", remedy)
 
 
@@ -57,7 +56,7 @@ def _mixed(code: Codes, values: NDArray[np.float64]) -> Codes:
 
 
 def _codes(log: Log, names: Sequence[str]) -> Codes:
-    """A number for each sample, the same for the same values."""
+    """A hash of each sample, equal for equal values."""
     code = np.zeros(log.time.size, dtype=np.uint64)
     for name in names:
         code = _mixed(code, log[name])
@@ -65,12 +64,12 @@ def _codes(log: Log, names: Sequence[str]) -> Codes:
 
 
 def _moving(code: Codes) -> NDArray[np.bool_]:
-    """Which samples differ from the one before."""
+    """Whether each sample differs from the previous one."""
     return np.concatenate([[True], code[1:] != code[:-1]]) if code.size else np.zeros(0, dtype=bool)
 
 
 def _first_of_same_values(codes: Sequence[Codes]) -> dict[int, int]:
-    """For each run whose samples are those of an earlier run, in their order, that run."""
+    """The earlier run with the same samples in the same order, for each run that has one."""
     seen: dict[tuple[int, int, int], int] = {}
     found = {}
     for k, code in enumerate(codes):
@@ -84,8 +83,8 @@ def _first_of_same_values(codes: Sequence[Codes]) -> dict[int, int]:
 
 
 def _common_samples(logs: Sequence[Log], codes: Sequence[Codes]) -> dict[int, tuple[int, float]]:
-    """For each run of which a large share of samples is in an earlier run: that run, and the share."""
-    # The same samples of each log are kept: those whose number is divisible.
+    """The earlier run that has a large share of the same samples, and the share, for each run that has one."""
+    # Of each log the same subset of samples is kept: those whose hash is divisible.
     keep = np.uint64(max(1, -(-sum(code.size for code in codes) // MOST_COMPARED)))
     timed = [_mixed(code, log.time)[_moving(code)] for log, code in zip(logs, codes, strict=True)]
     every = [np.unique(code[code % keep == 0]) for code in timed]
@@ -93,7 +92,7 @@ def _common_samples(logs: Sequence[Log], codes: Sequence[Codes]) -> dict[int, tu
     code = np.concatenate(every)
     order = np.lexsort((run, code))
     code, run = code[order], run[order]
-    # A sample of three runs counts for the first and second, and for the second and third: enough to name each.
+    # A sample in three runs counts for the first and second, and for the second and third, which suffices.
     same = np.flatnonzero(code[1:] == code[:-1])
     pairs, counts = np.unique(run[same] * len(logs) + run[same + 1], return_counts=True)
     found: dict[int, tuple[int, float]] = {}

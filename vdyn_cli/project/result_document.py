@@ -1,4 +1,4 @@
-"""A step's result with its provenance, to and from the JSON that other steps, scripts and people read."""
+"""A step's result with its provenance, and its conversion to and from JSON."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from vdyn_cli.quantities.result_schema import ResultDocument
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a result was made from.
+    """The provenance of a result.
 
     Parameters
     ----------
-    inputs : sha256 of every input file, under its name.
-    settings : the resolved description in SI units, None for a whole pipeline.
-    versions : of the packages that can change a number.
-    command : the command that makes the result again.
+    inputs : sha256 of every input file, by name.
+    settings : the resolved description in SI units; None for a pipeline.
+    versions : of the packages that can affect a number.
+    command : the command that reproduces the result.
     """
 
     inputs: Mapping[str, str]
@@ -48,10 +48,10 @@ class Provenance:
 
 @dataclass(frozen=True)
 class StepRecord:
-    """A step's result with its provenance: what its JSON is written from, and what the JSON is read into.
+    """A step's result with its provenance, the content of its JSON.
 
-    A record that was read has no figures, comparisons, tables and methods, since the JSON does not hold them; all else
-    is as it was when the step ran.
+    A record read from JSON lacks figures, comparisons, tables and methods, which the JSON does not contain; all else is
+    as when the step ran.
     """
 
     result: Result
@@ -59,18 +59,18 @@ class StepRecord:
 
     @property
     def title(self) -> str:
-        """The title of the test's description, empty where it has none."""
+        """The title of the test's description; empty if it has none."""
         return str((self.provenance.settings or {}).get("title", ""))
 
     @property
     def to_read(self) -> tuple[Finding, ...]:
-        """The warnings and findings that a reader should see before using the result."""
+        """The warnings and findings to read before the result is used."""
         warnings = [Finding(self.result.step, text) for text in self.result.fit.warnings]
         return (*warnings, *(f for f in merge_similar(self.result.findings) if not (f.minor or f.doubt)))
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """The content of the JSON; nothing in it depends on when or where it was made."""
+        """The content of the JSON; it does not depend on when or where it was written."""
         result, fit = self.result, self.result.fit
         return {
             "format": FORMAT,
@@ -104,8 +104,8 @@ def provenance_of(inputs: Inputs, command: str, known_files: Sequence[Path]) -> 
 
     Parameters
     ----------
-    command : as ``step_command`` writes it.
-    known_files : the parameter files among the inputs, listed under their bare names.
+    inputs : of the step. command : from ``step_command``.
+    known_files : the parameter files among the inputs, listed by their file names without folders.
     """
     files = fingerprints(inputs.files, inputs.source.path.parent, known_files)
     return Provenance(files, inputs.spec.model_dump(mode="json", exclude_none=True), versions(), command)
@@ -116,8 +116,8 @@ def read_record(path: Path) -> tuple[StepRecord, str]:
 
     Raises
     ------
-    InputError : no parameter file, or that of a refused result. OSError, ValueError, KeyError, TypeError : another
-        version wrote it.
+    InputError : the file is not a parameter file, or is that of a refused result. OSError, ValueError, KeyError,
+        TypeError : it was written by another version.
     """
     read = read_document(path)
     document, parameters = read.content, read.parameters
@@ -156,7 +156,7 @@ def _number(value: float | None) -> float:
 
 
 def _effects(result: Result) -> dict[str, Any]:
-    """Amplitudes of the effects that the model was extended by, under ``effects``; nothing where there are none."""
+    """Amplitudes of the effects that extend the model, under ``effects``; empty if there are none."""
     found = {
         n: {"value": e.value, "std": e.std, "interval95": list(e.interval95)} for n, e in result.amplitudes.items()
     }
@@ -164,11 +164,12 @@ def _effects(result: Result) -> dict[str, Any]:
 
 
 def fingerprints(files: Mapping[Path, str], folder: Path, known_files: Sequence[Path]) -> dict[str, str]:
-    """sha256 of every input, under its path from the description's folder; parameter files under their bare name.
+    """sha256 of every input by its path relative to the description's folder; of parameter files by file name.
 
     Parameters
     ----------
-    files : every input, with the sha256 of the bytes that were read.
+    files : every input, with the sha256 of the bytes that were read. folder : of the description.
+    known_files : the parameter files among them; those with equal names are listed by path.
     """
     names = Counter(file.name for file in known_files)
     bare = {file for file in known_files if names[file.name] == 1}
@@ -176,7 +177,7 @@ def fingerprints(files: Mapping[Path, str], folder: Path, known_files: Sequence[
 
 
 def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = POLICY.level) -> str:
-    """The command that makes this result, with bare file names."""
+    """The command that reproduces a step's result, with file names without folders; ``level`` as in ``execute``."""
     known = [f"--known {file.name}" for file in known_files]
     how = [] if level == POLICY.level else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]
     return " ".join(["vdyn", step, path.name, *known, *how])
@@ -184,7 +185,7 @@ def step_command(step: str, path: Path, known_files: Sequence[Path], level: floa
 
 @cache
 def versions() -> dict[str, str]:
-    """The versions that a result can depend on."""
+    """The versions of the packages that can affect a result, by name."""
     found = {}
     for package in ("vdyn_cli", "numpy", "scipy", "casadi", "llvmlite"):
         try:
@@ -195,8 +196,8 @@ def versions() -> dict[str, str]:
 
 
 def to_json(document: Mapping[str, Any]) -> str:
-    """Readable JSON text. Numbers that are not finite become null, as JSON has none; lone surrogates become escapes, as
-    UTF-8 has none: file names in another encoding hold them."""
+    """Indented JSON text. Numbers that are not finite become null; lone surrogates (file names in another encoding)
+    become escapes."""
     text = json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 

@@ -1,8 +1,8 @@
-"""A surveyed road: its grade over the road coordinate, as the runs met it, with the survey's error.
+"""Reading of a road survey, and the grade along each run from it, with the survey's error.
 
-The file has a column ``position`` (road coordinate), and ``elevation`` or ``grade`` (uphill positive where the position
-rises), each with its unit in brackets or in a units row; ``elevation_std`` or ``grade_std`` if the survey states its
-errors. Between two points the grade is the difference of their elevations over their distance, or goes straight.
+The file has a column ``position`` (road coordinate), and ``elevation`` or ``grade`` (positive if the road rises with
+increasing position), each with its unit in brackets or in a units row; ``elevation_std`` or ``grade_std`` if the survey
+states its errors. Between two points the grade is the difference of elevation over distance, or is interpolated.
 """
 
 from __future__ import annotations
@@ -32,15 +32,19 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "grade_std": ("grade_std", "slope_std"),
 }
 UNITS = {"position": "m", "elevation": "m", "grade": "", "elevation_std": "m", "grade_std": ""}
-BEYOND = 5.0  # m by which a run may leave the survey: a receiver's position is as uncertain
+BEYOND = 5.0  # m, largest distance of a run beyond the survey: the uncertainty of a receiver's position
 
 
 def surveyed_road(spec: TestSpec, source: YamlSource, files: dict[Path, str]) -> RoadSurvey | None:
-    """The road's survey that the description names; None where it names none. Enters the file with its sha256.
+    """The road survey named in the description; None if there is none.
+
+    Parameters
+    ----------
+    files : to which the file is added, with its sha256.
 
     Raises
     ------
-    InputError : the file cannot be read, lacks a column, or holds fewer than two points.
+    InputError : the file cannot be read, lacks a column, or has fewer than two points.
     """
     name = _named(spec)
     if name is None:
@@ -58,20 +62,20 @@ def _named(spec: TestSpec) -> str | None:
 
 def _read(path: Path, name: str, where: str) -> RoadSurvey:
     if not path.exists():
-        raise InputError(Finding(where, f"the road's profile {name} does not exist"))
+        raise InputError(Finding(where, f"the road profile {name} does not exist"))
     columns = _columns(survey(path), name)
-    mapping = {("time" if n == "position" else n): c for n, c in columns.items()}  # the position rises as a clock does
+    mapping = {("time" if n == "position" else n): c for n, c in columns.items()}  # the position increases like a clock
     table = read_log(path, mapping, ReadOptions(), name)
     shape = "elevation" if "elevation" in columns else "grade"
     good = np.isfinite(table[shape])
     if good.sum() < 2:
-        raise InputError(Finding(name, "holds fewer than two points of the road", remedy="check its columns"))
+        raise InputError(Finding(name, "has fewer than two points of the road", remedy="check its columns"))
     error = table[f"{shape}_std"][good] if f"{shape}_std" in columns else np.zeros(int(good.sum()))
     return RoadSurvey(name, table.time[good], table[shape][good], np.nan_to_num(error), shape == "elevation")
 
 
 def _columns(facts: Sequence[ChannelFacts], name: str) -> dict[str, Column]:
-    """The columns of a survey, by what they hold."""
+    """The columns of a survey by quantity."""
     found: dict[str, Column] = {}
     for one in facts:
         plain = one.info.name.partition("[")[0].partition("(")[0].strip().lower().replace(" ", "_")
@@ -89,7 +93,7 @@ def _columns(facts: Sequence[ChannelFacts], name: str) -> dict[str, Column]:
 
 
 def with_grade(log: Log, road: RoadSurvey | None) -> Log:
-    """The log with the surveyed grade along its own way, where it has a position."""
+    """The log with the surveyed grade in its direction of travel; unchanged without a road or a position."""
     if road is None or "position" not in log or not np.isfinite(log["position"]).any():
         return log
     place = _place(log)
@@ -97,7 +101,7 @@ def with_grade(log: Log, road: RoadSurvey | None) -> Log:
 
 
 def with_survey_error(log: Log, road: RoadSurvey, mode: int, times: float) -> Log:
-    """The log whose grade has so many standard deviations of one mode of the survey's error."""
+    """The log with ``times`` standard deviations of one ``mode`` of the survey's error added to its grade."""
     if "position" not in log or "grade" not in log:
         return log
     return log.with_channels(grade=log["grade"] + times * _sense(log) * road.error(_place(log), mode))
@@ -109,13 +113,13 @@ def _place(log: Log) -> Array:
 
 
 def _sense(log: Log) -> float:
-    """+1 where the position rises in a run, -1 where it falls."""
+    """+1 if the position increases in a run, -1 if it decreases."""
     there = log["position"][np.isfinite(log["position"])]
     return float(np.sign(there[-1] - there[0])) if there.size else 1.0
 
 
 def road_findings(road: RoadSurvey | None, spec: TestSpec, logs: Sequence[Log]) -> Iterator[Finding]:
-    """What makes a survey unusable for these runs: no position, a logged grade, a trip meter, too short a road."""
+    """Findings if a survey cannot be used for these runs: no position, a logged grade, a trip meter, a short survey."""
     if road is None:
         return
     if any("grade" in channels for channels, _ in channel_maps(spec)):
@@ -125,12 +129,12 @@ def road_findings(road: RoadSurvey | None, spec: TestSpec, logs: Sequence[Log]) 
     for log in logs:
         if "position" not in log:
             remedy = "map the position along the road, in the survey's coordinate, or remove 'road: {profile: ...}'"
-            yield Finding(log.name, f"has no channel 'position', so its place on {road.name} is not known", "", remedy)
+            yield Finding(log.name, f"has no channel 'position', so its place on {road.name} is unknown", "", remedy)
             return
     senses = {run.direction: _sense(log) for run, log in zip(spec.runs, logs, strict=False) if run.direction}
     if len(senses) == 2 and len(set(senses.values())) == 1:
-        what = "position rises or falls in all runs, out and back: a trip meter, not a coordinate of the road"
-        yield Finding(logs[0].name, what, "", f"map the coordinate that {road.name} has, or remove 'profile'")
+        what = "position increases (or decreases) in runs of both directions: a trip meter, not a road coordinate"
+        yield Finding(logs[0].name, what, "", f"map the coordinate used in {road.name}, or remove 'profile'")
         return
     for log in logs:
         moving = np.isfinite(log["position"]) & (np.abs(np.nan_to_num(log["speed"])) > 1.0)
@@ -143,11 +147,11 @@ def road_findings(road: RoadSurvey | None, spec: TestSpec, logs: Sequence[Log]) 
 
 
 def survey_note(road: RoadSurvey | None) -> tuple[Finding, ...]:
-    """What gave the grade, and how well it is known."""
+    """A note of the source of the grade and its error."""
     if road is None:
         return ()
     what = f"gives the grade from {road.span[0]:.0f} m to {road.span[1]:.0f} m ({road.position.size} points)"
     if road.uncertain:
-        return (Finding(road.name, f"{what}; its error, {road.size}, is in the intervals"),)
+        return (Finding(road.name, f"{what}; the intervals include its error, {road.size}"),)
     column = "elevation_std [m]" if road.elevation else "grade_std [%]"
     return (Finding(road.name, f"{what}, taken as exact", "", f"add a column '{column}' with the survey's error"),)

@@ -1,4 +1,4 @@
-"""What clocks of day and a weather station tell ``vdyn init`` of runs: their start, their air, and their wind."""
+"""Start, air and wind of each run for ``vdyn init``, from times of day and a weather station."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vdyn_cli.project.station_log import REDUCED, StationLog, absolute_begin, be
 from vdyn_cli.quantities.quantity import from_si
 
 _AIR = {"temperature": ("degC", "K", 1), "pressure": ("kPa", "Pa", 2), "humidity": ("%", "", 0)}
-_ALIKE = 1.0  # K between runs, below which one temperature stands for all
+_ALIKE = 1.0  # K between runs, below which one temperature is used for all
 _LONGEST_TEST = 86400.0  # s between the first and the last run
 
 
 @dataclass(frozen=True)
 class DayConditions:
-    """Further keys of each run, as text behind its log, and the lines of the environment that a station fills."""
+    """Further keys of each run, as text after its log, the station's values for ``environment``, and notes."""
 
     keys: tuple[str, ...]
     air: tuple[tuple[str, str], ...] = ()
@@ -36,8 +36,8 @@ def run_conditions(
 
     Parameters
     ----------
-    logs : what each run's log holds. ways : the direction of each; empty where none is known.
-    read : the keys of a run that the step reads.
+    logs : facts on each run's log. ways : direction of each run; empty if none is known.
+    station : None without a weather station. read : the keys of a run that the step reads.
     """
     begins = [_first_moment(facts) for facts in logs]
     common = _on_one_clock(logs) if not any(b is not None for b in begins) else []
@@ -65,7 +65,7 @@ def run_conditions(
 
 
 def _on_one_clock(logs: Sequence[Sequence[ChannelFacts]]) -> list[float]:
-    """The first time of each log, s, where no two overlap, as of one clock that runs on; else none."""
+    """The first time of each log, s, if no two overlap, so that one clock continues through all; else empty."""
     spans = [next(f for f in facts if f.state == "clock").info.span for facts in logs]
     order = sorted(spans)
     return [begin for begin, _ in spans] if all(a[1] <= b[0] for a, b in pairwise(order)) else []
@@ -88,7 +88,7 @@ def _clock_note(
         return ""
     why = "does not cover the times of day of all runs (other time zones?)"
     if None in spans:
-        why = "cannot be compared with those of the runs, which state no time of day"
+        why = "cannot be compared with the clocks of the runs, which are not times of day"
     return f"the clock of {station.name} {why}: no wind is taken from it"
 
 
@@ -101,7 +101,7 @@ def _air(station: StationLog, name: str, span: tuple[float, float] | None) -> st
     spread = from_si(found[0] + found[1], unit, si_unit) - mean
     least = 10.0**-digits
     column = station.columns[name]
-    comment = f"mean of '{column}' of {station.name}" + (" during the runs" if span else ", all of it")
+    comment = f"mean of '{column}' of {station.name}" + (" during the runs" if span else ", whole file")
     if re.match(REDUCED, column, re.IGNORECASE):
         comment += "; check that it is not reduced to sea level"
     return f"{mean:.{digits}f} +- {max(spread, least):.{digits}f} {unit}  # {comment}"
@@ -124,14 +124,14 @@ def _add_winds(
     ways: Sequence[LoggedDirection],
     read: Collection[str],
 ) -> str:
-    """Add the wind of each run; why it is not known, where it is not."""
+    """Add the wind of each run to its keys; a note on its source, or why it is unknown."""
     if "wind_speed" not in read:
         return ""
     bearings = [way.bearing for way in ways if way.bearing is not None]
     if len(bearings) < len(keys):
         mean = station.mean("wind_speed", (spans[0][0], spans[-1][1]))
         wind = "" if mean is None else f"mean wind {mean[0]:.1f} m/s; "
-        return f"{station.name}: {wind}its direction along the road is not known, since not every log has a heading"
+        return f"{station.name}: {wind}its direction along the road is unknown, since not every log has a heading"
     winds = [station.wind(bearing, span) for bearing, span in zip(bearings, spans, strict=True)]
     for own, one in zip(keys, winds, strict=True):
         if one is not None:

@@ -1,4 +1,4 @@
-"""Which logs of a test were driven which way, from a logged heading, or from latitude and longitude."""
+"""Direction of each run of a test, from a logged heading, or from latitude and longitude."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _NO_MOTION = r"(?![a-z])(?![ _.]*(?:acc|g\b|vel|speed|rate|force|offset|error|st
 _HEADING = re.compile(f"{_DEVICE}(?:heading|hdg|course|cog|bearing|kurs|track angle){_NO_MOTION}", re.IGNORECASE)
 _LATITUDE = re.compile(f"{_DEVICE}lat(?:itude)?{_NO_MOTION}", re.IGNORECASE)
 _LONGITUDE = re.compile(f"{_DEVICE}(?:longitude|long|lon|lng){_NO_MOTION}", re.IGNORECASE)
-_STRAIGHT = 0.9  # size of the mean of unit vectors: headings within some 25 degrees of their mean
-_WITHIN = 30.0  # degrees about one direction, or the opposite one, in which all runs of a straight track lie
+_STRAIGHT = 0.9  # least length of the mean of unit vectors: headings within some 25 degrees of their mean
+_WITHIN = 30.0  # degrees about one direction, or the opposite one, for all runs on a straight track
 _SHORTEST = 100.0  # m between the ends of a run, below which positions give no direction
-_TRACK = 50_000.0  # m, beyond which two columns are no positions of one run
-_DEGREE = 111_200.0  # m of a degree of latitude
+_TRACK = 50_000.0  # m between the ends of a run, above which two columns are not positions
+_DEGREE = 111_200.0  # m per degree of latitude
 
 
 @dataclass(frozen=True)
 class LoggedDirection:
-    """``out`` or ``back`` of a run, empty where its log does not tell, what that rests on, and degrees from north."""
+    """``out`` or ``back``, empty if unknown; the reason; and the bearing of the run, degrees from north."""
 
     direction: str
     why: str
@@ -33,21 +33,20 @@ class LoggedDirection:
 
 
 def logged_directions(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[LoggedDirection, ...]:
-    """The direction of each log: out is that of the first one that tells.
+    """The direction of each log; ``out`` is that of the first log with a known bearing.
 
-    Assumes : the runs are straight, one after the other on one road. A run that turns, or that lies across the others,
-    has none.
+    Assumes : the runs are straight and on one road. A run that turns, or crosses the others, has no direction.
 
     Parameters
     ----------
-    logs : what each log holds.
+    logs : facts on each log.
     """
     found = [_bearing(facts) for facts in logs]
     first = next((one[0] for one in found if one is not None), None)
     if first is None:
         return tuple(LoggedDirection("", "") for _ in logs)
     return tuple(
-        LoggedDirection("", "neither heading nor position of this log tells the direction")
+        LoggedDirection("", "neither heading nor position of this log shows the direction")
         if one is None
         else _along(first, *one)
         for one in found
@@ -65,7 +64,7 @@ def _along(first: float, bearing: float, by: str) -> LoggedDirection:
 
 
 def _bearing(facts: Sequence[ChannelFacts]) -> tuple[float, str] | None:
-    """Degrees from north, and what gives them."""
+    """The bearing, degrees from north, and its source; None if unknown."""
     heading = _named(_HEADING, facts)
     if heading is not None and _degrees(heading) and abs(heading.angle) >= _STRAIGHT:
         return math.degrees(cmath.phase(heading.angle)) % 360.0, f"mean of '{heading.column}'"

@@ -1,4 +1,4 @@
-"""Runs split at long cuts: the parts of a run whose channels a step integrates or simulates with are complete."""
+"""Split of runs at long cuts, so that the channels that a step integrates or simulates with are complete."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ S = TypeVar("S", bound=TestSpec)
 
 
 def split_runs(step: Step, spec: S, cut: Sequence[CutLog], ready: Callable[[Log], Log]) -> tuple[S, tuple[CutLog, ...]]:
-    """The description and logs with a run of its own for each part between long cuts, and short cuts filled.
+    """The description and logs with a separate run for each part between long cuts, and short cuts interpolated.
 
     Runs are split at cuts longer than ``longest_bridge`` of the step's complete and unbroken channels; parts shorter
-    than ``shortest_part`` are left out. Shorter cuts of complete channels are filled by straight lines. All other cuts
-    stay missing samples.
+    than ``shortest_part`` are left out. Shorter cuts of complete channels are interpolated linearly. All other cuts
+    remain missing samples.
 
     Parameters
     ----------
-    spec, cut : one log for each run. ready : adds the channels that are made from others to a log before its cuts.
+    spec, cut : description and its logs, one for each run. ready : adds the computed channels to a log before its cuts.
     """
     runs, logs = [], []
     for run, one in zip(spec.runs, cut, strict=True):
@@ -47,14 +47,13 @@ def split_runs(step: Step, spec: S, cut: Sequence[CutLog], ready: Callable[[Log]
 
 
 def bridged(log: Log, whole: Log, names: Sequence[str]) -> Log:
-    """The log with straight lines over the cuts of some channels, where they last up to ``longest_bridge``.
+    """The log with linear interpolation over cuts of up to ``longest_bridge``, and a note on each channel.
 
-    A cut lasts from its first to its last sample, also where single samples side by side were cut one by one. A note
-    in the log's findings states what was bridged.
+    Adjacent cuts of single samples count as one cut.
 
     Parameters
     ----------
-    whole : the log before the cuts, on the same clock.
+    whole : the log before the cuts, on the same clock. names : channels to interpolate.
     """
     filled, notes = {}, list[Finding]()
     for name in names:
@@ -72,7 +71,7 @@ def bridged(log: Log, whole: Log, names: Sequence[str]) -> Log:
             values = log[name].copy()
             values[cut[short]] = np.interp(log.time[cut[short]], log.time[known], values[known])
             filled[name] = values
-            where, what = f"{log.name}, channel '{name}'", f"{_counted(int(short.sum()))} bridged by straight lines"
+            where, what = f"{log.name}, channel '{name}'", f"{_counted(int(short.sum()))} interpolated linearly"
             notes.append(Finding(where, what, minor=True))
     if not filled:
         return log
@@ -84,7 +83,7 @@ def _counted(samples: int) -> str:
 
 
 def _parts(one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> list[tuple[float, float]]:
-    """First and last time of each part of a run; none where nothing splits it."""
+    """First and last time of each part of a run; empty if it is not split."""
     time = one.log.time
     holes = [hole for hole in _joined(one) if _breaks(hole, one, unbroken, policy)]
     if not holes:
@@ -99,7 +98,7 @@ def _parts(one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> list[
 
 
 def _joined(one: CutLog) -> list[tuple[float, float]]:
-    """First and last time of each cut, where cuts of one channel without a sample between them are one cut."""
+    """First and last time of each cut; cuts of one channel without a sample between them are one cut."""
     found = list[tuple[float, float]]()
     for channel in dict.fromkeys(r.channel for r in one.ledger):
         joined = list[tuple[float, float]]()
@@ -115,7 +114,7 @@ def _joined(one: CutLog) -> list[tuple[float, float]]:
 
 
 def _breaks(hole: tuple[float, float], one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> bool:
-    """Whether a cut leaves a gap in an unbroken channel, or in one that it is made from, too long to be bridged."""
+    """Whether a cut leaves a gap in an unbroken channel that is too long to be interpolated."""
     start, stop = hole
     if stop - start <= policy.longest_bridge:
         return False

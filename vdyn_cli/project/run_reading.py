@@ -1,4 +1,4 @@
-"""One run of a test, read from its logs: on one clock, cut to its window, with totals and constants."""
+"""Reading of one run of a test from its logs: on one clock, cut to its window, with totals and constants."""
 
 from __future__ import annotations
 
@@ -40,7 +40,17 @@ def log_names(run: Run) -> list[str]:
 def read_run(
     step: Step, spec: TestSpec, source: YamlSource, index: int, files: dict[Path, str]
 ) -> tuple[CutLog, tuple[ClockDifference, ...]]:
-    """One run's log, from one logger or merged from several, cut to its window; enters its files with their sha256."""
+    """One run's log, from one logger or merged from several, cut to its window, and the differences of the clocks.
+
+    Parameters
+    ----------
+    spec, source : the description, and its places for messages. index : of the run.
+    files : to which the run's files are added, with their sha256.
+
+    Raises
+    ------
+    InputError : with all problems of the run's logs.
+    """
     run = spec.runs[index]
     names = log_names(run)
     loggers = spec.loggers or [Logger(channels=spec.channels, reading=spec.reading)]
@@ -81,7 +91,7 @@ def read_run(
     log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec), delays)
     found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
     found = _in_window(run, found, place)
-    # Where a torque drives the vehicle, it tells which of two channels has the wrong scale.
+    # If a torque drives the vehicle, the fit can decide which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
     log = summed(step, within_physics(step, log, no_unit))
     tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
@@ -90,25 +100,26 @@ def read_run(
 
 
 def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
-    """The part of a run between from_time and to_time, which stand on the log's clock.
+    """The part of a run between from_time and to_time, which are times on the log's clock.
 
     Raises
     ------
-    InputError : a time that is meant from the begin of the log, whose clock begins later; a window without samples.
+    InputError : a time is counted from the beginning of a log whose clock does not start at zero, or the window has no
+        samples.
     """
     time, name = found.log.time, found.log.name
     first, last = float(time[0]), float(time[-1])
     start, stop = (g.value if g else end for g, end in ((run.from_time, first), (run.to_time, last)))
     for key, given, end in (("from_time", run.from_time, start), ("to_time", run.to_time, stop)):
         if given is not None and 0.0 < end < first - (last - first):
-            what = f"'{key}' lies long before the clock of {name}, which begins at {moment(first)} s"
-            remedy = f"count from there: '{key}: {moment(first + end)} s' is {moment(end)} s after its begin"
+            what = f"'{key}' is long before the clock of {name} starts, at {moment(first)} s"
+            remedy = f"use the clock of the log: '{key}: {moment(first + end)} s' is {moment(end)} s after its start"
             raise InputError(Finding(place, what, f"{moment(end)} s", remedy))
     within = found if run.from_time is None and run.to_time is None else found.between(start, stop)
     if within is not found and within.log.time.size < 2:
         got = f"{moment(start)} s to {moment(stop)} s"
         remedy = f"choose it between {moment(first)} s and {moment(last)} s, on the clock of {name}"
-        raise InputError(Finding(place, "the time window holds no samples of the log", got, remedy))
+        raise InputError(Finding(place, "the time window contains no samples of the log", got, remedy))
     return within
 
 
@@ -117,7 +128,7 @@ def _align_on(spec: TestSpec) -> AlignOn:
 
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
-    """Columns, signs or units of a run for channels that no logger maps."""
+    """Findings on columns, signs or units of a run for channels that no logger maps."""
     mapped = [n for channels, _ in channel_maps(spec) for n in logged(channels)]
     remedy = "map it, with its unit, under channels"
     return [
@@ -136,28 +147,33 @@ def _log_and_file(
 def ready_log(
     step: Step, constants: Mapping[str, float], made: Sequence[Scaling], road: RoadSurvey | None, log: Log
 ) -> Log:
-    """The log with held channels joined, its constant channels, those made from others, totals, the surveyed grade."""
+    """The log with held channels interpolated, and constant channels, computed channels, totals and the grade added.
+
+    Parameters
+    ----------
+    constants : SI value of each constant channel. made : computed channels. road : the road survey, or None.
+    """
     return with_grade(summed(step, completed(without_held(log), constants, made)), road)
 
 
 def _cut_orders(run: Run) -> CutOrders:
-    """What the description says about cuts in this run."""
+    """The description's keys on cuts in this run."""
     listed = run.cuts if isinstance(run.cuts, list) else []
     cut, kept = (tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep))
     return CutOrders(run.cuts == "automatic", cut, kept)
 
 
 def within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
-    """The log, unless its clock or a channel is that of no vehicle: then its unit is likely another one.
+    """The log, if its clock and channels are possible for a vehicle; otherwise a unit is probably wrong.
 
     Parameters
     ----------
-    no_unit : channels whose unit is not known, so that they are not checked.
+    no_unit : channels with an unknown unit, which are not checked.
 
     Raises
     ------
-    InputError : an impossible clock, or a hundredth of a channel's samples or more outside its physical range; all
-        channels at once.
+    InputError : the clock is impossible, or more than 1 % of a channel's samples are outside its physical range; all
+        channels are reported at once.
     """
     problems = list(impossible_clock(log))
     for name, quantity in step.channels().items():
@@ -180,7 +196,7 @@ def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Loca
 
     Parameters
     ----------
-    quantity : what the channel is. channel : how the description maps it, at its place ``at``.
+    quantity : of the channel. channel : its entry in the description, at the location ``at``.
     """
     place = source.where(at)
     unit, sign, group = channel.unit, channel.sign, channel.group
@@ -188,7 +204,7 @@ def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Loca
 
 
 def summed(step: Step, log: Log) -> Log:
-    """The log with totals made of mapped parts: ``front_load|front_left_load+front_right_load``."""
+    """The log with totals summed from mapped parts, such as ``front_load|front_left_load+front_right_load``."""
     for entry in (*step.required, *step.optional):
         total, *alternatives = entry.split("|")
         for way in alternatives:

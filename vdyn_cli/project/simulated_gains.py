@@ -1,7 +1,7 @@
-"""Gains that change in mid-run, seen in a channel against the simulation of the fitted model.
+"""Detection of gains that change in mid-run, from channels and their simulation by the fitted model.
 
-The model of a step ties channels that no law ties alone: a shaft's torque to its twist, a tire's force to slip and
-load. The two parts of such a run disagree by a factor, and the fit lies between them.
+The model of a step relates channels that no single law relates: a shaft's torque to its twist, a tire's force to slip
+and load. Before and after the change they differ by a factor, and the fit is in between.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ Course = Literal["", "abrupt", "gradual"]
 
 
 def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPolicy = QUALITY) -> Iterator[Finding]:
-    """A fault for each run in which the gain of a channel against its simulation changes, as in no other run.
+    """A fault for each run in which the gain of a channel over its simulation changes, unlike in the other runs.
 
-    A model that lacks an effect misses its logs, too; but it misses all runs alike, and seldom by a factor that changes
-    at one instant. What a single run shows must not be a gain that differs with the sign of the channel or its size;
-    where it is no step either, it is a doubt: a sensor's gain drifts, or the part itself does.
+    A model that lacks an effect also misses its logs, but in all runs alike, and seldom by a factor that changes at one
+    instant. For a single run, a gain that depends on the sign or size of the channel is excluded, and a gradual change
+    is only a warning: the gain of a sensor drifts, or the part itself changes.
 
     Parameters
     ----------
-    comparisons : measured and simulated, of every run; those over time are tested.
+    comparisons : measured and simulated channels of every run; those over time are tested.
     """
     by_channel: dict[str, list[Comparison]] = {}
     for one in comparisons:
@@ -40,19 +40,19 @@ def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPo
         usual = 0.0 if alone else float(np.median([abs(np.log(c.factor)) if c else 0.0 for c, _ in changes]))
         for run, (change, course) in zip((one.run for one in runs), changes, strict=True):
             if change is None or not course or abs(np.log(change.factor)) < policy.unlike_runs * usual:
-                continue  # of the model, or the test, and of no sensor
+                continue  # not a sensor's gain, but the model or the test
             share = f"{channel} against its simulation: the ratio changes by {100 * (change.factor - 1.0):+.1f} %"
             if course == "abrupt":
                 remedy = f"cut the run with from_time or to_time: {change.at:.1f} s, or remove it"
                 what = f"{share} at {change.at:.1f} s: the gain of a sensor changed"
                 yield Finding(run, what, "", remedy, fault=True, doubt=True)
             else:
-                what = f"{share} in the course of the run, about {change.at:.1f} s: the gain of a sensor, or the part"
+                what = f"{share} gradually, about {change.at:.1f} s: the gain of a sensor, or the part itself, changed"
                 yield Finding(run, what, "", "repeat the run; a second one shows whether it is the sensor", doubt=True)
 
 
 def _likely(one: Comparison, alone: bool, policy: QualityPolicy) -> tuple[GainChange | None, Course]:
-    """The most likely change of a run's gain, and its course where it is certain and large."""
+    """The most likely change of a run's gain, and whether it is abrupt or gradual; empty if not significant."""
     good = np.isfinite(one.measured) & np.isfinite(one.simulated)
     if one.used is not None:
         good &= one.used

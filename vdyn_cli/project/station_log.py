@@ -1,4 +1,4 @@
-"""A weather station's log beside the runs: the air during each run, and the wind along and across the road."""
+"""A weather station's log: the air during each run, and the wind along and across the road."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 
 REDUCED = r"baro\w*( pressure)?"  # a pressure that may be reduced to sea level
 _DAY = 86400.0  # s
-_SECOND_CLOCK = 0.05  # share of its length by which a second clock of a log may differ: it is written more rarely
+_SECOND_CLOCK = 0.05  # relative difference of duration of a second clock of a log, which may be recorded more slowly
 _LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
-# Names of a station's columns, the one to be preferred first: a pressure reduced to sea level, and a direction that
-# counts from the magnetic north, only for want of the other.
+# Names of a station's columns, preferred ones first: a pressure reduced to sea level and a direction from magnetic
+# north are used only without the other.
 _NAMES: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "temperature": ("K", (r"((air|outside|ambient|dry bulb) )?temp(erature)?s?( out(side)?)?", "(luft)?temperatur")),
     "pressure": ("Pa", (r"station p(ress(ure)?)?", r"((abs(olute)?|air) )?pressure", "luftdruck", REDUCED)),
@@ -43,13 +43,13 @@ _OF_A_CAR = re.compile(
 
 @dataclass(frozen=True)
 class StationLog:
-    """What a weather station wrote.
+    """The samples of a weather station.
 
     Parameters
     ----------
     name : of the file.
-    time : (n,) s since 1970, or since midnight where the file states no date.
-    columns : the file's name of each quantity. values : (n,) of each, SI; angles from north, from which the wind blows.
+    time : (n,) s since 1970, or since midnight if the file states no date.
+    columns : the file's name of each quantity. values : (n,) of each, SI; angles from north of the wind's origin.
     """
 
     name: str
@@ -58,7 +58,7 @@ class StationLog:
     values: Mapping[str, Array]
 
     def mean(self, quantity: str, span: tuple[float, float] | None) -> tuple[float, float] | None:
-        """Mean and standard deviation of a quantity, SI, over a span, or all of the log; None without values."""
+        """Mean and standard deviation of a quantity, SI, over a span (None: the whole log); None without values."""
         values = self.values.get(quantity)
         if values is None:
             return None
@@ -66,12 +66,17 @@ class StationLog:
         return (float(some.mean()), float(some.std())) if some.size else None
 
     def span_of(self, begin: float, length: float) -> tuple[float, float]:
-        """First and last moment, on the station's clock, of a run that began at ``begin``, s of its own clock."""
+        """First and last time, on the station's clock, of a run of ``length``, s, from ``begin`` on its own clock."""
         first = float(self.time[0]) + between(float(self.time[0]), begin)
         return first, first + length
 
     def wind(self, bearing: float, span: tuple[float, float]) -> tuple[float, float] | None:
-        """Means of the wind against the motion and across it, m/s; the run drives ``bearing`` degrees from north."""
+        """Mean wind against the motion (positive: headwind) and across it (absolute), m/s; None if unknown.
+
+        Parameters
+        ----------
+        bearing : direction of the run, degrees from north. span : first and last time, s, on the station's clock.
+        """
         if not {"wind_speed", "wind_direction"} <= self.values.keys():
             return None
         speed, angle = self.values["wind_speed"], self.values["wind_direction"] - math.radians(bearing)
@@ -83,12 +88,12 @@ class StationLog:
         return along, abs(across)
 
     def covers(self, span: tuple[float, float]) -> bool:
-        """Whether it wrote during all of a span."""
+        """Whether it recorded during the whole span."""
         step = (self.time[-1] - self.time[0]) / max(self.time.size - 1, 1)
         return bool(self.time[0] - step <= span[0] and span[1] <= self.time[-1] + step)
 
     def _within(self, span: tuple[float, float] | None) -> NDArray[np.bool_]:
-        """The samples of a span, or the one next to it where it is shorter than a step."""
+        """The samples within a span, or the one closest to it if there is none."""
         if span is None:
             return np.ones(self.time.size, dtype=bool)
         there = (self.time >= span[0]) & (self.time <= span[1])
@@ -98,13 +103,13 @@ class StationLog:
 
 
 def is_station(facts: Sequence[ChannelFacts]) -> bool:
-    """Whether a log is that of a weather station: air or wind with a temperature, and nothing that a car has."""
+    """Whether a log is that of a weather station: temperature with other air or wind data, and no channel of a car."""
     found = _columns(facts)
     return "temperature" in found and len(found) > 1 and not any(_OF_A_CAR.match(f.column) for f in facts)
 
 
 def station_log(path: Path, facts: Sequence[ChannelFacts]) -> StationLog | None:
-    """The station's samples; None where its clock states no time of day."""
+    """The samples of the station's file at ``path``; None if its clock is not a time of day."""
     begin = absolute_begin(facts)
     if begin is None:
         return None
@@ -121,7 +126,7 @@ def station_log(path: Path, facts: Sequence[ChannelFacts]) -> StationLog | None:
 
 
 def absolute_begin(facts: Sequence[ChannelFacts]) -> float | None:
-    """When the clock of a log counts zero, s since 1970 or since midnight; None where it states no time of day."""
+    """The zero of a log's clock, s since 1970 or since midnight; None if it is not a time of day."""
     clock = next((f for f in facts if f.state == "clock"), None)
     if clock is None:
         return None
@@ -133,7 +138,7 @@ def absolute_begin(facts: Sequence[ChannelFacts]) -> float | None:
 
 
 def _second_clock(facts: ChannelFacts, clock: ChannelFacts) -> float | None:
-    """The first time, s since 1970, of a column that counts from there as fast as the clock; None of any other."""
+    """The first time, s since 1970, of a column that is a second clock in s or ms; None for any other column."""
     length = clock.info.span[1] - clock.info.span[0]
     for scale in (1.0, 1e-3):  # s, ms
         first, last = (scale * end for end in facts.ends)
@@ -147,14 +152,14 @@ def _since_1970(time: float) -> bool:
 
 
 def between(first: float, second: float) -> float:
-    """Time from one moment to another, s; of those without a date, the nearest within half a day."""
+    """Time from ``first`` to ``second``, s; for times of day without a date, the value within half a day."""
     if min(first, second) > _LONGEST_DAY:
         return second - first
     return (second - first + 0.5 * _DAY) % _DAY - 0.5 * _DAY
 
 
 def _columns(facts: Sequence[ChannelFacts]) -> dict[str, str]:
-    """The column of each quantity: that of the earliest of its names."""
+    """The column of each quantity, by the most preferred of its names."""
     found: dict[str, str] = {}
     for quantity, (_, names) in _NAMES.items():
         fitting = (f.column for name in names for f in facts if _fits(quantity, name, f))

@@ -1,4 +1,4 @@
-"""Runs that differ from their siblings in unit or sign, though one channel map holds for all."""
+"""Detection of runs that differ from the others in unit or sign, although one channel map applies to all."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.sign_conventions import REMEDY
 
 SPEEDS = ("speed", "vehicle_speed")
-# What a run's speed is times too large where its file is in another unit than those of its siblings.
+# Factor on a run's speed if its file has another unit than those of the other runs.
 FACTORS = {1 / 3.6: "m/s among km/h", 3.6: "km/h among m/s", 1 / 1.609344: "mph among km/h", 1.609344: "km/h among mph"}
 FACTORS |= {1 / 2.236936: "m/s among mph", 2.236936: "mph among m/s"}
-ALIKE = 1.15  # largest over smallest speed of the siblings: then they are driven alike, and a factor shows
-NEAR = 0.04  # relative distance from a factor: factors are 1.6 and more from each other
-FEWEST = 3  # siblings
-# Channels that measure the same motion by another sensor.
+ALIKE = 1.15  # largest over smallest speed of the other runs, up to which they are similar enough to show a factor
+NEAR = 0.04  # relative distance from a factor; factors differ by 1.6 and more
+FEWEST = 3  # other runs
+# Channels that measure the same motion with another sensor.
 WITNESSES = ("wheel_speed", "wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr", "position")
-DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current")  # what changes the speed
-BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a quantized speed has none
+DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current")  # these change the speed
+BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a quantized speed gives no rate
 
 
 def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
-    """A finding for each run whose speeds are those of its siblings times the factor between two units.
+    """A finding for each run whose speed is that of the other runs times the factor between two units.
 
-    A run that was driven slower has the siblings' ratio of the speed to what else measured it, or of the drive to the
-    speed's rate: that is no other unit.
+    A run that was driven at another speed is not reported: its ratio of the speed to other measurements of the motion,
+    or of the drive to the rate of the speed, is that of the other runs.
     """
     for channel in SPEEDS:
         high = {k: float(np.nanquantile(np.abs(log[channel]), 0.98)) for k, log in enumerate(logs) if channel in log}
@@ -41,7 +41,7 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
             ratio = value / float(np.median(others))
             near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= NEAR), None)
             if near is not None and not _other_witness(logs, k, channel, ratio):
-                what = f"the speed is {ratio:.3g} times that of the other runs, as of a file in {near}"
+                what = f"the speed is {ratio:.3g} times that of the other runs, as for a file in {near}"
                 unit = near.split()[0]
                 remedy = f"write 'units: {{{channel}: {unit}}}' at this run if its file is in {unit}"
                 yield Finding(f"{logs[k].name}, channel '{channel}'", what, "", remedy)
@@ -53,11 +53,11 @@ _CONTRADICTION = re.compile(
 
 
 def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]]) -> Iterator[Finding]:
-    """A problem for each run whose file states another unit than the description where those of other runs do not.
+    """A problem for each run whose file states another unit than the description while those of other runs do not.
 
     Parameters
     ----------
-    stated : the units that the description states for each run alone, which are used whatever its file states.
+    logs : of all runs. stated : for each run, the units that the description states for it alone, which have priority.
     """
     found = [(k, f, m) for k, log in enumerate(logs) for f in log.findings if (m := _contradicted(f)) is not None]
     for k, finding, match in found:
@@ -73,7 +73,7 @@ def _contradicted(finding: Finding) -> re.Match[str] | None:
 
 
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
-    """Whether another channel of the same motion is that of the siblings times the same ratio."""
+    """Whether another channel of the motion confirms the speed, so that the ratio is not one of units."""
     for other in (*WITNESSES, *DRIVES):
         told = _drive_per_rate if other in DRIVES else _mean_ratio
         found = [told(log, other, channel) if other in log and channel in log else 0.0 for log in logs]
@@ -88,7 +88,7 @@ def _mean_ratio(log: Log, other: str, channel: str) -> float:
 
 
 def _drive_per_rate(log: Log, drive: str, channel: str) -> float:
-    """The slope of a drive over the rate of the speed, while it drives: mass times radius, in the speed's own scale."""
+    """The slope of the drive over the rate of the speed while it drives: mass (times radius), in the speed's scale."""
     good = np.isfinite(log[drive]) & np.isfinite(log[channel])
     time = log.time[good]
     if time.size < 2 or time[-1] - time[0] < FEWEST * BIN:
@@ -104,7 +104,7 @@ def _drive_per_rate(log: Log, drive: str, channel: str) -> float:
 
 
 def _mean(log: Log, channel: str) -> float:
-    """The mean speed that a channel tells, in its own scale; of a position, distance over time."""
+    """The mean speed by a channel, in its scale; for a position, distance over time."""
     values, time = log[channel], log.time
     good = np.isfinite(values)
     if good.sum() < 2:
@@ -115,7 +115,12 @@ def _mean(log: Log, channel: str) -> float:
 
 
 def with_run_signs(findings: Sequence[Finding], logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """The findings, where a sign is wrong in some runs only with the remedy that turns it there alone."""
+    """The findings; for a sign that is wrong in only some runs, the remedy is to change it in these runs.
+
+    Parameters
+    ----------
+    logs : of all runs.
+    """
     wrong = [f for f in findings if f.remedy == REMEDY]
     names = {f.where.partition(", ")[0] for f in wrong}
     if not names or len(names) >= len(logs):
@@ -125,4 +130,4 @@ def with_run_signs(findings: Sequence[Finding], logs: Sequence[Log]) -> tuple[Fi
 
 def _turned(finding: Finding) -> str:
     channel = finding.where.partition(", ")[2].removeprefix("channel ").strip("' ")
-    return f"add 'signs: {{{channel}: -1}}' to this run: the other runs have the usual sign"
+    return f"add 'signs: {{{channel}: -1}}' to this run: the other runs have the correct sign"

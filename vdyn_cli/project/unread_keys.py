@@ -1,4 +1,4 @@
-"""Keys of a description that its step does not read: each is named, with the steps that read it."""
+"""Findings on keys of a description that its step does not read, with the steps that read them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AIR = ("temperature", "pressure", "humidity", "air_density")
 
 
 def contradictory_keys(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
-    """Keys that have no meaning beside others, so that the description cannot mean what it says."""
+    """Findings on keys that have no meaning in combination with others."""
     if not spec.loggers:
         if "align_on" in spec.model_fields_set:
             yield Finding(
@@ -22,20 +22,20 @@ def contradictory_keys(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
             )
         return
     if spec.loggers[0].delay is not None:
-        what = "the first logger gives the clock, so it has no 'delay'"
-        remedy = "state the delays of the other loggers against it"
+        what = "the first logger defines the clock, so it has no 'delay'"
+        remedy = "state the delays of the other loggers relative to it"
         yield Finding(source.where(("loggers", 0, "delay")), what, "", remedy)
     for key in ("channels", "reading"):
         if key in spec.model_fields_set:
-            what = f"'{key}' beside 'loggers' is not read"
+            what = f"'{key}' is not read if there are 'loggers'"
             remedy = f"give each logger its own '{key}' under loggers, and remove this one"
             yield Finding(source.where((key,)), what, "", remedy)
 
 
 def unread_keys(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
-    """Keys of the vehicle, the air and the runs that the step does not read.
+    """Findings on keys of the vehicle, the air and the runs that the step does not read.
 
-    A vehicle's file serves all steps, so that only keys written in the description itself are named.
+    A vehicle's file is shared by all steps, so that only keys in the description itself are reported.
     """
     if step.reads is not None:
         yield from _unread_parameters(step, spec, source)
@@ -59,7 +59,7 @@ def _unread_parameters(step: Step, spec: TestSpec, source: YamlSource) -> Iterat
 
 
 def parameters_read(step: Step) -> frozenset[str]:
-    """Every parameter of the vehicle and the air that a step may read."""
+    """All parameters of the vehicle and the air that a step may read."""
     scaled = (n for one in step.scaled for n in (*one.constants, *one.optional))
     return frozenset((*step.needs, *(step.reads or ()), *scaled))
 
@@ -77,8 +77,8 @@ def _reads(step: Step, name: str) -> bool:
 
 
 def _remedy(step: Step, spec: TestSpec, name: str) -> str:
-    """Where the value would be held, if it can be; else only to remove it."""
+    """The remedy: remove the key, or state the value where the step can fix it."""
     fix = getattr(getattr(spec, "settings", None), "fix", None)
     if fix is not None and name in type(fix).model_fields:
-        return f"remove it, or hold it by 'settings: {{fix: {{{name}: ...}}}}'"
-    return "remove it, or put it into a file of the vehicle that all steps share"
+        return f"remove it, or fix it with 'settings: {{fix: {{{name}: ...}}}}'"
+    return "remove it, or move it to a vehicle file that all steps share"
