@@ -61,21 +61,27 @@ SOURCES: Mapping[str, NoiseSource] = {
 
 @dataclass(frozen=True)
 class White:
+    """Independent noise of every row: size^2 diag(variance)."""
+
     source: str
-    variance: Array  # (n,) of each row for an amplitude of one
+    variance: Array  # (n,) for an amplitude of one
 
 
 @dataclass(frozen=True)
 class SteadyComponent:
+    """A disturbance that is constant within a run: size^2 u u'."""
+
     source: str
-    response: Array  # (n,)
+    response: Array  # (n,), u
 
 
 @dataclass(frozen=True)
 class Colored:
+    """A disturbance with an exponential autocorrelation: size^2 G exp(-lag / time) G'."""
+
     size: str
     time: str
-    response: Array  # (n, b), of each row to the disturbance in each bin
+    response: Array  # (n, b), G: response of each row to the disturbance in each bin
     lag: Array  # (b, b) s
 
 

@@ -9,7 +9,7 @@ from vdyn_cli.quantities.arrays import Array
 # A channel's variance must exceed that of its white noise by so many of its standard errors, noise^2 (2 / n)^0.5: with
 # less, the channel may hold noise alone. Above that, the intervals show how much information the channel holds.
 LEAST_EXCESS = 10.0
-ROUNDING = 1e-12  # of a variance
+ROUNDING = 1e-12  # share of a variance
 NORMAL_FROM_MEDIAN = 1.482602218505602  # standard deviation of a normal variable per median absolute value
 
 
@@ -63,31 +63,15 @@ def exceeds_noise(spread: float, noise: float, count: int) -> bool:
     return spread**2 - noise**2 > max(chance, ROUNDING * spread**2) and spread > 0.0
 
 
-def whiten(
-    residual: Array, jacobian: Array, *, covariance: Array | None = None, cholesky: Array | None = None
-) -> tuple[Array, Array]:
-    """Residual and Jacobian in units of independent noise of variance one.
-
-    With the noise covariance C = L L', returns L^-1 r and L^-1 J.
+def whiten(residual: Array, jacobian: Array, cholesky: Array) -> tuple[Array, Array]:
+    """Residual and Jacobian in units of independent noise of variance one, L^-1 r and L^-1 J.
 
     Parameters
     ----------
     residual : (n,); jacobian : (n, k).
-    covariance : (n, n), or instead cholesky : (n, n), its lower triangular factor L.
-
-    Raises
-    ------
-    ValueError
-        Neither or both are given, or the covariance is not positive definite.
+    cholesky : (n, n), lower triangular factor L of the noise covariance C = L L'.
     """
-    from scipy.linalg import LinAlgError, solve_triangular
-    from scipy.linalg import cholesky as factor
+    from scipy.linalg import solve_triangular
 
-    if (covariance is None) == (cholesky is None):
-        raise ValueError("whiten needs either the covariance or its Cholesky factor")
-    try:
-        root = factor(covariance, lower=True) if covariance is not None else np.asarray(cholesky)
-    except LinAlgError as error:
-        raise ValueError("the noise covariance is not positive definite") from error
-    both = solve_triangular(root, np.column_stack([jacobian, residual]), lower=True)
+    both = solve_triangular(cholesky, np.column_stack([jacobian, residual]), lower=True)
     return np.ascontiguousarray(both[:, -1]), np.ascontiguousarray(both[:, :-1])
