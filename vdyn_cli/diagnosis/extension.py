@@ -9,7 +9,6 @@ from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, with_meaning
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import shapes_of, started_at, unknowns_of
-from vdyn_cli.diagnosis.full_model import NO_VALUES
 from vdyn_cli.diagnosis.judgment import Judgment, with_fewer_effects, without_answer
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -18,6 +17,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Problem, published
+from vdyn_cli.steps.contract import NO_VALUES
 
 ZERO = "is not significantly different from zero"
 STILL_MISSED = "with it, too, the simulation misses the logs"

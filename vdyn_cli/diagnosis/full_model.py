@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from types import MappingProxyType
 
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at, unknowns_of
@@ -15,8 +14,8 @@ from vdyn_cli.diagnosis.scores import Scores, scores
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.inference.restrict import without_priors
+from vdyn_cli.steps.contract import NO_VALUES
 
-NO_VALUES: Mapping[str, float] = MappingProxyType({})
 LEAST_STEP = 1e-2  # least predicted decrease of the cost in a step of a fit, in variances: a tenth of a std
 
 

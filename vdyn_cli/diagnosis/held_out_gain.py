@@ -181,7 +181,7 @@ def _selected(
         if best is None or scored.evidence[best] < POLICY.fold_evidence:
             break
         found.append(best)
-        again = strategy.rescanned(found) if set(found) < set(answer) else None
+        again = strategy.fitted(found) if strategy.nonlinear and set(found) < set(answer) else None
         if again is not None:
             there = LeftOut(again.system, folds.fewest)
             folds = there if len(there.folds) == len(folds.folds) else folds

@@ -9,7 +9,7 @@ from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import bounds_of, is_scale
-from vdyn_cli.diagnosis.full_model import LEAST_STEP, NO_VALUES, FittedModel, FullModel, full_model, with_open_range
+from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel, full_model, with_open_range
 from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.diagnosis.nested_fits import NestedFits
@@ -19,6 +19,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.contract import NO_VALUES
 
 
 def rms_alone(fit: FittedModel) -> float:
@@ -39,6 +40,11 @@ class LinearizedStrategy:
         self._fits = NestedFits(self.model)
 
     @property
+    def nonlinear(self) -> bool:
+        """False: all fits of one linearization have the same sensitivities."""
+        return False
+
+    @property
     def prior_values(self) -> Mapping[str, float]:
         """The prior means of the baseline's parameters."""
         base = set(self.model.base)
@@ -52,10 +58,6 @@ class LinearizedStrategy:
     def relinearized(self, fitted: FittedModel) -> FittedModel:
         """See Strategy."""
         return self.relinearization.of(fitted)
-
-    def rescanned(self, effects: Sequence[str]) -> FittedModel | None:
-        """None: all fits of one linearization have the same sensitivities."""
-        return None
 
     def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
         """See Strategy. Predictions are comparable only if the same noise weights them: that of ``fitted``."""

@@ -69,7 +69,7 @@ class Curve:
         return np.asarray(curve - columns @ step)
 
 
-def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | None = None) -> Curve | None:
+def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | None) -> Curve | None:
     """The curve of one of the fitted parts; None where the data cover fewer than ``FEWEST_POINTS`` points.
 
     The band is the wider of two: by the scatter between units, and by the noise model with the smoothness prior, which

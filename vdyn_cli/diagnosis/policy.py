@@ -399,6 +399,6 @@ def shared_level(steps: int) -> float:
     return float(f"{POLICY.level / max(steps, 1):.4g}")
 
 
-def policy_text(policy: Policy = POLICY, width: int = 100) -> str:
+def policy_text() -> str:
     """Every threshold with its value, unit, meaning and reason, one paragraph each."""
-    return thresholds_text(policy, width)
+    return thresholds_text(POLICY)

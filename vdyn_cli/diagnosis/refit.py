@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 from vdyn_cli.diagnosis.detection import Detection
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at
-from vdyn_cli.diagnosis.full_model import NO_VALUES, FittedModel, FullModel, full_model, with_open_range
+from vdyn_cli.diagnosis.full_model import FittedModel, FullModel, full_model, with_open_range
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression
+from vdyn_cli.steps.contract import NO_VALUES
 
 
 @dataclass
@@ -25,6 +26,11 @@ class RefitStrategy:
         self._fits = NestedFits(self.model, self._starts, self.secants)
 
     @property
+    def nonlinear(self) -> bool:
+        """True: every fit simulates at its own values."""
+        return True
+
+    @property
     def prior_values(self) -> Mapping[str, float]:
         """Empty: predictions use fitted values."""
         return NO_VALUES
@@ -36,10 +42,6 @@ class RefitStrategy:
     def relinearized(self, fitted: FittedModel) -> FittedModel:
         """The fit itself: it is linearized about its own amplitudes already."""
         return fitted
-
-    def rescanned(self, effects: Sequence[str]) -> FittedModel | None:
-        """See Strategy."""
-        return self.fitted(effects)
 
     def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
         """None: predictions use the fit itself."""

@@ -19,6 +19,10 @@ class Strategy(Protocol):
         """The full model whose nested models are fitted."""
 
     @property
+    def nonlinear(self) -> bool:
+        """Whether the sensitivities of a fit with effects differ from those of the baseline's fit."""
+
+    @property
     def prior_values(self) -> Mapping[str, float]:
         """Values at which predictions hold the parameters, whatever a fit gives; empty where they use fitted ones."""
 
@@ -27,9 +31,6 @@ class Strategy(Protocol):
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
         """The same fit linearized about its own amplitudes, with no other effects in the model."""
-
-    def rescanned(self, effects: Sequence[str]) -> FittedModel | None:
-        """The fit with these effects if its sensitivities differ from those of the baseline's fit; else None."""
 
     def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
         """The runs simulated at the prior values with these effects, weighted by the noise of ``fitted``.

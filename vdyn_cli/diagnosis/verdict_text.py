@@ -73,7 +73,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         return f"No model error detected ({p})."
     if judgment.one_way_effects is not None:
         label = " with ".join(judgment.one_way_effects)
-        found = f"{label[0].upper()}{label[1:]} would explain the misfit" if label else "No other error detected"
+        found = f"{_capital(label)} would explain the misfit" if label else "No other error detected"
         return f"{found} ({p}), but {judgment.why}: wind, slope and resistance are confounded."
     if judgment.verdict == "not_testable":
         return not_possible(judgment.why or "no candidate effect would be visible in these data")
