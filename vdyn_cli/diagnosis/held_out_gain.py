@@ -104,32 +104,34 @@ def held_out_gain(
     """
     priors, model = strategy.prior_values, strategy.model
     fewest = POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out
-    known: dict[int, LeftOut] = {}
+    cut: dict[int, LeftOut] = {}
 
     def left_out(one: FittedModel) -> LeftOut:
-        return known.setdefault(id(one.system), LeftOut(one.system, fewest))
+        return cut.setdefault(id(one.system), LeftOut(one.system, fewest))
 
     folds = left_out(base).folds
     if folds[0][0] < 0 and len(folds) < POLICY.fewest_blocks_left_out:
         return None
 
-    def cut_alike(one: FittedModel | None, other: FittedModel) -> FittedModel:
-        return one if one is not None and len(left_out(one).folds) == len(folds) else other
+    def with_these_folds(one: FittedModel | None, fallback: FittedModel) -> FittedModel:
+        return one if one is not None and len(left_out(one).folds) == len(folds) else fallback
 
-    near, there = cut_alike(strategy.relinearized(extended), extended), cut_alike(selection.at, base)
-    without = cut_alike(strategy.predicted(near, (), {}), base)
+    answer = with_these_folds(strategy.relinearized(extended), extended)
+    selecting = with_these_folds(selection.at, base)
+    without = with_these_folds(strategy.predicted(answer, (), {}), base)
     simulated: dict[tuple[str, ...], FittedModel] = {(): without}
     before, after, fitted = [], [], []
     for k in range(len(folds)):
         chosen = extended.effects  # nondifferentiable effects cannot be selected at zero amplitude
         if set(chosen) <= set(selection.candidates):
-            chosen = _selected(strategy, Selection(selection.candidates, there), k, left_out(there), extended.effects)
-        at = near if chosen == extended.effects else there
-        rival = strategy.fitted(chosen) if at is there and near is extended and len(chosen) == 1 else None
+            choice = Selection(selection.candidates, selecting)
+            chosen = _selected(strategy, choice, k, left_out(selecting), extended.effects)
+        at = answer if chosen == extended.effects else selecting
+        rival = strategy.fitted(chosen) if at is selecting and answer is extended and len(chosen) == 1 else None
         if rival is not None and len(extended.effects) == 1:
             # One linearization misleads where an effect is large: compare its choice and the answer, each on its own.
-            rival = cut_alike(rival, near)
-            at = min((rival, near), key=lambda one: _misfit(one, left_out(one), k, model.with_base(one.effects)))
+            rival = with_these_folds(rival, answer)
+            at = min((rival, answer), key=lambda one: _misfit(one, left_out(one), k, model.with_base(one.effects)))
             chosen = at.effects
         first, fold = left_out(without).folds[k], left_out(at).folds[k]
         values = _values(at, left_out(at), k, model.with_base(chosen))
@@ -139,10 +141,10 @@ def held_out_gain(
             continue
         values |= priors
         if chosen not in simulated:
-            simulated[chosen] = cut_alike(strategy.predicted(near, chosen, values), at)
-        drives = simulated[chosen]
+            simulated[chosen] = with_these_folds(strategy.predicted(answer, chosen, values), at)
+        predicted = simulated[chosen]
         before.append(_error(without, first, priors, as_measured=True))
-        after.append(_error(drives, left_out(drives).folds[k], values, as_measured=True))
+        after.append(_error(predicted, left_out(predicted).folds[k], values, as_measured=True))
     refits = [b for b, _ in fitted], [a for _, a in fitted]
     return _summary((before, after) if priors else refits, refits)
 

@@ -177,10 +177,10 @@ class LinearizedStrategy:
 
         Returns ``other`` if there is none, or none that explains clearly more than ``effect`` does in ``other``.
         """
-        of = self.relinearization
-        alike = [e.name for e in self.model.setup.effects if effect in (e.name, *e.alike)]
-        sharp = [name for name in alike if of.nondifferentiable((name,))]
-        gains = {name: likely[1] for name in sharp if (likely := of.likely_size(name)) is not None}
+        near = self.relinearization
+        similar = [e.name for e in self.model.setup.effects if effect in (e.name, *e.alike)]
+        tried = [name for name in similar if near.nondifferentiable((name,))]
+        gains = {name: likely[1] for name in tried if (likely := near.likely_size(name)) is not None}
         if not gains:
             return other
         best = max(gains, key=gains.__getitem__)
@@ -189,7 +189,7 @@ class LinearizedStrategy:
             least = min(fitted.solution.cost, other.relinearized(fitted).solution.cost)
             if gains[best] < base.solution.cost - least + POLICY.clearly_better:
                 return other
-        found = of.about_likely(best)
+        found = near.about_likely(best)
         if found is None:
             return other
         there = self._linearized_at({n: found.values[n] for n in (*self.model.base, *self.model.amplitudes(best))})
@@ -211,8 +211,8 @@ class LinearizedStrategy:
 
 def _with_likely(relinearization: Relinearization, found: Detection, seen: Detection) -> Detection:
     """``seen`` with the nondifferentiable effects testable that were so in ``found``, which used their amplitudes."""
-    sharp = {n for n in found.testable if relinearization.nondifferentiable((n,))}
-    testable = tuple(n for n in found.scores.names if n in sharp or n in seen.testable)
+    kept = {n for n in found.testable if relinearization.nondifferentiable((n,))}
+    testable = tuple(n for n in found.scores.names if n in kept or n in seen.testable)
     return replace(seen, testable=testable)
 
 

@@ -141,9 +141,9 @@ class SimulationSetup:
 
     @cached_property
     def unextended(self) -> SimulationSetup | None:
-        """The setup without effects, where their amplitudes are zero: it simulates alike.
+        """For the full vehicle, the setup without the added effects if their amplitudes start at zero; else None.
 
-        Only of the full vehicle, which is dear to simulate.
+        Its simulation is the same, so that only the sensitivities to the effects have to be added.
         """
         shapes = {n for e in self.effects for n in e.nominal}
         zero = all(u.start == 0.0 for u in self.extra if u.name not in shapes)
