@@ -91,7 +91,7 @@ def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mappin
 
     Parameters
     ----------
-    columns : names of the unknowns of each candidate and profile.
+    columns : names of the unknowns of each candidate and profile. profiles : names of the profiles among them.
     """
     basis = orthonormal(system.of([*fitted, *system.own]))
     names = [n for each in columns.values() for n in each]

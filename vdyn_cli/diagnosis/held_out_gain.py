@@ -96,11 +96,12 @@ class Selection:
 def held_out_gain(
     strategy: Strategy, base: FittedModel, extended: FittedModel, selection: Selection
 ) -> HeldOutGain | None:
-    """The held-out gain of an extension.
+    """The held-out gain of an extension; None where there are too few runs and blocks to leave out.
 
-    Returns
-    -------
-    None where there are too few runs and blocks to leave out.
+    Parameters
+    ----------
+    base, extended : fits without and with the effects of the answer.
+    selection : the candidates from which each fold selects, and the fit beside which it tests them.
     """
     priors, model = strategy.prior_values, strategy.model
     fewest = POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out

@@ -37,6 +37,10 @@ def with_open_answers(
     * An answer that is not in the model (a learned law, unless requested): that answer and the baseline. A learned law
       in the model because the logs contradict the baseline: both, too. The baseline then has the bias by its whole
       unexplained residual, since its parameters may have absorbed an unknown share of the missing law.
+
+    Parameters
+    ----------
+    extension : its result is widened, else that of the baseline, ``base``. problem : publishes the other answers.
     """
     result = extension.result or base
     if not result.parameters or judgment.verdict == "not_testable":
@@ -74,7 +78,7 @@ def with_open_answers(
 
 
 def holding_free_curve(result: Result, extension: Extension, law: Learned | None, problem: SimulatedProblem) -> Result:
-    """The result of a learned formula, with the band of its prediction widened by that of the free curve.
+    """The result of a learned formula ``law``, with intervals that include those of the free curve; others unchanged.
 
     A formula may deviate locally by more than its own interval: for example a sine at the flank of a step.
     """

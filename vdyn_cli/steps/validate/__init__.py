@@ -1,4 +1,4 @@
-"""Validation by drives: is the error of the simulated model within the uncertainty of its parameters?
+"""Validation by drives: error of the simulated model against the uncertainty of its parameters.
 
 The model is simulated open loop from the measured start with the measured torque, and compared with every measured
 output. The parameters' covariance C and the exact sensitivities S of an output give the 95 % band of a correct model,

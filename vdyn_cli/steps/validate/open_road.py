@@ -108,7 +108,7 @@ class RoadFindings:
 
 
 def over_drives(each: Array) -> IntervalEstimate:
-    """Mean with an interval from the scatter of the drives."""
+    """Mean of one value ``each`` (drives,) with an interval from the scatter of the drives; infinite for one drive."""
     if each.size < 2:
         return IntervalEstimate(float(each.mean()), float("inf"), (float("-inf"), float("inf")))
     std = float(each.std(ddof=1) / np.sqrt(each.size))

@@ -133,6 +133,11 @@ def row_layout(
     Below 2 m/s (``DriveSegment.creeping``), the tread's damping and brake friction dominate, which are not parameters;
     a gust also shifts the instant at which the car stops, and with it a jump of the deceleration. The channel with the
     lowest rate sets the spacing of the kept samples: rows without its value are not gaps.
+
+    Parameters
+    ----------
+    channels : outputs that are fitted. radius : m, of the wheels. simulated : outputs, each (n,).
+    finest : s, least spacing of fast rows.
     """
     fitted = [n for n in channels if n in s.outputs]
     levels = {n: max(s.noise_levels[n], LEAST[n]) for n in fitted}

@@ -51,8 +51,9 @@ def _leading(v: Validation) -> str:
     name = next(iter(parts), "")
     if not name:
         return ""
-    share = f" ({100 * parts[name]:.0f} % of the variance)" if parts[name] <= 1.0 else ""  # above 1: others compensate
-    return f"; for the speed, {words(name)} contributes most{share}"
+    if parts[name] > 1.0:  # others compensate it
+        return f" ({words(name)} contributes most)"
+    return f" ({words(name)} contributes most, {100 * parts[name]:.0f} % of the variance of the speed)"
 
 
 def _worst_regime(test: BandTest) -> str:
