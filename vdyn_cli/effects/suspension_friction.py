@@ -5,6 +5,7 @@ from __future__ import annotations
 from vdyn_cli.effects import effect
 from vdyn_cli.engine.maths import soft_abs, sqrt, tanh
 from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.physics.laws.suspension import of_axle
 from vdyn_cli.quantities.quantity import Quantity
 
 STICK = 2e-4  # m of stroke until a strut slips
@@ -38,10 +39,11 @@ def bristle(s: Signals) -> Number:
 @effect(
     on="damper",
     unknowns=(
-        Quantity("suspension_friction", "N", "dry friction in the struts of an axle", "Fc", -20, 600),
+        Quantity("suspension_friction", "N", "dry friction in an axle's struts, mean of both axles", "Fc", -20, 600),
         Quantity("suspension_friction_rate", "m/s", "stroke rate within which the friction turns", "w", -0.005, 0.02),
+        Quantity("suspension_friction_balance", "", "front less rear friction, over their sum", "b", -1.1, 1.1),
     ),
-    nominal={"suspension_friction_rate": 0.0},
+    nominal={"suspension_friction_rate": 0.0, "suspension_friction_balance": 0.0},
     reference="Dahl 1968; 50 to 200 N per wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
     states={"bristle": bristle},
     probes=(
@@ -57,7 +59,9 @@ def bristle(s: Signals) -> Number:
 def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
     """Dry friction of struts, bushings and seals: a force of constant magnitude against the motion.
 
-    F = C v + Fc z, where z from -1 to 1 follows the stroke over some tenths of a millimeter, or is tanh(v / w). A call
-    that represents a part of the axle has its share.
+    F = C v + Fc z, where z from -1 to 1 follows the stroke over some tenths of a millimeter, or is tanh(v / w). Struts
+    in front and at the rear are different parts: Fc (1 + b) in front, Fc (1 - b) at the rear. A call that represents a
+    part of the axle has its share.
     """
-    return damper(s) + s.share * q.suspension_friction * s.bristle
+    friction = q.suspension_friction * of_axle(s, q.suspension_friction_balance)
+    return damper(s) + s.share * friction * s.bristle
