@@ -99,7 +99,9 @@ def _hidden(name: str, step: str, element: str, effects: Mapping[str, float], va
 
 CELLS = (
     _bump("friction 290 N tanh(v / 5 mm/s)", "damper", other_laws.friction_tanh(290.0), named="suspension_friction"),
-    _bump("the same, rear axle alone", "damper", other_laws.friction_tanh(290.0), ("rear",)),
+    _bump(
+        "the same, rear axle alone", "damper", other_laws.friction_tanh(290.0), ("rear",), named="suspension_friction"
+    ),
     _bump("Stribeck friction 250 N, 40 % more at rest", "damper", other_laws.friction_stribeck(250.0)),
     _bump("damper, -1000 N s/m beyond 0.2 m/s", "damper", other_laws.knee(0.2, -1000.0)),
     _bump("cubic spring 1.5e6 N/m^3", "spring", other_laws.cubic(1.5e6)),

@@ -111,3 +111,35 @@ def test_asymmetric_dampers_are_named_where_front_and_rear_differ(tmp_path: Path
     diagnosis = execute("bump", crossings(random_vehicle(34), 34, hidden, tmp_path)).document["diagnosis"]
     assert (diagnosis["verdict"], diagnosis["part"]["element"]) == ("named", "damper")
     assert [c["effect"] for c in diagnosis["causes"]] == ["asymmetric_damping"]
+
+
+@pytest.mark.slow  # a minute of diagnosis each
+def test_struts_of_different_friction_are_one_cause_and_leave_the_springs_known(tmp_path: Path) -> None:
+    laws = {("damper", "front"): other_laws.friction_tanh(160.0), ("damper", "rear"): other_laws.friction_tanh(90.0)}
+    vehicle = random_vehicle(SEED)
+    document = execute("bump", crossings(vehicle, SEED, other_laws.Hidden(laws), tmp_path)).document
+    (cause,) = document["diagnosis"]["causes"]
+    assert cause["effect"] == "suspension_friction"
+    assert cause["unknowns"]["suspension_friction"]["value"] == pytest.approx(125.0, rel=0.03)
+    assert cause["unknowns"]["suspension_friction_balance"]["value"] == pytest.approx(0.28, abs=0.03)
+    for name, truth in bump.truth(vehicle).items():
+        assert document["parameters"][name]["value"] == pytest.approx(truth, rel=0.02)
+        low, high = document["parameters"][name]["interval95"]
+        assert low <= truth <= high < 1.15 * truth
+
+
+@pytest.mark.slow
+@pytest.mark.thorough
+def test_two_laws_of_the_dampers_are_named_where_neither_suffices(tmp_path: Path) -> None:
+    """Dampers of other rates in rebound and compression, which fall beyond a knee."""
+
+    def law(v: np.ndarray) -> np.ndarray:
+        return np.asarray(other_laws.asymmetry(900.0)(v) + other_laws.knee(0.25, -1500.0)(v))
+
+    vehicle = random_vehicle(SEED)
+    hidden = other_laws.Hidden({("damper", axle): law for axle in ("front", "rear")})
+    document = execute("bump", crossings(vehicle, SEED, hidden, tmp_path)).document
+    assert document["diagnosis"]["verdict"] == "named"
+    assert {c["effect"] for c in document["diagnosis"]["causes"]} == {"asymmetric_damping", "degressive_damping"}
+    for name in ("suspension_stiffness_front", "suspension_stiffness_rear", "tire_vertical_stiffness"):
+        assert document["parameters"][name]["value"] == pytest.approx(bump.truth(vehicle)[name], rel=0.05)

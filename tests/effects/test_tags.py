@@ -17,8 +17,8 @@ PACKAGE = Path(__file__).resolve().parents[2] / "vdyn_cli"
 
 CANDIDATES = {
     "bump": """
-        asymmetric_damping bump_height_error bump_trapezoid bump_width_error clock_offset progressive_spring
-        rear_load_delay speed_error suspension_friction tire_damping tire_enveloping
+        asymmetric_damping bump_height_error bump_trapezoid bump_width_error clock_offset degressive_damping
+        progressive_spring rear_load_delay speed_error suspension_friction tire_damping tire_enveloping
     """,
     "cg": """
         accelerometer_offset accelerometer_tilt aero_lift clock_offset pitch_axis road_grade unsprung_mass

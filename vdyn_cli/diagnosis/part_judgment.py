@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -41,8 +42,8 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
 
     The part is used if no candidate suffices, if the part explains much more than each answer, or if each answer is a
     law of the part with a further effect that only corrects its shape. Then the law of the catalogue that follows the
-    part's curve is named if it predicts held-out runs better; else the law learned from the curve. A part that does not
-    suffice changes nothing.
+    part's curve is named if it predicts held-out runs better; else two laws that together do, else the law learned from
+    the curve. A part that does not suffice changes nothing.
 
     Parameters
     ----------
@@ -69,6 +70,8 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     # With prior values (drives), there is no linearization in which a learned law could be refitted.
     if strategy.prior_values or any(p.reads is not None for p in finding.parts):
         return same
+    if (two := _with_two_laws(strategy, judgment, finding)) is not None:
+        return PartJudgment(strategy, two, finding)
     found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
     return same if found is None else PartJudgment(found[0], found[1], finding, None, found[2])
 
@@ -143,6 +146,30 @@ def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgmen
         return None
     tried = (*(t for t in judgment.tried if t.effects != answer.effects), answer)
     return replace(judgment, verdict="named", why="", answers=(answer,), tried=tried, gain=gain, closest=None)
+
+
+def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> Judgment | None:
+    """The judgment that names two laws of the part, which together explain what its free curve does; None without such.
+
+    A part may depart from its law in two ways at once, as a damper of other rates in rebound and in fast strokes.
+    """
+    search, model = finding.search, strategy.model
+    names = [w.effect for w in finding.laws if len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns]
+    found: list[tuple[float, CandidateModel]] = []
+    for pair in combinations(names, 2):
+        fitted = search.refitted((), pair)
+        if fitted is None or search.share_of_part(fitted, finding.fitted) < POLICY.law_share:
+            continue
+        answer = candidate_model(strategy, pair)
+        if answer is not None and not answer.unphysical and all_needed(strategy, answer):
+            found.append((fitted.squares, answer))
+    if not found:
+        return None
+    answer = min(found, key=lambda one: one[0])[1]
+    gain = _gain_of(strategy, judgment, answer)
+    if gain is not None and not gain.before > gain.after:
+        return None
+    return replace(judgment, verdict="named", why="", answers=(answer,), gain=gain, closest=None)
 
 
 def _gain_of(strategy: Strategy, judgment: Judgment, answer: CandidateModel) -> HeldOutGain | None:
