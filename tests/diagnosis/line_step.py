@@ -56,7 +56,7 @@ def estimate(data: Campaign, effects: Sequence[Effect] = (), unknowns: Sequence[
 
 @dataclass(frozen=True)
 class LineProblem:
-    """Straight lines, prepared from a campaign; ``estimated`` makes its result."""
+    """Straight lines, prepared from a campaign; ``estimated`` computes its result."""
 
     data: Campaign
     estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown]], Result] = estimate
@@ -111,7 +111,7 @@ STEP = Step(
 
 
 def publishing(estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown]], Result]) -> Step:
-    """The step whose problems publish what ``estimated`` makes."""
+    """The step whose problems publish the result of ``estimated``."""
     return replace(STEP, prepare=lambda spec, data, known: LineProblem(data, estimated))
 
 
@@ -133,7 +133,7 @@ def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **requ
 
 
 def unsure_sizes(answer: Any, case: DiagnosisSetup) -> dict[str, Estimate]:
-    """As the diagnosis would have them if they were hardly known."""
+    """Amplitudes as the diagnosis gives them, with very large standard deviations."""
     return {n: replace(e, interval95=(-0.1, 1.3)) for n, e in fitted_amplitudes(answer, case).items()}
 
 
@@ -142,13 +142,13 @@ HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
 
 
 def offer(monkeypatch: pytest.MonkeyPatch, *effects: Effect) -> None:
-    """Let these be all the causes that there are."""
+    """Replace the catalogue by these effects."""
     monkeypatch.setattr(diagnosis_setup, "applicable", lambda model, effects_: effects)
 
 
 def size(
     monkeypatch: pytest.MonkeyPatch, fitted_amplitudes: Callable[[Any, DiagnosisSetup], dict[str, Estimate]]
 ) -> None:
-    """Let the diagnosis have these sizes of its causes."""
+    """Replace the fitted amplitudes by these."""
     for module in (diagnose, extension):
         monkeypatch.setattr(module, "fitted_amplitudes", fitted_amplitudes)

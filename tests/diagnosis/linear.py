@@ -1,7 +1,7 @@
-"""Campaigns of straight lines and curves instead of vehicles: every trace is known, and every fit is one step.
+"""Campaigns of straight lines and curves instead of vehicles: every sensitivity is known, and a fit takes one step.
 
-A run measures y = base + own exp(-8 x) + causes + noise over x from 0 to 1, the noise's level being 1 as the fit
-believes. Causes and shapes are traces over x and the direction h = +1 or -1 in which the run went.
+A run measures y = base + own exp(-8 x) + effects + noise over x from 0 to 1; the fit assumes a noise level of 1.
+Effects and profiles have sensitivities over x and the direction h = +1 or -1 of the run.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def cause(
     turns: bool = False,
     nominal: Mapping[str, float] | None = None,
 ) -> Effect:
-    """An effect by name alone: the campaign knows its trace."""
+    """An effect that has only a name; the campaign defines its sensitivity."""
 
     def law(element: Law, s: Signals, q: Signals) -> Number:
         """Nothing."""

@@ -1,4 +1,4 @@
-"""Amplitudes of a named effect, with intervals that know what it leaves."""
+"""Amplitudes of a named effect, with intervals widened by its residual."""
 
 from __future__ import annotations
 

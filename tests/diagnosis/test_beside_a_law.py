@@ -1,4 +1,4 @@
-"""What is needed beside a law of the part at fault: a mend of its shape, or beside a profile another cause."""
+"""A further effect only corrects the shape of a law of the part at fault; beside a profile it is separate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Effects beyond their plausible range: beside an answer they keep the verdict open, alone they come closest."""
+"""Effects beyond their plausible range: with other answers the verdict is ambiguous, alone they come closest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an adequate model would have revealed: the stated amplitude is detected about nine times in ten."""
+"""Detectable amplitudes of an adequate model: an effect of that amplitude is detected about nine times in ten."""
 
 from __future__ import annotations
 

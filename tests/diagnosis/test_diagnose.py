@@ -180,7 +180,7 @@ def test_what_is_told_of_two_causes_is_told_beside_each_other_whatever_is_taken_
 
 
 def test_of_two_causes_each_has_its_own_part_in_what_was_biased() -> None:
-    """Without one of them the parameters are those of the model that has the other."""
+    """Without one effect, the parameters are those of the model with the other."""
     both = diagnosed(BOTH)[1]
     assert both.diagnosis is not None
     told = {c.effect: c.biased for c in both.diagnosis.causes}

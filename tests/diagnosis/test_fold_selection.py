@@ -1,4 +1,4 @@
-"""A fold repeats the choice of effects: by what suffices, singles before pairs."""
+"""A fold repeats the selection of effects: sufficient single effects before pairs."""
 
 from __future__ import annotations
 

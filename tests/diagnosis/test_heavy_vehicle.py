@@ -1,4 +1,4 @@
-"""Ranges that are those of cars grow with the mass of a heavier vehicle, and stay for lighter ones."""
+"""Ranges measured on cars grow with the mass of heavier vehicles, and stay for lighter ones."""
 
 from __future__ import annotations
 

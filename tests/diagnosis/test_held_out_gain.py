@@ -47,7 +47,7 @@ def columns(campaign: Campaign, names: Sequence[str], run: int) -> np.ndarray:
 
 
 def fitted(campaign: Campaign, names: Sequence[str], runs: Sequence[int]) -> tuple[np.ndarray, float]:
-    """Values of the shared unknowns, and what is left, from some runs, each with a start of its own."""
+    """Values of the shared unknowns and the residual, from some runs, each with its own start."""
     s, g = len(names), len(runs)
     start = np.exp(-8 * campaign.x())
     matrix, y = np.zeros((0, s + g)), np.zeros(0)
@@ -61,7 +61,7 @@ def fitted(campaign: Campaign, names: Sequence[str], runs: Sequence[int]) -> tup
 
 
 def missed(campaign: Campaign, names: Sequence[str], values: np.ndarray, run: int) -> float:
-    """Sum of squares of what these values predict wrongly of a run, its own start fitted to it."""
+    """Sum of squared prediction errors of a run with these values, its own start fitted."""
     left = campaign.measured(run) - columns(campaign, names, run) @ values
     start = np.exp(-8 * campaign.x())
     own = start @ left / (start @ start + 1 / START**2)
@@ -69,7 +69,7 @@ def missed(campaign: Campaign, names: Sequence[str], values: np.ndarray, run: in
 
 
 def by_hand(campaign: Campaign, most: int = 1) -> tuple[float, float, list[tuple[str, ...]]]:
-    """Root mean squares before and after, and what each fold chose."""
+    """Root mean squares before and after, and the selection of each fold."""
     before, after, chosen = [], [], []
     for run in range(campaign.runs):
         rest = [k for k in range(campaign.runs) if k != run]
@@ -104,7 +104,7 @@ def test_every_run_is_left_out_once(runs: int, plain: bool) -> None:
 
 
 def test_every_fold_chooses_again() -> None:
-    """A cause that hardly shows is not always chosen, and the gain pays for it."""
+    """A weak effect is not selected in every fold, which lowers the gain."""
     campaign = Campaign(18, runs=8, hidden={"wind": 0.3})
     before, after, chosen = by_hand(campaign)
     assert set(chosen) == {(), ("wind",), ("slope",)}
@@ -124,7 +124,7 @@ def test_two_causes_are_chosen_one_after_the_other() -> None:
 
 @dataclass(frozen=True)
 class Bent(Campaign):
-    """A wave that is shorter once there is a slope: its trace without one tells nothing of it."""
+    """A wave that is shorter with a slope: its sensitivity without a slope is wrong."""
 
     def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
         straight = super().regression(extra)
@@ -204,7 +204,7 @@ def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
 
 
 def test_the_error_of_runs_as_they_are() -> None:
-    """What the strategy asks for new logs: every run's own start fitted to it, nothing else."""
+    """The error of new logs: only every run's own start is fitted."""
     campaign = Campaign(7, runs=4, plain=True)
     _, base = opened(campaign)
     values = np.array([base.values[n] for n in BASE])
@@ -214,7 +214,7 @@ def test_the_error_of_runs_as_they_are() -> None:
 
 @dataclass(frozen=True)
 class Unmoved(Campaign):
-    """The main channel feels a hundredth of the slope beside an error of one that alternates."""
+    """The main channel has a hundredth of the slope, and an alternating error of one."""
 
     def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
         whole, names = super().regression(extra), [*BASE, *(u.name for u in extra)]
@@ -232,7 +232,7 @@ class Unmoved(Campaign):
 
 
 def test_the_gain_is_shown_where_the_cause_changes_something() -> None:
-    """The main channel's error falls by 0.003 %, less than a simulation is exact: all channels tell the gain."""
+    """The main channel's error falls by 0.003 %, less than a simulation resolves: the gain is of all channels."""
     found = gained(Unmoved(1, runs=6, hidden={"slope": 0.8}))
     assert not found.plain
     assert found.positive
@@ -241,7 +241,7 @@ def test_the_gain_is_shown_where_the_cause_changes_something() -> None:
 
 @dataclass(frozen=True)
 class Modelled(Campaign):
-    """Rows that know the noise of what they show."""
+    """Rows with a noise model of the main channel."""
 
     def regression(self, extra: Sequence[Unknown] = ()) -> Regression:
         whole = super().regression(extra)
@@ -256,7 +256,7 @@ STATED = {"level": (3.0, 0.1), "bend": (-2.0, 0.1)}
 
 
 def stated_gain(campaign: Campaign) -> tuple[HeldOutGain, float]:
-    """Of drives that are simulated with parameters as stated, and the size that the cause was found to have."""
+    """The gain of drives simulated with stated parameters and the fitted amplitude."""
     strategy = open_strategy(campaign.setup(*CAUSES, linearized=True, fewest_runs=3))
     base, extended = strategy.fitted(()), strategy.fitted(("slope",))
     assert base is not None
@@ -267,7 +267,7 @@ def stated_gain(campaign: Campaign) -> tuple[HeldOutGain, float]:
 
 
 def fresh_fall(campaign: Campaign, size: float) -> float:
-    """Root mean square before less after, nothing fitted."""
+    """Root mean square before minus after, without a fit."""
     stated = [STATED[n][0] for n in BASE]
     squares = np.zeros(2)
     for run in range(campaign.runs):
@@ -278,7 +278,7 @@ def fresh_fall(campaign: Campaign, size: float) -> float:
 
 
 def test_a_model_of_the_noise_steadies_the_interval_of_few_drives() -> None:
-    """Three drives that happen to be alike do not promise that the next three will be."""
+    """Three drives that agree by chance do not imply that the next three will."""
     inside, widths, seen = 0, {True: [], False: []}, 30
     for seed in range(seen):
         settings = {"runs": 3, "rows": 24, "hidden": {"slope": 0.8}, "plain": True, "priors": STATED, "own": False}

@@ -1,4 +1,4 @@
-"""Intervals hold the answers that are left open, and the bias by what no effect explains."""
+"""Intervals include the open answers, and the bias by an unexplained residual."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_the_size_of_the_unexplained_is_found():
 
 
 def test_a_direction_that_the_parameters_absorb_tells_no_size():
-    """What is left of it is the difference between a law and straight lines; any misfit there means a huge force."""
+    """Its remainder is the difference between a law and straight lines, where any misfit would imply a huge force."""
     rng = np.random.default_rng(6)
     whole = rng.normal(size=(60, 3))
     left = whole * np.array([1.0, 1.0, 0.01])
@@ -73,7 +73,7 @@ def test_a_direction_that_the_parameters_absorb_tells_no_size():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_shape_that_no_cause_explains_is_in_the_interval(seed: int):
-    """Half of such a shape looks like the parameters themselves: the fit's own interval cannot hold it."""
+    """The parameters absorb half of such a shape, which the fit's own interval does not include."""
     size = 20.0
     strategy = open_strategy(Campaign(60 + seed, hidden={"bump": size}).setup(cause("slope"), cause("wave")))
     base = strategy.fitted(())

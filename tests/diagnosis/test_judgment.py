@@ -1,4 +1,4 @@
-"""Six verdicts on campaigns whose truth is known, and the words that go with them."""
+"""Six verdicts on campaigns with known truth, and their sentences."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause(linearized: 
 
 
 def test_a_cause_of_the_wrong_sign_is_not_the_cause() -> None:
-    """Beyond zero its range goes only as far as noise may carry it."""
+    """Its range extends beyond zero only for the noise of the estimate."""
     friction = cause("wind", least=-2.9)
     for size, name in ((2.0, "named"), (-2.0, "unknown")):
         assert judged(Campaign(6, hidden={"wind": size}), SLOPE, friction, WAVE, STEP)[1].verdict == name
@@ -170,7 +170,7 @@ class Physical(Campaign):
 
 @pytest.mark.parametrize("size", [-20.0, 20.0])
 def test_a_baseline_that_leaves_what_is_physical_is_diagnosed(size: float) -> None:
-    """Without the wave the bend would have to be -16 or so: that is what the wave gets wrong, and no reason to stop."""
+    """Without the wave, the bend is estimated as -16: the error that the wave explains, and no reason to stop."""
     campaign = Physical(6, hidden={"bend": 0.5, "wave": size})
     bench = open_strategy(campaign.setup(*CATALOGUE))
     base = bench.fitted(())
@@ -183,7 +183,7 @@ def test_a_baseline_that_leaves_what_is_physical_is_diagnosed(size: float) -> No
 
 
 def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
-    """Two runs fit two unknowns: by how they differ, nothing would scatter."""
+    """Two runs fit two unknowns exactly, so that they have no scatter."""
     bench = open_strategy(Campaign(21, runs=2, rows=400).setup(SLOPE))
     fitted = bench.fitted(("slope",))
     assert fitted is not None
@@ -229,7 +229,7 @@ def test_short_runs_hold_too_little_evidence() -> None:
 
 
 def test_stated_values_are_no_pieces_of_evidence() -> None:
-    """Each short run holds two blocks, and a start that is known beforehand."""
+    """Each short run has two blocks, and a start with a prior."""
     case, verdict = judged(Campaign(9, runs=5, rows=12, hidden={"wind": 20.0}))
     assert verdict.detection.units == 15
     assert verdict.verdict == "not_testable"
@@ -321,7 +321,7 @@ def test_numbers_are_finite() -> None:
 
 @pytest.mark.parametrize("runs", [6, 18])
 def test_one_pass_over_the_logs_does_for_straight_lines(runs: int) -> None:
-    """A regression frozen at its start, its runs folded block by block, is the same where the lines are straight."""
+    """A regression linearized at its start, with runs compressed by block, is the same for a linear model."""
     _, whole = judged(Campaign(16, runs=runs, hidden={"wind": 2.0}))
     _, folded = judged(Campaign(16, runs=runs, hidden={"wind": 2.0}), linearized=True)
     assert folded.verdict == whole.verdict == "named"
@@ -348,7 +348,7 @@ def test_a_large_cause_is_named_though_its_law_is_not_exact(unlisted: float, nam
 
 
 def test_a_law_that_also_fits_what_a_simple_one_leaves_is_not_named_alone() -> None:
-    """A constant force that is not quite constant is no proof of a slow decay."""
+    """A constant force that is not quite constant does not prove a slow decay."""
     simple, more = cause("wave", reach=200.0), cause("wavy", ("wave_again", "bump"), reach=200.0)
     campaign = Campaign(4, hidden={"wave": 120.0, "bump": 1.5})
     _, verdict = judged(campaign, SLOPE, WIND, STEP, simple, more)
@@ -357,7 +357,7 @@ def test_a_law_that_also_fits_what_a_simple_one_leaves_is_not_named_alone() -> N
 
 
 def test_two_errors_that_hid_each_other_are_told() -> None:
-    """A level stated too high hides half of a step: with the step in, predictions with that level are worse."""
+    """A level stated too high hides half of a step: with the step, predictions with that level are worse."""
     stated = {"level": (4.0, 0.3), "bend": (-2.0, 0.3)}
     campaign = Campaign(18, runs=12, hidden={"step": 1.0}, priors=stated)
     case, verdict = judged(campaign, SLOPE, WIND, STEP, linearized=True)

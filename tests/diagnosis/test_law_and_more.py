@@ -1,4 +1,4 @@
-"""A law of the part is named with a further effect where it leaves much that this effect explains."""
+"""A law of the part is named with a further effect that explains much of its residual."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Beside a learned law of the resistance, rolling resistance and drag area took in an unknown part of that law."""
+"""Rolling resistance and drag area may have absorbed an unknown share of a learned law of the resistance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vdyn_cli.project.execute import execute
 
 @pytest.mark.slow  # a diagnosis of 5 s
 def test_a_car_that_sheds_drag_at_speed_keeps_its_parameters_within_their_intervals(tmp_path: Path) -> None:
-    """Grille shutters that close: a quarter less above 80 km/h, so that one drag area fits the coast badly."""
+    """Grille shutters reduce the drag by a quarter above 80 km/h, so that one drag area fits the coast badly."""
     car = replace(HEAVY_EV, shed=0.25)
     result = execute("coastdown", write_day(tmp_path, car, 0.0, 2, pairs=3)).result
     assert result.diagnosis.verdict in ("named", "unknown")

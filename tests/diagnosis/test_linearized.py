@@ -1,4 +1,4 @@
-"""About which effect a linearization is repeated, where large ones make it inexact."""
+"""The effect about which a model with large effects is relinearized."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vdyn_cli.diagnosis.strategy_choice import open_strategy
 
 
 class Fits:
-    """A strategy that knows the cost of each effect on its own linearization, and keeps what was requested of it.
+    """A strategy with a given cost of each effect on its own linearization, which records what is requested.
 
     ``far``: effects that the common linearization cannot fit, as one that lies beyond its range there.
     """
@@ -74,7 +74,7 @@ def test_an_effect_beyond_its_range_on_the_common_linearization_is_tried_from_on
 
 
 def test_an_effect_that_leaves_a_large_error_is_not_the_best_however_likely_it_makes_it() -> None:
-    """Its own noise takes in what it leaves."""
+    """Its noise estimate contains its residual."""
     fits = Fits({"scale": 1709.0, "gain": 233.0}, missed={"scale": 1.8, "gain": 29.0})
     assert strongest(fits, {"gain": 995.0, "scale": 900.0}) == "scale"
 

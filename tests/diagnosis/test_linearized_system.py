@@ -1,4 +1,4 @@
-"""The sheet of compressed rows says what the rows said, whatever the units they are cut into."""
+"""A linearized system of compressed rows has the information of the rows, whatever the units."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def linear_of(campaign: Campaign, at: Mapping[str, float] | None = None) -> Line
 
 
 def whole(linear: LinearizedRuns) -> tuple[np.ndarray, np.ndarray]:
-    """All rows over [shared | every run's own], those of priors among them."""
+    """All rows over [shared | every run's own], including those of priors."""
     regression = linear.regression
     s, m, g = len(regression.shared), len(regression.own), len(regression.runs)
     columns, y = [], []

@@ -1,4 +1,4 @@
-"""Significant is not material; a finding has its size; limits can be stated."""
+"""A significant finding may not matter; findings have a size; a description can state limits."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_an_unexplained_remainder_of_trivial_size_leaves_the_model_adequate():
 
 
 def test_a_deviation_that_no_candidate_comes_close_to_is_judged_by_its_size():
-    """No candidate stands out, so that nothing is tried: the free profile alone says whether it matters."""
+    """No candidate is strong enough to be tried: the free profile alone decides whether the deviation matters."""
     campaign = replace(SMALL, hidden={"bump": 0.1})
     case = campaign.setup(cause("nothing"))
     strategy = open_strategy(case)

@@ -1,4 +1,4 @@
-"""A profile of many unknowns is the answer only where nothing simpler misses little, and no free force does as well."""
+"""A profile with many unknowns is the answer only if no simpler law and no free force is nearly as good."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_what_misses_too_much_is_no_answer_however_simple():
 
 
 def test_a_free_force_that_does_as_well_makes_it_unknown():
-    """What no cause explains is not taken for hills because hills can take any shape over the road, too."""
+    """An unexplained residual is not named a road profile merely because a profile can have any shape."""
     force = cause("hat")
     campaign = Campaign(5, hidden={"hat": 4.0})
     assert judge(open_strategy(campaign.setup(WAVE, HILLS, profiles=()))).verdict == "named"
@@ -84,12 +84,12 @@ def test_a_law_of_slightly_another_shape_is_named_in_its_own_part_only():
 
 
 def test_what_leaves_hardly_more_is_an_answer_too():
-    """What is left is the error of a law: of two laws that leave nearly as much none is better."""
+    """The residual is the error of a law: of two laws with nearly the same residual, neither is better."""
     tried = [left("wave", 0.06, True), left("wind", 0.10, False), left("hills", 0.11, True)]
     assert [t.effects for t in nearly_sufficient(tried)] == [("wave",), ("wind",)]
 
 
 def test_a_learned_law_that_leaves_most_of_the_misfit_is_not_the_cause_of_it():
-    """Four fifths of the squares must be explained: 0.447 of the rms may be left."""
+    """Four fifths of the squares must be explained: 0.447 of the rms may remain."""
     assert left("law", 0.44, True).explains_most
     assert not left("law", 0.94, True).explains_most

@@ -1,4 +1,4 @@
-"""Manoeuvres that nobody has driven yet: what they promise is what they give when the independent car drives them."""
+"""Planned manoeuvres: the expected separation agrees with that of logs from the independent plant."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def beside(of: Strategy, hidden: Mapping[str, float], rival: str) -> tuple[Contr
 
 
 def least(vehicle: Vehicle, days: Driven, hidden: Mapping[str, float], *names: str) -> dict[str, float]:
-    """The plant's own Cramer-Rao bounds of causes beside each other, of all days together."""
+    """The plant's Cramer-Rao bounds of effects that are fitted together, over all days."""
     parts = [information(vehicle, seed, day, hidden, names) for seed, day in days]
     return total([p.reduced([*BASE, *names]) for p in parts]).bound()
 
@@ -69,7 +69,7 @@ HIDDEN = {"headwind": 1.0, "speed_dependent_rolling": 2e-4}
 
 @cache
 def promised(seed: int, name: str, rival: str) -> PlannedTest:
-    """What is designed to tell a hidden cause from a rival, after a short day's coasts."""
+    """The manoeuvre planned to discriminate a hidden effect from a rival, after the coasts of a short day."""
     with TemporaryDirectory() as folder:
         made = bench(random_vehicle(seed), [(seed, SHORT)], {name: HIDDEN[name]}, Path(folder))
     plan = ExperimentDesigner(made).best(beside(made, {name: HIDDEN[name]}, rival))
@@ -80,7 +80,7 @@ def promised(seed: int, name: str, rival: str) -> PlannedTest:
 
 
 def with_it(seed: int, plan: PlannedTest) -> Driven:
-    """The short day, and the manoeuvre really driven."""
+    """The logs of the short day, and of the driven manoeuvre."""
     wide = SHORT.but(start_speed=1.3 * SHORT.start_speed, end_speed=2.0, runs=plan.runs)
     return [(seed, SHORT), (seed + 500, wide)]
 
@@ -92,7 +92,7 @@ def with_it(seed: int, plan: PlannedTest) -> Driven:
     ids=["wind against slope", "tires against brakes"],
 )
 def test_what_is_promised_is_what_the_plant_says_of_driving_it(name: str, rival: str) -> None:
-    """The noise has to be sized from few runs: a single promise may be off by more than the median of some."""
+    """The noise is estimated from few runs, so that the median of several predictions is tested."""
     ratios = []
     for seed in SEEDS:
         plan, size = promised(seed, name, rival), HIDDEN[name]
@@ -104,7 +104,7 @@ def test_what_is_promised_is_what_the_plant_says_of_driving_it(name: str, rival:
 
 @pytest.mark.slow
 def test_the_logs_of_the_manoeuvre_tell_as_much(tmp_path: Path) -> None:
-    """Driven by the plant, logged, read and fitted together with the first runs."""
+    """The manoeuvre is driven by the plant, logged, read and fitted together with the first runs."""
     ratios = []
     for seed in SEEDS:
         plan, hidden = promised(seed, "headwind", "road_grade"), {"headwind": HIDDEN["headwind"]}
@@ -179,7 +179,7 @@ SLOPE, WIND = cause("slope"), cause("wind")
 
 
 def lines(traces: Mapping[str, float], each: int = 2, most: int = 10) -> Manoeuvre:
-    """Runs of one row each, in which every unknown shows by so much."""
+    """Runs of one row each, with these sensitivities."""
 
     def regression() -> Regression:
         whole = Campaign(2, runs=4).setup(SLOPE, WIND)

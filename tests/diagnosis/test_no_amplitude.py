@@ -1,4 +1,4 @@
-"""A cause that is not significantly different from zero is not named."""
+"""An effect that is not significantly different from zero is not named."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
-    """What the extended model publishes must stand by itself, whatever the diagnosis had of it."""
+    """The amplitude of the extended model decides, whatever the amplitude in the diagnosis."""
 
     def unsure(*args: Any) -> Result:
         result = estimate(*args)
@@ -73,7 +73,7 @@ def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyP
 def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_asked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The model that is extended by something else does not vouch for what the diagnosis found."""
+    """A model extended by another effect does not confirm the named one."""
     size(monkeypatch, unsure_sizes)
     told = diagnosed(HIDDEN_WIND, extend=["slope"])[1].diagnosis
     assert told is not None

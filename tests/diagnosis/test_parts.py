@@ -1,4 +1,4 @@
-"""The part of the model that is at fault is found, whatever its law, and its curve covers the truth."""
+"""The part of the model at fault is found, whatever its law, and the band of its curve covers the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every threshold says what it is and why, and is printed."""
+"""Every threshold has a meaning and a reason, and is printed."""
 
 from __future__ import annotations
 

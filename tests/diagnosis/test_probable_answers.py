@@ -1,4 +1,4 @@
-"""A named answer's intervals hold what a further effect that the data do not exclude would change."""
+"""Intervals of a named answer include the change by a further effect that the data do not exclude."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_an_effect_that_shows_is_probable_and_one_that_does_not_is_not(slope: fl
 
 @pytest.mark.parametrize(("stated", "probable"), [(None, True), (10.0, True), (0.01, False)])
 def test_what_the_description_knows_better_than_the_data_is_no_answer(stated: float | None, probable: bool):
-    """Beside a wave of 5, a slope of 4 shows; but not where it corrects what is stated to a hundredth."""
+    """Beside a wave of 5, a slope of 4 is probable, unless it corrects a quantity that is stated to a hundredth."""
     setup = Campaign(11, hidden={"wave": 5.0, "slope": 4.0}).setup(cause("slope"), cause("wave"))
     strategy = open_strategy(replace(setup, stated={} if stated is None else {"slope": stated}))
     answer = candidate_model(strategy, ("wave",))

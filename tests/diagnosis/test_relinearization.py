@@ -1,4 +1,4 @@
-"""Lines through a size that a step finds likely, for causes about which every line bends."""
+"""Relinearization about likely amplitudes of nondifferentiable effects, and about the fitted ones of others."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_lines_through_a_likely_size_find_the_true_one() -> None:
 
 
 def test_what_does_not_knock_is_relinearized_until_it_settles() -> None:
-    """A gain of two or a speed of 3.6 is far beyond what one linearization, or one repeated once, can reach."""
+    """A gain of 2 or 3.6 is out of reach of one linearization, or of two."""
     opened = bench(knocks=False)
     fitted = opened.fitted(("step",))
     assert fitted is not None
@@ -79,7 +79,7 @@ def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passe
     laid: list[dict[str, float]] = []
 
     def regression(effects: Sequence[Effect], extra: Sequence[Unknown], start: Mapping[str, float]) -> Regression:
-        """Lines that are far off at first, and right once they are laid through what they gave."""
+        """A linearization that is far off at first and exact when repeated at its result."""
         found = case.regression(effects, extra)
         if extra:
             return found

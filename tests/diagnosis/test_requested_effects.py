@@ -1,4 +1,4 @@
-"""What a description asks of the diagnosis, and what it has wrong, is told with file and line."""
+"""Requests of a description to the diagnosis; errors in them are reported with file and line."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_all_that_is_wrong_with_the_causes_that_are_listed_is_told_at_once(tmp_p
 
 
 def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
-    """Only the model knows: a car that coasts has no torque to gauge."""
+    """Only the model shows it: a coasting car has no torque with a gain."""
     path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [road_grade, torque_gain]}\n"))
     with pytest.raises(InputError) as refused:
         execute("coastdown", path)
@@ -43,7 +43,7 @@ def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path
 
 
 def test_logs_that_are_missing_are_told_beside_causes_that_are_wrong(tmp_path: Path, root: Path) -> None:
-    """Of two days each may have a ``coast_1.csv``: logs are called as the description calls them."""
+    """Two days may each have a ``coast_1.csv``: messages name logs as the description does."""
     path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [headwinds]}\n"))
     text = path.read_text()
     for k, day in ((1, "monday"), (2, "tuesday")):
@@ -60,7 +60,7 @@ def test_logs_that_are_missing_are_told_beside_causes_that_are_wrong(tmp_path: P
 
 
 def test_a_log_may_be_called_as_a_key_is(tmp_path: Path, root: Path) -> None:
-    """``runs.csv`` is no place in the description."""
+    """``runs.csv`` is a file, not a place in the description."""
     path = described(tmp_path, root, "coastdown")
     text = path.read_text()
     log = root / "sample_logs" / "coast_1.csv"

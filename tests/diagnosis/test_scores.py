@@ -1,4 +1,4 @@
-"""Scores of candidates against the classical test, against flips done by hand, and in their level and power."""
+"""Score tests against the classical test and against explicit sign flips; their level and power."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def seen(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind:
 
 
 def left_over(made: LinearizedSystem, names: Sequence[str]) -> float:
-    """Sum of squares that a fit of these unknowns, and of the runs' own, leaves."""
+    """Residual sum of squares of a fit of these unknowns and of the runs' own."""
     columns = made.of([*names, *(n for n in made.names if "#" in n)])
     return float(np.sum((made.y - columns @ np.linalg.lstsq(columns, made.y, rcond=1e-10)[0]) ** 2))
 
@@ -140,7 +140,7 @@ def test_every_pattern_of_signs_is_tried_where_they_are_few() -> None:
 
 @pytest.mark.parametrize("name", ["slope", "shape"])
 def test_flips_are_those_of_effective_traces_projected_again(name: str) -> None:
-    """T(g)^2 is the classical statistic of the trace with its units turned, and the baseline taken out again."""
+    """T(g)^2 is the classical statistic of the sensitivity with flipped units, projected again on the baseline."""
     made = system_of(Campaign(9, runs=9, own=False, hidden={"slope": 0.15}), kind="run")
     found = scores(made, list(BASE), CAUSES)
     basis = np.linalg.qr(made.of(list(BASE)))[0]
@@ -175,7 +175,7 @@ def test_the_smallest_p_that_signs_can_give() -> None:
 
 
 def rejections(count: int, draws: int = 199, **campaign: object) -> int:
-    """Of so many campaigns with nothing hidden, those in which the strongest candidate seems to be there."""
+    """Number of campaigns without a hidden effect in which the strongest candidate is significant."""
     return sum(seen(Campaign(1000 + k, **campaign)).p_value(draws=draws) <= 0.05 for k in range(count))  # type: ignore[arg-type]
 
 
@@ -193,14 +193,14 @@ CASES: dict[str, dict[str, object]] = {
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_false_alarms_keep_their_level(case: str) -> None:
-    """5 % of 120 are 6; 13 or more would come by accident in one of 120 tests. A test that never rejects is none."""
+    """5 % of 120 are 6; 13 or more occur by chance in 1 of 120. A test that never rejects fails."""
     found = rejections(120, **CASES[case])
     assert found <= 12
     assert (found >= 1) == ("half" not in case)
 
 
 def against_a_drawing(seed: int, hidden: float) -> Scores:
-    """A slope that 24 blocks tell well and a drawing tells within 1: the cause changes the slope, not the drawing."""
+    """24 blocks determine a slope well, a drawing to within 1: the effect changes the slope, not the drawing."""
     rng = np.random.default_rng(seed)
     x = rng.normal(size=(24, 10))
     slope = np.append(x.ravel(), 1.0)
@@ -226,7 +226,7 @@ def test_a_cause_of_six_standard_errors_is_seen(runs: int, rows: int) -> None:
 
 
 def beside_a_bent_trace(hidden: float, bent: float, seed: int) -> Scores:
-    """24 units of two rows: one of a cause that each asks for, one of what one unit asks for and the next denies."""
+    """24 units of two rows: one with an effect that all units support, one with alternating signs."""
     rng = np.random.default_rng(seed)
     units, size = 24, rng.uniform(0.2, 2.0, 24)
     columns = np.zeros((2 * units, 2))

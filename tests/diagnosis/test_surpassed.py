@@ -1,4 +1,4 @@
-"""A part displaces an answer that leaves much of what it explains, and none that leaves nothing but noise."""
+"""A part replaces an answer that leaves much of what the part explains, but not one that leaves only noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A cause and its size, as a sentence has them."""
+"""An effect and its amplitude in a sentence."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def part_at_fault(law: PartLaw | None = None) -> FaultyPart:
 
 
 def test_only_where_no_effect_is_named_no_law_follows_the_curve() -> None:
-    """A set of laws, each of which would explain the error, leaves no doubt that a law is in the catalogue."""
+    """If each of several laws would explain the error, the catalogue has a law for the curve."""
     part = part_at_fault()
     assert law_clause(part, None, None) == "no law of the catalogue follows the curve"
     both = law_clause(part, None, ("brakes that drag", "bearing drag"))

@@ -19,7 +19,7 @@ FINE = 10  # steps of the truth within one
 
 @dataclass(frozen=True)
 class Case:
-    """What is driven, and what the engineer believes about its noise."""
+    """The drives, and the noise model that the engineer assumes."""
 
     runs: int
     duration: tuple[float, float] = (70.0, 70.0)  # s
@@ -55,7 +55,7 @@ def record(case: Case, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray
 
 
 def believed_factor(case: Case, time: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cholesky factor of the noise the engineer believes in, and what 1 m/s of steady wind does to the speed."""
+    """Cholesky factor of the assumed noise, and the response of the speed to 1 m/s of steady wind."""
     c = TRUTH["c"]
     fade = np.exp(-np.cumsum(2 * c * v) * STEP)
     pull = np.tril(np.outer(fade, 1 / fade), -1) * (-2 * c * v * STEP)

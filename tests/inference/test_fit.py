@@ -117,7 +117,7 @@ def test_a_prior_is_one_more_measurement() -> None:
 
 
 def test_a_prior_of_each_run_holds_what_the_data_cannot() -> None:
-    """Each run's offset equals the shared level but for its prior."""
+    """Only its prior separates each run's offset from the shared level."""
     data = [np.full(10, 3.0), np.full(10, 5.0)]
     unknowns = (Unknown("level", 0.0), Unknown("offset", 0.0, prior=(0.0, 1.0), per_run=True))
     solution = solve(linear([np.ones((10, 2))] * 2, data, unknowns))

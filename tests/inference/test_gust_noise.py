@@ -140,7 +140,7 @@ def test_the_noise_is_not_taken_for_smaller_because_unknowns_were_fitted() -> No
 
 
 def test_a_start_that_counts_for_too_much_is_still_left_open() -> None:
-    """Derivatives of a simulation near a corner may be absurd; sizes are then those of any unknown start."""
+    """Near a corner, simulated derivatives may be far too large; amplitudes are then those of an unknown start."""
     runs = drawn(2, 3)
     absurd = [replace(run, own=1e7 * run.own) for run in runs]
     start = typical_sizes(runs[0].noise)

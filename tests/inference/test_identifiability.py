@@ -128,7 +128,7 @@ def test_a_prior_determines() -> None:
 
 
 def test_what_is_given_is_determined_however_much_the_data_scatter() -> None:
-    """Stated to a sixteenth of its range, as a mass is, and the data a hundred times off what their noise explains."""
+    """Stated to a sixteenth of its range, like a mass, with residuals a hundred times the noise."""
     x = np.linspace(0, 1, 40)
     data = 3 * x + 100.0 * np.random.default_rng(1).standard_normal(x.size)
     known = (Unknown("a", 0.0), Unknown("b", 2.0, 1.2, 2.8, prior=(2.0, 0.1)))

@@ -141,7 +141,7 @@ def test_intervals_cover(case: Case) -> None:
 
 @pytest.mark.slow
 def test_textbook_intervals_would_not_cover_in_gusts_believed_too_weak() -> None:
-    """The reason for units of evidence: the same 40 campaigns by sample count."""
+    """The reason for independent units: the same 40 campaigns by sample count."""
     case, inside = Case(8, believed_gust=0.3, believed_memory=3.0), 0
     for seed in range(40):
         solution = solve(campaign(case, 10_000 + seed))

@@ -34,6 +34,6 @@ def test_frozen_knows_as_much_of_the_noise():
 
 
 def test_what_is_known_may_be_found_beyond_what_is_physical():
-    """How far a known quantity is off shows that something is wrong; it is not refused for lying at its bound."""
+    """The distance of a known quantity from its prior shows an error; it is not refused for being at its bound."""
     found = solve(linearized(line(-4.0, 2.0, (1.0, 0.3))))
     assert found.values["level"] < -1.0

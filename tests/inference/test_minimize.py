@@ -16,7 +16,7 @@ from vdyn_cli.inference.regression import Objective
 
 
 def random_problem(seed: int, priors: bool = True) -> tuple[Regression, np.ndarray, np.ndarray]:
-    """A linear regression of random shape, and its rows [J | -r at 0] stacked over all unknowns, priors among them."""
+    """A linear regression of random shape, and its rows [J | -r at 0] stacked over all unknowns, including priors."""
     rng = np.random.default_rng(seed)
     runs, s, m = rng.integers(1, 6), rng.integers(1, 4), rng.integers(0, 4)
     scales = 10.0 ** rng.uniform(-4, 4, s + m)
@@ -83,7 +83,7 @@ def test_the_cost_by_residuals_alone_is_that_of_the_linearization(seed: int) -> 
 
 
 def test_steps_that_fail_are_not_linearized() -> None:
-    """Powell's badly scaled kind: from far off, many damped steps fail before one holds."""
+    """Like Powell's badly scaled problem: from far away, many damped steps fail before one succeeds."""
 
     def rows(run: int, theta: np.ndarray) -> Rows:
         a, b = theta
@@ -146,7 +146,7 @@ def test_a_start_that_cannot_beat_another_is_given_up(reached: float) -> None:
 
 
 def test_a_step_onto_a_plateau_is_not_taken() -> None:
-    """From b = 1 a full step makes exp(-b t) vanish, and with it all knowledge of b."""
+    """From b = 1 a full step makes exp(-b t) vanish, and with it the sensitivity to b."""
     t = np.array([1.0, 2, 3, 5, 7, 10])
     y = 213.8 * (1 - np.exp(-0.547 * t))
 
@@ -173,8 +173,8 @@ def test_a_step_to_sensitivities_that_overflow_is_not_taken() -> None:
 
 @pytest.mark.parametrize(("left", "arrives"), [(0.5, True), (5.0, False)])
 def test_at_an_edge_the_fit_ends_where_no_step_keeps_what_it_promises(left: float, arrives: bool) -> None:
-    """What is left over could be had on the other side of x = 0, where something else breaks; a promise that is less
-    than a standard deviation is not worth a refusal, one that is more says that the model does not fit."""
+    """A smaller residual is predicted beyond x = 0, where another term rises: a predicted reduction below one standard
+    deviation counts as convergence, a larger one means that the model does not fit."""
 
     def rows(run: int, x: np.ndarray) -> Rows:
         rest = np.ones(100)

@@ -1,4 +1,4 @@
-"""The level of white noise in a trace, and whitening of rows."""
+"""The level of white noise in a channel, and whitening of rows."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def test_a_few_steps_come_near_without_a_judgment() -> None:
 
 
 def test_unknowns_that_only_a_prior_determines_are_no_obstacle_to_an_approach() -> None:
-    """Two unknowns with the same trace share what the data ask for, as their priors are alike."""
+    """Two unknowns with the same sensitivity and equal priors share the estimate."""
     x = np.linspace(0.0, 1.0, 30)
     twin = Regression(
         (Unknown("a", 0.0, prior=(0.0, 1.0)), Unknown("b", 0.0, prior=(0.0, 1.0))),

@@ -73,7 +73,7 @@ def test_two_motors_have_no_differential_to_lock(root: Path, tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_torques_of_two_motors_drive_the_car_without_the_gear_ratio(root: Path, tmp_path: Path) -> None:
-    """Half of what the planetary output's torque is at the wheels, on each side."""
+    """On each side, half of the torque at the wheels."""
     found = inputs(root, tmp_path, true_parameters())
     axle = ValidateProblem(found.spec, tuple(log.between(0.0, 12.0) for log in found.data), found.known)
     torque = found.spec.channels["drive_torque"]

@@ -1,4 +1,4 @@
-"""Play by linearized fits converges where all impacts fit, not where the first linearization leads."""
+"""Linearized fits of play converge to the amplitude at which all impacts fit, not to the first result."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 def test_a_size_that_is_begun_too_small_begins_again_where_all_impacts_fit(
     tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The lines through two thirds of the size come to rest at little more."""
+    """Linearizations about two thirds of the amplitude converge to a local maximum near it."""
     monkeypatch.setattr(effect_fit, "PASSES", 2)  # fewer passes and sizes than in earnest: they take time
     monkeypatch.setattr(nondifferentiable, "AROUND", (0.8, 0.9, 1.0, 1.1, 1.2))
     drive = one_drive(tmp_path_factory.mktemp("play"))

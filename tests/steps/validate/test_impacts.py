@@ -1,4 +1,4 @@
-"""Which samples of a half-shaft's torque an impact leaves undetermined."""
+"""Samples of a half-shaft's torque at an impact, which are left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A torque without its noise: ramps stay ramps, corners corners."""
+"""Denoised torque: ramps and corners are preserved."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_without_noise_nothing_is_changed() -> None:
 
 
 def restless() -> np.ndarray:
-    """A pedal that never rests: fifteen straight pieces, some shorter than the longest lines."""
+    """A pedal in constant motion: fifteen straight lines, some shorter than the longest fits."""
     rng = np.random.default_rng(6)
     knots = np.r_[0.0, np.cumsum(rng.uniform(0.66, 2.0, 30))]
     return np.interp(TIME, knots, np.cumsum(rng.choice([-1, 1], 31) * rng.uniform(50, 200, 31)))
@@ -66,7 +66,7 @@ def test_noise_makes_no_corners_and_moves_true_ones_little() -> None:
 
 
 def test_a_pedal_that_never_rests_is_followed_closely() -> None:
-    """Where every sample is seen by itself, the worst is missed by 2.2 noise levels in the mean of such drives."""
+    """Denoised sample by sample, the worst error is 2.2 noise levels in the mean of such drives."""
     worst = []
     for seed in range(40):
         noisy = restless() + np.random.default_rng([12, seed]).standard_normal(TIME.size)
@@ -87,7 +87,7 @@ def test_what_swings_is_not_distorted(frequency: float, level: float) -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 0.37, 1234.5])
 def test_corners_at_samples_stay_samples(offset: float) -> None:
-    """A recorded demand has its corners where it was written."""
+    """A recorded demand has its corners at samples."""
     time = offset + TIME
     values, corners = denoised(time, np.round(TRUE, 1), 1e-3)
     assert not np.isin(corners[0], time).any()
@@ -97,7 +97,7 @@ def test_corners_at_samples_stay_samples(offset: float) -> None:
 
 
 def coasting(second: float, zero: float = 0.3, noise: float = 1.0) -> np.ndarray:
-    """A pedal let go three times, the second time to a torque that is ``second``; N m."""
+    """A pedal released three times, the second time to the torque ``second``, N m."""
     times = [0, 2, 2.2, 6, 6.2, 7.4, 7.6, 10, 10.2, 20]
     true = np.interp(TIME, times, [0, 0, 300, 300, second, second, 250, 250, 0, 0])
     return np.asarray(zero + true + noise * np.random.default_rng(9).standard_normal(TIME.size))
@@ -106,7 +106,7 @@ def coasting(second: float, zero: float = 0.3, noise: float = 1.0) -> np.ndarray
 @pytest.mark.parametrize("noise", [0.02, 1.0])
 @pytest.mark.parametrize("zero", [0.0, 0.3, 1.2])
 def test_a_pedal_let_go_gives_the_same_torque_every_time(noise: float, zero: float) -> None:
-    """Of a quiet sensor, too, whose zero is many times its noise."""
+    """Also for a sensor whose zero is many times its noise."""
     found, _ = denoised(TIME, coasting(0.0, zero, noise), noise, zero=0.5)
     let_go = [found[(a < TIME) & (b > TIME)] for a, b in ((0.2, 1.9), (6.3, 7.3), (10.3, 19.8))]
     assert all(np.ptp(level) == 0.0 for level in let_go)
@@ -141,7 +141,7 @@ def test_a_pedal_that_is_pressed_smoothly_has_no_corners(width: float) -> None:
 
 @pytest.mark.parametrize("slope", [50.0, 100.0, 200.0, 1000.0])
 def test_the_foot_of_a_ramp_is_not_cut_off(slope: float) -> None:
-    """A pedal that is pressed slowly leaves the level to which the torque comes back before that shows."""
+    """A slowly pressed pedal leaves the released-pedal level before the noise shows it."""
     true = np.interp(TIME, [0, 5.003, 5.003 + 200 / slope, 10, 10.2, 20], [0, 0, 200, 200, 0, 0])
     worst = []
     for seed in range(10):
@@ -155,7 +155,7 @@ def test_the_foot_of_a_ramp_is_not_cut_off(slope: float) -> None:
     ("rate", "slope"), [(50, 500), (100, 2000), (100, 200), (500, 100), (500, 500), (1000, 500), (1000, 2000)]
 )
 def test_corners_are_not_rounded_off(rate: int, slope: int) -> None:
-    """What is cut off a corner is the same every time, and shakes simulated shafts less than the driver did."""
+    """A rounded corner is a systematic error that excites simulated shafts less than the driver did."""
     time = np.arange(0.0, 6.0, 1.0 / rate)
     fine = np.arange(0.5, 5.5, 5e-4)
     knots, torques = [0.0, 2.0037, 2.0037 + 300 / slope, 6.0], [0, 0, 300, 300]
@@ -185,7 +185,7 @@ def logged(kind: str) -> Log:
 
 @pytest.mark.parametrize("kind", ["one file", "two files"])
 def test_a_torque_of_a_slower_logger_keeps_its_corners(kind: str) -> None:
-    """Lines between its samples would cut corners off, and hide the noise's level."""
+    """Linear interpolation between its samples would round corners off, and hide the noise level."""
     (segment,), _ = drive_segments([logged(kind)], [RunConditions()], Segmentation("vehicle"))
     assert segment.noise_levels["drive_torque"] == pytest.approx(1.0, rel=0.15)
     (drive,) = DriveInputs((segment,), vehicle()).drives
@@ -196,7 +196,7 @@ def test_a_torque_of_a_slower_logger_keeps_its_corners(kind: str) -> None:
 
 
 def paused(rate: int, ramp: float, seed: int, smooth: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Misses, at every half millisecond about it, of a ramp of so many seconds; and the corners' number."""
+    """Errors, every half millisecond, about a ramp of this duration, s, and the number of corners."""
     rng = np.random.default_rng([13, seed])
     time, fine, start = np.arange(0.0, 4.0, 1.0 / rate), np.arange(1.9, 2.2, 5e-4), 2.0 + rng.uniform(0.0, 1.0 / rate)
 
@@ -211,7 +211,7 @@ def paused(rate: int, ramp: float, seed: int, smooth: bool = False) -> tuple[np.
 
 @pytest.mark.parametrize(("rate", "ramp"), [(50, 0.06), (50, 0.12), (100, 0.04), (100, 0.06), (200, 0.03)])
 def test_a_shift_pause_of_few_samples_keeps_its_corners(rate: int, ramp: float) -> None:
-    """Straight lines between samples miss it by some 4 noise levels."""
+    """Linear interpolation between samples misses it by about 4 noise levels."""
     found = [paused(rate, ramp, seed) for seed in range(40)]
     assert np.mean([times.size == 2 for _, times in found]) > 0.8
     assert np.median([np.sqrt(np.mean(misses**2)) for misses, _ in found]) < 0.7

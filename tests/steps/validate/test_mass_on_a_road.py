@@ -19,7 +19,7 @@ EVERY = 20  # samples of the plant to one of the log: 50 Hz
 
 
 def diagnosed(folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, seed: int = 0) -> Diagnosis:
-    """What is found in logs of a car that is described as ``CAR``, its speed held for some rows."""
+    """The diagnosis of logs of a car described as ``CAR``, whose speed channel repeats values for some rows."""
     rng = np.random.default_rng(seed)
     time = logs["time"][::EVERY]
     for k, (torque, speed) in enumerate(zip(logs["torque"][:, ::EVERY], logs["speed"][:, ::EVERY], strict=True)):
@@ -59,7 +59,7 @@ def test_slip_an_uneven_road_and_a_held_speed_are_no_findings(tmp_path: Path, se
 
 
 def test_tires_that_hardly_slip_are_no_finding(tmp_path: Path) -> None:
-    """The driven wheels of light vehicles are hard, and all wheels of some vehicles are driven: no lag of the speed."""
+    """With the stiff tires of light vehicles, or with all wheels driven, the speed does not lag."""
     car = replace(CAR, stiffness=2000.0)
     assert diagnosed(tmp_path, car, drives(car, 60), seed=60).verdict == "adequate"
 

@@ -1,4 +1,4 @@
-"""Free play in drives: its size and each drive's zero of the torque are found by trying."""
+"""Free play in drives: its amplitude and the torque's zero in each drive are found by a grid search."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def reference(drive: ValidateProblem) -> DifferentiableReference:
 
 @pytest.fixture(scope="module")
 def setups(drive: ValidateProblem) -> Callable[[float], SimulationSetup]:
-    """It, simulated with play of any size."""
+    """The setups of that drive with play of any amplitude."""
     return lambda size: simulated(drive, size)
 
 
@@ -103,7 +103,7 @@ def test_the_likeliest_zero_is_tried_and_others_to_either_side(std: float, count
 def test_of_zeros_that_let_gears_rest_alike_the_likeliest_is_taken(
     setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
 ) -> None:
-    """Without play there are no flanks: what is left is what the drive tells of the zero."""
+    """Without play the flanks do not matter: the cost is that of the zero alone."""
     own, explained = setups(0.0), reference.explained[0]
     middle, side = (reference.cost(own, 0, explained.zero + off * explained.std) for off in (0.0, 1.5))
     assert side - middle == pytest.approx(0.5 * 1.5**2, abs=0.1)
@@ -112,7 +112,7 @@ def test_of_zeros_that_let_gears_rest_alike_the_likeliest_is_taken(
 def test_a_car_that_is_begun_off_its_parameters_costs_as_much(
     setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
 ) -> None:
-    """What is known of a parameter moves with it, or what explains it away would cost what it is off."""
+    """The prior rows move with the parameter; otherwise its distance from the prior would be counted twice."""
     own, zero = setups(0.0), reference.explained[0].zero
     prior = own.prior
     heavier = own.begun_at({"mass": prior.values["mass"] + prior.std[prior.names.index("mass")]})
@@ -138,7 +138,7 @@ def test_a_size_is_known_no_better_than_drives_tell_it_from_sizes_about_it(
 
 
 def stubbed(monkeypatch: pytest.MonkeyPatch, *costs: Callable[[float], float]) -> list[float]:
-    """Drives that cost so much by the size of their play; the sizes that are tried."""
+    """Drives with a given cost by amplitude of play; records the amplitudes that are tried."""
     tried = []
 
     def zeros(plain: object, setup: SimulationSetup, few: bool = False) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -150,7 +150,7 @@ def stubbed(monkeypatch: pytest.MonkeyPatch, *costs: Callable[[float], float]) -
 
 
 def finite(below: float, best: float = PLAY) -> Callable[[float], float]:
-    """The cost of a drive whose play is known to a fifteenth, where it is small enough to be simulated."""
+    """The cost of a drive with play known to a fifteenth; infinite where it is too large to be simulated."""
 
     def cost(size: float) -> float:
         if size > below:
@@ -222,7 +222,7 @@ def test_drives_that_disagree_tell_less_than_they_say(
     apart: float,
     reference: DifferentiableReference,
 ) -> None:
-    """Two drives' worth of what other drives showed, and the two by which these three differ."""
+    """Birge's ratio from a prior worth two drives and the two degrees of freedom of three drives."""
     stubbed(monkeypatch, *(finite(np.inf, PLAY + k * apart) for k in (-1, 0, 1)))
     ((size, spread),) = profile_estimates(setups(PLAY), reference).values()
     assert size == pytest.approx(PLAY)
@@ -265,7 +265,7 @@ def test_a_torque_whose_zero_is_known_has_none_to_try(drive: ValidateProblem) ->
 
 
 def test_a_zero_that_is_hardly_known_is_found_where_the_drive_has_it(drive: ValidateProblem) -> None:
-    """Half a newton metre decides on which flank gears rest, whatever a data sheet allows."""
+    """Half a newton metre decides on which flank gears rest, whatever tolerance a data sheet states."""
     wide = with_torque_zero(drive, 5.0, offset=1.1)
     (zero,) = with_best_zeros(simulated(wide, PLAY), wide.reference).torque_zeros
     assert zero == pytest.approx(1.1 + ZERO, abs=0.15)

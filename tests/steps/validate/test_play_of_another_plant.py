@@ -16,7 +16,7 @@ pytestmark = pytest.mark.slow  # whole diagnoses
 
 
 def diagnosis(folder: Path, seed: int, play: float) -> dict[str, Any]:
-    """What the command says of three drives."""
+    """The diagnosis that the command gives for three drives."""
     car = random_vehicle(seed)
     runs = campaign(car, seed, {"backlash": play} if play else {})
     found: dict[str, Any] = execute("validate", validation(car, seed, runs, folder)).document["diagnosis"]

@@ -51,7 +51,7 @@ def test_the_extended_car_stays_within_its_band(reported: dict[str, Any]) -> Non
 
 
 def test_a_wide_belief_does_not_hide_it(root: Path, tmp_path: Path) -> None:
-    """A belief that the drives could move far enough costs more than its spread allows: that tells the cause too."""
+    """With a wide prior, the required change is still implausible, so that the effect is named, too."""
     data = yaml.safe_load((root / "configs" / "puzzle.yaml").read_text(encoding="utf-8"))
     data["vehicle"]["driveline_inertia"] = "0.10 +- 0.3 kg m^2"
     for run in data["runs"]:

@@ -1,4 +1,4 @@
-"""Rows of known noise: coloured noise made white, gusts in the common error alone."""
+"""Rows of known noise: colored noise is whitened, gusts are only in the common error."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SPEEDS = ("speed", "wheel_speed_fl", "wheel_speed_rl")
 
 
 def coloured(rng: np.random.Generator, rows: int) -> np.ndarray:
-    """Two channels perturbed by one source that rings."""
+    """Two channels perturbed by one oscillating source."""
     from scipy.signal import lfilter
 
     shake = lfilter([0.5], [1.0, -1.6, 0.8], rng.standard_normal(rows))
@@ -42,7 +42,7 @@ def test_rows_do_not_reach_across_a_hole() -> None:
 
 
 def driven(slower: int = 1) -> DriveSegment:
-    """A drive at 100 Hz, whose speed is written only once in so many rows."""
+    """A drive at 100 Hz with a speed in only one of several rows."""
     rng = np.random.default_rng(5)
     time = np.arange(0.0, 30.0, 0.01)
     speed = 10.0 + np.sin(0.2 * time)
@@ -81,7 +81,7 @@ def test_the_slower_sensor_of_the_same_speed_counts_less() -> None:
 
 @pytest.mark.parametrize("slower", [5, 10])
 def test_a_slower_speed_leaves_no_holes(slower: int) -> None:
-    """Holes at every sample would leave a bin for each, and no row with the predecessors that whitening needs."""
+    """If missing rows counted as gaps, every sample would be a bin, and no row would have predecessors to whiten it."""
     s = driven(slower)
     true = 10.0 + np.sin(0.2 * s.time)
     found = row_layout(s, SPEEDS, RADIUS, {"speed": true, **{n: true / RADIUS for n in SPEEDS[1:]}})

@@ -1,4 +1,4 @@
-"""The road that an accelerometer felt, on drives whose road is known."""
+"""The road from an accelerometer, on drives with a known road."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_gaps_and_stops_do_no_harm() -> None:
 
 
 def test_the_heights_at_both_ends_give_the_zero_on_a_road_that_climbs() -> None:
-    """1 % over 3 km: taken for level, the accelerometer's zero would hold all of it."""
+    """1 % over 3 km: if the ends were taken as level, the accelerometer's zero would absorb all of it."""
     made = drive(Truth(zero=0.0, hills=0.0), 7, seconds=150.0)
     climb = np.r_[0.0, np.cumsum(np.diff(made.time) * made.speed[1:])] * 0.01
     felt = made.felt + G * 0.01

@@ -1,4 +1,4 @@
-"""Which parts of a log are simulated, what the car does in each, and where it starts."""
+"""The simulated segments of a log, their regimes and start speeds."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_a_log_that_begins_in_a_tip_in_begins_at_its_own_speed() -> None:
 
 @pytest.mark.parametrize("jerk", [-0.5, 0.0, 0.3])
 def test_a_start_speed_is_not_off_by_a_jerk_too_small_to_be_seen(jerk: float) -> None:
-    """All starts in acceleration would share the error, so its mean over many starts counts, not one start's noise."""
+    """All accelerating starts share the error, so its mean over many starts is tested, not the noise of one."""
     time = np.arange(0.0, 4.0, 0.02)
     off = []
     for seed in range(60):
@@ -110,7 +110,7 @@ def test_a_car_that_stands_all_through_is_no_drive() -> None:
 
 
 def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path: Path) -> None:
-    """It would pass for noise that all outputs share, and nothing would lie outside its band."""
+    """It would be mistaken for noise shared by all outputs, and nothing would be outside its band."""
     found = inputs(root, tmp_path, true_parameters())
     logs = [log.between(0.0, 6.0) for log in found.data]
     stuck = [log.with_channels(wheel_speed_fl=np.full(log.time.size, 3.0)) for log in logs]
@@ -130,7 +130,7 @@ def test_a_brake_channel_of_noise_alone_brakes_nowhere() -> None:
 
 
 def test_a_brake_that_holds_the_car_at_rest_alone_brakes_nowhere_else() -> None:
-    """The hold is small, so that the channel's noise is 2 % of it."""
+    """The holding torque is small, so that the channel's noise is 2 % of it."""
     noise = 2.0 * np.random.default_rng(5).standard_normal(TIME.size)
     hold = np.where(SPEED < 0.1, 90.0, 0.0)
     drive = log(brake_torque=hold + noise, drive_torque=RECUPERATED)

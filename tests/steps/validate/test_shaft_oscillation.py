@@ -1,4 +1,4 @@
-"""Rows in which half-shafts swing: after a tip-in alone, white, and blind to what a calm row holds."""
+"""Rows of half-shaft oscillations: only after a tip-in, white, and independent of the averaged rows."""
 
 from __future__ import annotations
 

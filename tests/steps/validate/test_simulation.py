@@ -1,4 +1,4 @@
-"""How long the steps of a simulated drive may be, and sensitivities to added effects."""
+"""Integration steps of a simulated drive, and sensitivities to added effects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SIDES = ("shaft_stiffness_left", "shaft_stiffness_right")
 
 @pytest.fixture(scope="module")
 def setup(root: Path, tmp_path_factory: pytest.TempPathFactory) -> SimulationSetup:
-    """The first seconds of a drive: the shafts swing where it sets off."""
+    """The first seconds of a drive, in which the shafts oscillate."""
     found = inputs(root, tmp_path_factory.mktemp("steps"), true_parameters())
     return ValidateProblem(found.spec, tuple(log.between(0.0, 8.0) for log in found.data), found.known).baseline
 
@@ -37,7 +37,7 @@ def test_a_car_is_followed_in_steps_of_two_milliseconds(setup: SimulationSetup) 
 
 @pytest.mark.parametrize(("times", "step"), [(10.0, 0.002), (100.0, 0.001), (300.0, SHORTEST_STEP)])
 def test_much_stiffer_shafts_want_shorter_steps(setup: SimulationSetup, times: float, step: float) -> None:
-    """In the longest ones they would leave the numbers."""
+    """With the longest steps the simulation would diverge."""
     assert with_accurate_step(stiffer(setup, times)).step == step
 
 

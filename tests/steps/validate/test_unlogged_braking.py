@@ -1,4 +1,4 @@
-"""Friction brakes that no channel shows, in drives of a car with recuperation."""
+"""Unlogged friction braking in drives of a car with recuperation."""
 
 from __future__ import annotations
 

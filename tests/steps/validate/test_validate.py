@@ -126,7 +126,7 @@ def test_the_regression_is_the_door_for_effects(root: Path, tmp_path: Path) -> N
 
 @pytest.mark.slow
 def test_its_lines_may_go_through_parameters_that_are_not_at_their_prior(root: Path, tmp_path: Path) -> None:
-    """Priors stay where they are; a start beyond what is plausible is taken back to five standard deviations."""
+    """Priors stay; a start far from the prior is limited to five standard deviations."""
     found = inputs(root, tmp_path, true_parameters(), (1,))
     problem = prepared(found)
     at_prior = problem.regression()
@@ -152,7 +152,7 @@ def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_pa
 
 @pytest.mark.slow
 def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path) -> None:
-    """It has no slope at nothing: its trace is that of a size worth finding."""
+    """It has no slope at zero: its sensitivity is a secant over a relevant amplitude."""
     found = inputs(root, tmp_path, true_parameters(), (1,))
     play = next(e for e in catalogue() if e.name == "backlash")
     size = play.probes[len(play.probes) // 3]
@@ -260,7 +260,7 @@ def test_of_torque_and_speed_of_different_length_the_common_time_is_used(root: P
 
 @pytest.mark.slow
 def test_torque_and_speed_of_different_drives_are_refused_as_clocks_apart(root: Path, tmp_path: Path) -> None:
-    """Two loggers whose files are of different drives over one course: at best a delay comes close."""
+    """Two loggers with files of different drives over one course: at best a delay comes close."""
     path = described(root, tmp_path, model="road_load")
     data = yaml.safe_load(path.read_text())
     channels, reading = data.pop("channels"), {}
@@ -322,7 +322,7 @@ def test_a_step_too_large_is_refused_and_writes_nothing(root: Path, tmp_path: Pa
 
 
 def test_a_model_that_no_step_follows_is_an_answer_that_is_not_good(root: Path, tmp_path: Path) -> None:
-    """Physical each by itself, but a wheel as light as a coin on shafts of a truck swings too fast to be followed."""
+    """Each value is physical, but a wheel as light as a coin on shafts of a truck oscillates too fast for any step."""
     parameters = true_parameters()
     odd = {"wheel_inertia": 0.005, "shaft_stiffness_left": 1e6, "shaft_stiffness_right": 1e6, "tire_D": 0.06}
     changed = {n: replace(parameters[n], value=v) for n, v in odd.items()}

@@ -1,4 +1,4 @@
-"""Drives on hilly roads: hills, losses and the accelerometer's zero are found, and nothing where nothing is."""
+"""Drives on hilly roads: hills, losses and the accelerometer's zero are found, and nothing else."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_hills_alone_are_named(tmp_path: Path) -> None:
 
 
 def over_hills(folder: Path, truth: Truth, seed: int, drop: str) -> Result:
-    """Three drives without windows, by someone who thinks the road flat; an elevation in steps of a meter is logged."""
+    """Three drives without windows, described as on a level road; an elevation in steps of a meter is logged."""
     drives = [drive(truth, 1000 * seed + k, SHORT) for k in range(3)]
     described = dict(description(folder, drives))
     described["settings"] = {"model": "road_load"}

@@ -1,4 +1,4 @@
-"""Drives that stops cut into segments: their segments share one wind, and the drive is the run of the regression."""
+"""Drives cut into segments by stops: their segments share one wind, and the drive is the run of the regression."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_the_runs_are_the_drives_not_their_segments(town: ValidateProblem) -> No
 
 
 def test_a_segment_alone_has_the_noise_that_it_had(town: ValidateProblem) -> None:
-    """What lasts for a drive is beside the factor: f f' + s s' is the covariance with everything in the factor."""
+    """Steady sources are separate from the factor: f f' + s s' is the covariance with everything in the factor."""
     together = whiten_drives(town.baseline, calm=True).whitenings
     apart = whiten_drives(town.baseline, calm=True, steady_apart=True).whitenings
     for whole, one in zip(together, apart, strict=True):

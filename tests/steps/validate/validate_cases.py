@@ -1,4 +1,4 @@
-"""Drives for the tests of validate: the sample drives, and what the sample day's steps give about the truth."""
+"""Drives for the tests of validate: the sample drives, and the parameters of the sample's steps about the truth."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ CORRELATION = {"rolling_resistance": {"drag_area": -0.57}, "drag_area": {"rollin
 
 
 def true_parameters(wrong: Mapping[str, float] | None = None, without: tuple[str, ...] = ()) -> Parameters:
-    """The truth with those standard deviations; some wrong by so many of them."""
+    """The true parameters with these standard deviations; some are off by a given number of them."""
     true = truth(REFERENCE) | {
         "cg_to_front": REFERENCE.cg_to_front,
         "tire_vertical_stiffness": REFERENCE.tire_vertical_stiffness,
@@ -73,7 +73,7 @@ def true_parameters(wrong: Mapping[str, float] | None = None, without: tuple[str
 
 
 def described(root: Path, folder: Path, drives: tuple[int, ...] = (1,), **settings: Any) -> Path:
-    """The shipped description of some of the drives, without its vehicle, in a folder of its own."""
+    """The shipped description of some of the drives, without its vehicle, in a separate folder."""
     data = yaml.safe_load((root / "configs" / "validate.yaml").read_text(encoding="utf-8"))
     data.pop("vehicle")
     data["runs"] = [data["runs"][k - 1] for k in drives]
