@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.sampled import FINE, Signal, smoothed
 from vdyn_cli.io.tied_channels import ChannelTie
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
@@ -205,8 +205,7 @@ def _compared(signal: Signal, grid: Array, step: float, tie: ChannelTie, side: i
         return signal.averages(grid, step)
     higher = side == (1 if tie.order > 0 else 0)
     if higher:
-        parts = np.diff(signal.time) * (signal.values[1:] + signal.values[:-1]) / 2.0
-        signal = replace(signal, values=np.concatenate([[0.0], np.cumsum(parts)]))
+        signal = replace(signal, values=cumulative_integral(signal.time, signal.values))
     cells, half = signal.averages(grid, step), max(round(0.5 * _CHANGE / step), 1)
     change = np.full(cells.size, np.nan)
     if cells.size > 2 * half:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 
 Flags = NDArray[np.bool_]
 
@@ -32,7 +32,7 @@ class Signal:
 
         NaN where a cell reaches into a gap or beyond an end.
         """
-        area = np.concatenate([[0.0], np.cumsum(np.diff(self.time) * (self.values[1:] + self.values[:-1]) / 2.0)])
+        area = cumulative_integral(self.time, self.values)
         mean = (self._area(area, grid + width / 2.0) - self._area(area, grid - width / 2.0)) / width
         mean[self.gap_within(grid, width / 2.0)] = np.nan
         return mean

@@ -24,7 +24,7 @@ from vdyn_cli.io.quality.cross_checks import AXLES, LIVELY, LONG, NOTICED, UNEQU
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.tied_channels import tie_of
 from vdyn_cli.project.check_policy import CHECK
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.check_schema import TiedPair
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -129,7 +129,7 @@ def _distance(log: Log, speed: str) -> TiedPair:
     time, v, place = (x[known] for x in (log.time, log[speed], log["position"]))
     if time.size < FEWEST:
         return _pair(log, "position", speed, "too few samples")
-    driven = np.concatenate([[0.0], np.cumsum(np.diff(time) * (np.abs(v[1:]) + np.abs(v[:-1])) / 2.0)])
+    driven = cumulative_integral(time, np.abs(v))
     if driven[-1] < LONG:
         return _pair(log, "position", speed, f"not determined: the run is shorter than {LONG:g} m")
     ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
@@ -148,7 +148,7 @@ def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
     a, v = (log[n] for n in names)
     known = _finite(a, v)
     time = log.time[known]
-    gained = np.concatenate([[0.0], np.cumsum(np.diff(time) * (a[known][1:] + a[known][:-1]) / 2.0)])
+    gained = cumulative_integral(time, a[known])
     label = ((time - log.time[0]) / step).astype(np.int64)
     size = int((log.time[-1] - log.time[0]) / step) + 1
     count = np.bincount(label, minlength=size)

@@ -1,4 +1,4 @@
-"""The type of all numerical arrays: a numpy array of doubles."""
+"""The type of all numerical arrays, a numpy array of doubles, and their cumulative integral."""
 
 from __future__ import annotations
 
@@ -6,3 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+def cumulative_integral(x: Array, y: Array) -> Array:
+    """Integral of y (n,) over x (n,) from the first point to each point, (n,), by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(np.diff(x) * (y[1:] + y[:-1]) / 2.0)])

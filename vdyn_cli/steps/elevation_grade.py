@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
@@ -122,7 +122,7 @@ def _track(log: Log) -> _Track | None:
     if good.sum() < FEWEST:
         return None
     speed = np.abs(np.interp(log.time, log.time[good], log["speed"][good]))
-    distance = np.r_[0.0, np.cumsum(np.diff(log.time) * (speed[1:] + speed[:-1]) / 2)]
+    distance = cumulative_integral(log.time, speed)
     measured = np.isfinite(log["elevation"])
     if distance[-1] < FEWEST * NODE or measured.sum() < FEWEST:
         return None

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 
@@ -113,16 +113,11 @@ def _ratios(log: Log) -> list[tuple[str, str, float]]:
     return found
 
 
-def _integral(time: Array, values: Array) -> Array:
-    steps = np.diff(time) * (values[1:] + values[:-1]) / 2
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
 def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
     good = np.isfinite(speed) & np.isfinite(position)
     if np.count_nonzero(good) < 10:
         return None
-    distance = float(np.ptp(_integral(time[good], np.abs(speed[good]))))
+    distance = float(np.ptp(cumulative_integral(time[good], np.abs(speed[good]))))
     coarse = np.linspace(0, good.sum() - 1, min(51, good.sum())).astype(int)
     moved = float(np.sum(np.abs(np.diff(position[good][coarse]))))
     return moved / distance if distance > LONG else None
@@ -133,7 +128,7 @@ def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | Non
     good = np.isfinite(speed) & np.isfinite(acceleration)
     if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LIVELY:
         return None
-    time, speed, change = time[good], speed[good], _integral(time[good], acceleration[good])
+    time, speed, change = time[good], speed[good], cumulative_integral(time[good], acceleration[good])
     ends = np.searchsorted(time, np.arange(time[0], time[-1], INTERVAL))
     if ends.size < 3:
         return None

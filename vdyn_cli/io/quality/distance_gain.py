@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 
 FEWEST = 20  # samples with both channels
@@ -60,7 +60,7 @@ def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
     if np.count_nonzero(good) < FEWEST:
         return None
     time, speed, place = time[good], np.abs(speed[good]), position[good]
-    driven = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)])
+    driven = cumulative_integral(time, speed)
     if driven[-1] < QUALITY.shortest_distance:
         return None
     place = (place - place[0]) * (1.0 if place[-1] >= place[0] else -1.0)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.inference.white_noise import white_level
+from vdyn_cli.quantities.arrays import cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -51,7 +52,7 @@ def _zero(log: Log) -> tuple[float, float] | None:
         return None
     ends = slice(0, FEWEST_SAMPLES // 10), slice(-(FEWEST_SAMPLES // 10), None)
     (t0, t1), (v0, v1) = ([float(np.mean(x[end])) for end in ends] for x in (time, speed))
-    changes = np.concatenate([[0.0], np.cumsum(np.diff(time) * (felt[1:] + felt[:-1]) / 2)])
+    changes = cumulative_integral(time, felt)
     a0, a1 = np.interp([t0, t1], time, changes)
     noise = white_level(speed, time) * np.sqrt(2.0 / (FEWEST_SAMPLES // 10))
     late = DELAY * float(np.mean(felt[ends[1]]) - np.mean(felt[ends[0]]))

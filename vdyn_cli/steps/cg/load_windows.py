@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.physics.models.load_transfer import HEAVES
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.pitch_heave import pitch_heave
 
@@ -122,9 +122,11 @@ def pitch_angle(log: Log) -> Array:
     The zero of a gyro makes the integral drift. The drift c + b t is estimated by the fit th = c + b t + k a, because a
     sprung body pitches in proportion to the acceleration, and subtracted; a trend of the acceleration is preserved.
     """
-    rate = np.where(np.isfinite(log["pitch_rate"]), log["pitch_rate"], 0.0) if "pitch" not in log else np.zeros(0)
-    steps = np.diff(log.time) * (rate[1:] + rate[:-1]) / 2
-    angle = log["pitch"] if "pitch" in log else np.concatenate([[0.0], np.cumsum(steps)])
+    angle = (
+        log["pitch"]
+        if "pitch" in log
+        else cumulative_integral(log.time, np.nan_to_num(log["pitch_rate"], posinf=0.0, neginf=0.0))
+    )
     elapsed = log.time - log.time[0]
     trend = np.column_stack([np.ones_like(elapsed), elapsed, log["acceleration"]])
     good = np.isfinite(angle) & np.isfinite(trend).all(axis=1)
@@ -140,7 +142,7 @@ def integrated_speed(log: Log) -> Array:
     the accelerometer's zero. The speed matters for the moment of the drag and for whether the wheels roll.
     """
     rate = np.where(np.isfinite(log["acceleration"]), log["acceleration"], 0.0)
-    gained = np.concatenate([[0.0], np.cumsum(np.diff(log.time) * (rate[1:] + rate[:-1]) / 2)])
+    gained = cumulative_integral(log.time, rate)
     if abs(gained[-1]) < SAME_SPEED * float(np.ptp(gained)):
         gained = gained - gained[-1] * (log.time - log.time[0]) / log.duration
     return np.asarray(gained - gained.min())

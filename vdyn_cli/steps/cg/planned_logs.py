@@ -9,7 +9,7 @@ import numpy as np
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.physics.models.load_transfer import LOAD_TRANSFER, MOMENTS, SOUGHT, ZEROS
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
@@ -67,7 +67,7 @@ def _log(day: DayRequest, k: int) -> Log:
     at, run = day.at, day.spec.runs[k]
     known = known_vehicle(day.spec, day.known).values  # type: ignore[arg-type]
     time, rate = _pedals(day)
-    speed = np.maximum(at["start_speed"] + np.r_[0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))], 0.5)
+    speed = np.maximum(at["start_speed"] + cumulative_integral(time, rate), 0.5)
     pitch, turn, bend = _pitching(day, time, rate, known["mass"] * at["cg_height"] / at["pitch_inertia"])
     lever = known["antenna_height"] - at["cg_height"]
     motion = {"pitch": pitch, "pitch_rate": turn, "speed": speed, "rolling": rolling(speed)}

@@ -15,7 +15,7 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.gust_covariance import Surroundings, speed_noise
 from vdyn_cli.physics.models.road_load import road_load
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
 
 PAIR = ("rolling_resistance", "drag_area")
@@ -75,7 +75,7 @@ def coasting_clock(at: Mapping[str, float], upper: float, lower: float) -> tuple
     force = (at["rolling_resistance"] + at["rolling_speed"] * speed) * weight
     force = np.maximum(force + 0.5 * at["air_density"] * at["drag_area"] * speed**2, LEAST_FORCE)
     slowness = (at["mass"] + at["rotating_mass"]) / force
-    return speed, np.r_[0.0, np.cumsum(-0.5 * (slowness[1:] + slowness[:-1]) * np.diff(speed))]
+    return speed, cumulative_integral(speed, -slowness)
 
 
 def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> ExpectedAccuracy:

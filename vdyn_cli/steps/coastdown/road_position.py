@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 
 FEWEST_POSITIONS = 10  # rows with a position: the mean is then accurate to a third of the receiver's noise
 MISS = 0.1  # share of the driven distance by which the position may deviate: a trip meter deviates by twice of it
@@ -25,7 +25,7 @@ def first_place(time: Array, speed: Array, position: Array, heading: float) -> f
     there = np.isfinite(position)
     if heading == 0.0 or there.sum() < FEWEST_POSITIONS:
         return None
-    along = heading * np.r_[0.0, np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)]
+    along = heading * cumulative_integral(time, speed)
     offset = (position - along)[there]
     distance = float(np.ptp(along[there]))
     if distance <= 0.0 or float(np.ptp(offset)) > MISS * distance:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 
 LOWEST_LEVEL = 1e-4  # in SI, least white noise of a channel, because a simulated log has none
 # m/s, error of the speed at which a timer records a split time: loggers state it to 0.1 km/h. The fit scales it to
@@ -56,7 +56,7 @@ class RoadRun:
     @cached_property
     def distance(self) -> Array:
         """Distance driven at each row, (n,) m."""
-        return np.asarray(np.r_[0.0, np.cumsum(np.diff(self.time) * (self.speed[1:] + self.speed[:-1]) / 2)])
+        return cumulative_integral(self.time, self.speed)
 
     @property
     def levels(self) -> dict[str, float]:

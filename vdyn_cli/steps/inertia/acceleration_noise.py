@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, drive_windows
@@ -61,7 +61,7 @@ def with_slow_acceleration(
 def _gained_by_car(block: DriveWindows) -> Array:
     """Integral of the accelerometer over each block, (w,) m/s."""
     a, time = block.log["acceleration"], block.log.time
-    speed = np.concatenate([[0.0], np.cumsum((a[1:] + a[:-1]) / 2 * np.diff(time))])
+    speed = cumulative_integral(time, a)
     return np.asarray(speed[block.last] - speed[block.first])
 
 

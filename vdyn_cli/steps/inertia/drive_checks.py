@@ -6,6 +6,7 @@ import numpy as np
 
 from vdyn_cli.inference import exceeds_noise
 from vdyn_cli.physics.models.wheel_spin import INPUTS
+from vdyn_cli.quantities.arrays import cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows
@@ -67,7 +68,7 @@ def _energy_falls(log: Log) -> bool:
     edges = np.unique(np.searchsorted(time, np.arange(time[0], time[-1], WORK_WINDOW))) if time.size else np.zeros(0)
     if edges.size < FEWEST_WINDOWS:
         return False
-    work = np.concatenate([[0.0], np.cumsum(np.diff(time) * (torque[1:] * turn[1:] + torque[:-1] * turn[:-1]) / 2)])
+    work = cumulative_integral(time, torque * turn)
     done, gained = np.diff(work[edges]), np.diff(turn[edges] ** 2)
     alike = cosine(done - done.mean(), gained - gained.mean())
     return bool(alike * np.sqrt(done.size / max(1.0 - alike**2, 1e-9)) < -STEP_POLICY.work_correlation)

@@ -24,7 +24,7 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
 from vdyn_cli.physics.models.wheel_spin import LEVER, MASS, READINGS, WHEEL_SPIN
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
@@ -99,8 +99,7 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
 
 def impulses(run: DriveWindows, wheel: Mapping[str, float]) -> Array:
     """Integral of the net torque over each window, (w,) N m s; ``wheel`` as of :func:`drive_windows`."""
-    torque = _net_torque(run.log, wheel)
-    impulse = np.concatenate([[0.0], np.cumsum((torque[1:] + torque[:-1]) / 2 * np.diff(run.log.time))])
+    impulse = cumulative_integral(run.log.time, _net_torque(run.log, wheel))
     return np.asarray(impulse[run.last] - impulse[run.first])
 
 

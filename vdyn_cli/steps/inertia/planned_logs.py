@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
@@ -54,7 +54,7 @@ def _log(day: DayRequest, spec: InertiaSpec, k: int) -> Log:
     mass, radius = known["wheel_mass"].value, known["wheel_radius"].value
     time = day.clock(at["duration"])
     rate = _pulses(day, time)
-    speed = np.maximum(at["start_speed"] + np.r_[0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))], 0.5)
+    speed = np.maximum(at["start_speed"] + cumulative_integral(time, rate), 0.5)
     humps = np.sin(2 * np.pi * np.outer(time, rng.uniform(0.3, 3.0, HUMPS))) @ rng.uniform(0.005, 0.015, HUMPS)
     load, force = at["wheel_load"] * (1.0 + humps), at["carried_mass"] * rate
     spin = speed * (1.0 + force / load / SLIP_STIFFNESS) / radius

@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import exceeds_noise, white_level
 from vdyn_cli.io.block_means import condensed
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, with_twist_of_angles
@@ -67,7 +67,7 @@ class ShaftReadings:
             twist, twist_noise = values["twist"], level["twist"]
         else:
             twist_noise = UNREAD_TWIST
-            twist = np.concatenate([[0.0], np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2)])
+            twist = cumulative_integral(time, rate)
         return cls(
             log.name, time, values["shaft_torque"], twist, rate, (level["shaft_torque"], twist_noise, rate_noise)
         )
