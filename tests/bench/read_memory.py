@@ -35,14 +35,15 @@ def read(path: Path, mapped: int) -> dict[str, float]:
     """Peak memory and time of one reading, in this process."""
     import pandas  # noqa: F401  (its own memory is not the log's)
 
-    from vdyn_cli.io.csv.csv_reader import Column, read_csv
+    from vdyn_cli.io.log_formats import read_log
+    from vdyn_cli.io.reader import Column
     from vdyn_cli.quantities.quantity import to_si
 
     to_si(1.0, "m/s", "m/s")
     columns = {"time": Column("time [s]", "s", "s")}
     columns |= {f"c{i}": Column(f"channel {i} [m/s]", "km/h", "m/s") for i in range(1, mapped)}
     idle, start = _peak(), time.perf_counter()
-    log = read_csv(path, columns)
+    log = read_log(path, columns)
     seconds = time.perf_counter() - start
     size = log.time.nbytes * mapped
     return {"rows": log.time.size, "mapped_mb": size / 1e6, "ratio": (_peak() - idle) / size, "seconds": seconds}

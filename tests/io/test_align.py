@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from tests.bench.align_accuracy import KINDS, QUANTILE, Kind, recordings
+from tests.io.text_logs import read_csv
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.clock_estimate import align
-from vdyn_cli.io.csv.csv_reader import Column, read_csv
+from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 

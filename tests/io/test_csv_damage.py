@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
+from tests.io.text_logs import read_csv
+from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.quantities.errors import InputError
 
 COLUMNS = {"time": Column("t", "s", "s"), "speed": Column("v [m/s]", "m/s", "m/s")}

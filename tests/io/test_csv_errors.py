@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.io.text_logs import read_csv
 from vdyn_cli.io.csv import csv_source
-from vdyn_cli.io.csv.csv_reader import Column, ReadOptions, read_csv
+from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.quantities.errors import InputError
 
 COLUMNS = {

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from tests.bench.clocks import errors, logs, tie
+from tests.io.text_logs import read_csv
 from tests.plant.two_loggers import two_loggers
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.clock_estimate import clock_difference
-from vdyn_cli.io.csv.csv_reader import Column, read_csv
+from vdyn_cli.io.reader import Column
 from vdyn_cli.io.tied_channels import ties, tying
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log

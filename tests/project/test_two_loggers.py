@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli.io.csv.csv_reader import Column, read_csv
+from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.reader import Column
 from vdyn_cli.project.check import check
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.result_document import read_record, to_json
@@ -48,7 +49,7 @@ def described(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
     for k in (1, 2):
         names = (*LOADS, *MOTION, "Speed [km/h]")
         mapping = {"time": Column("Time [s]", "s", "s")} | {n: Column(n, "1", "1") for n in names}
-        log = read_csv(root / "sample_logs" / f"launch_{k}.csv", mapping)
+        log = read_log(root / "sample_logs" / f"launch_{k}.csv", mapping)
         _write(folder / f"car_{k}.csv", log.time, {n: log[n] for n in (*LOADS, "Speed [km/h]")})
         _write(folder / f"box_{k}.csv", log.time + DELAY, {n: log[n] for n in MOTION})
     (folder / "cg.yaml").write_text(TEXT)

@@ -52,7 +52,7 @@ def explanation(topic: str) -> str:
     if topic == "policy":
         from vdyn_cli.diagnosis.policy import policy_text
         from vdyn_cli.io.clock_policy import CLOCKS
-        from vdyn_cli.io.quality.quality_policy import QUALITY, quality_text
+        from vdyn_cli.io.quality.quality_policy import QUALITY
         from vdyn_cli.project.check_policy import CHECK
         from vdyn_cli.quantities.threshold import thresholds_text
         from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -60,7 +60,8 @@ def explanation(topic: str) -> str:
         of_steps = f"Steps\n\n{thresholds_text(STEP_POLICY)}"
         check = f"Check of the runs (vdyn check)\n\n{thresholds_text(CHECK)}"
         clocks = f"Clocks of several loggers\n\n{thresholds_text(CLOCKS)}"
-        return f"{policy_text()}\nQuality of the logs\n\n{quality_text(QUALITY)}\n{clocks}\n{check}\n{of_steps}"
+        quality = f"Quality of the logs\n\n{thresholds_text(QUALITY)}"
+        return f"{policy_text()}\n{quality}\n{clocks}\n{check}\n{of_steps}"
     effects = {e.name: e for e in catalogue()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)

@@ -13,7 +13,7 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.quantity import to_si
+from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _CLOCK = re.compile(
     r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|"
@@ -170,6 +170,14 @@ def clock_units(rate: float, first: float = 0.0) -> list[str]:
         return ["day"]
     since_1970 = [u for u in units if _UNIX[0] <= to_si(first, u, "s") <= _UNIX[1]]
     return since_1970 or units
+
+
+def clock_seconds(time: Array, unit: str) -> Array:
+    """The times (n,) of a clock in s; unchanged if its unit is empty or not one of time."""
+    try:
+        return to_si(time, unit or "s", "s")
+    except UnitError:
+        return time
 
 
 def has_usual_rate(time: Array, unit: str) -> bool:

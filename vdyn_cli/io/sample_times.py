@@ -21,6 +21,7 @@ _MOST_DROPPED = 0.2  # of the rows; a column with more errors is not a clock
 SHORTEST, LONGEST = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
 FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; one sample a minute shows no motion
 MOST_ACCELERATION = 60.0  # m/s^2, the bound of the channel 'acceleration': six times that of a tire on a dry road
+_MOST_LINES = 4  # line numbers listed in a message
 _ENOUGH = 200_000  # steps that suffice for the median step and its scatter
 
 
@@ -176,15 +177,15 @@ def impossible_clock(log: Log) -> Iterator[Finding]:
             yield Finding(where, what, remedy="check the units of time and speed")
 
 
-def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf, most: int = 4) -> str:
+def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf) -> str:
     """The first line numbers of some rows as text, ``3, 4, 5, 6, ...``.
 
     Parameters
     ----------
-    line_of : row -> line of the file. most : number of lines listed.
+    line_of : row -> line of the file.
     """
-    shown = ", ".join(str(line_of(int(row))) for row in rows[:most])
-    return shown + (", ..." if len(rows) > most else "")
+    shown = ", ".join(str(line_of(int(row))) for row in rows[:_MOST_LINES])
+    return shown + (", ..." if len(rows) > _MOST_LINES else "")
 
 
 def _count(n: int, noun: str) -> str:

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from vdyn_cli.io.column_names import closest_names, positions
 from vdyn_cli.io.file_units import contradiction, contradicts, stated_unit, unit_problem
 from vdyn_cli.io.files import folder_as_log
-from vdyn_cli.io.reader import Column, ReadOptions, Recorded, channel_info, is_clock, rises
+from vdyn_cli.io.reader import Column, ReadOptions, Recorded, channel_info, clock_seconds, is_clock, rises
 from vdyn_cli.io.sample_times import check_rising
 from vdyn_cli.io.split_times import split_instants
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
-from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _TOGETHER = 16  # channels read in one pass over their table: fewer take more time, more take more memory
 
@@ -157,7 +156,7 @@ def _rising_clock(file: StoredFile, members: Sequence[StoredChannel]) -> tuple[S
     for clock in named:
         time = file.columns([clock])[0]
         if time is not None and (clock.master or rises(time)):
-            return clock, _seconds(time, stated_unit(clock.name, clock.unit))
+            return clock, clock_seconds(time, stated_unit(clock.name, clock.unit))
     return None, None
 
 
@@ -165,13 +164,6 @@ def _recorded(channel: StoredChannel, values: Array | None, time: Array | None, 
     unit = stated_unit(channel.name, channel.unit) or ("s" if is_time and channel.master else channel.unit)
     info = channel_info(channel.name, unit, time, values, channel.group, channel.source)
     return Recorded(replace(info, begin=channel.begin), time, values)
-
-
-def _seconds(time: Array, unit: str) -> Array:
-    try:
-        return to_si(time, unit or "s", "s")
-    except UnitError:
-        return time
 
 
 def _chosen(

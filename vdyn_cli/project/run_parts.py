@@ -10,7 +10,7 @@ import numpy as np
 
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.io.quality.cuts import CutLog
-from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
@@ -32,7 +32,7 @@ def split_runs(step: Step, spec: S, cut: Sequence[CutLog], ready: Callable[[Log]
     """
     runs, logs = [], []
     for run, one in zip(spec.runs, cut, strict=True):
-        parts = _parts(one, (*step.complete, *step.unbroken), QUALITY)
+        parts = _parts(one, (*step.complete, *step.unbroken))
         for start, stop in parts:
             part = one.between(start, stop)
             findings = one.log.findings if (start, stop) == parts[0] else ()
@@ -82,16 +82,16 @@ def _counted(samples: int) -> str:
     return f"{samples} cut samples are" if samples > 1 else "1 cut sample is"
 
 
-def _parts(one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> list[tuple[float, float]]:
+def _parts(one: CutLog, unbroken: Sequence[str]) -> list[tuple[float, float]]:
     """First and last time of each part of a run; empty if it is not split."""
     time = one.log.time
-    holes = [hole for hole in _joined(one) if _breaks(hole, one, unbroken, policy)]
+    holes = [hole for hole in _joined(one) if _breaks(hole, one, unbroken)]
     if not holes:
         return []
     parts, begin = [], 0
     for start, stop in [*holes, (np.inf, np.inf)]:
         end = int(np.searchsorted(time, start, "left"))
-        if end - begin >= 2 and time[end - 1] - time[begin] >= policy.shortest_part:
+        if end - begin >= 2 and time[end - 1] - time[begin] >= QUALITY.shortest_part:
             parts.append((float(time[begin]), float(time[end - 1])))
         begin = max(begin, int(np.searchsorted(time, stop, "right")))
     return parts
@@ -113,10 +113,10 @@ def _joined(one: CutLog) -> list[tuple[float, float]]:
     return sorted(found)
 
 
-def _breaks(hole: tuple[float, float], one: CutLog, unbroken: Sequence[str], policy: QualityPolicy) -> bool:
+def _breaks(hole: tuple[float, float], one: CutLog, unbroken: Sequence[str]) -> bool:
     """Whether a cut leaves a gap in an unbroken channel that is too long to be interpolated."""
     start, stop = hole
-    if stop - start <= policy.longest_bridge:
+    if stop - start <= QUALITY.longest_bridge:
         return False
     inside = slice(*np.searchsorted(one.log.time, [start, np.nextafter(stop, np.inf)]))
     return any(np.isnan(one.log[n][inside]).any() for n in unbroken if n in one.log)

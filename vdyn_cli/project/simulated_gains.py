@@ -12,14 +12,14 @@ from typing import Literal
 import numpy as np
 
 from vdyn_cli.io.quality.gain_changes import GainChange, drifting, likely_change, stepped_share
-from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.result import Comparison
 
 Course = Literal["", "abrupt", "gradual"]
 
 
-def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPolicy = QUALITY) -> Iterator[Finding]:
+def simulated_gain_findings(comparisons: Sequence[Comparison]) -> Iterator[Finding]:
     """A fault for each run in which the gain of a channel over its simulation changes, unlike in the other runs.
 
     A model that lacks an effect also misses its logs, but in all runs alike, and seldom by a factor that changes at one
@@ -35,11 +35,11 @@ def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPo
         if one.x_label.startswith("time"):
             by_channel.setdefault(one.channel, []).append(one)
     for channel, runs in by_channel.items():
-        alone = len(runs) < policy.fewest_like_runs
-        changes = [_likely(one, alone, policy) for one in runs]
+        alone = len(runs) < QUALITY.fewest_like_runs
+        changes = [_likely(one, alone) for one in runs]
         usual = 0.0 if alone else float(np.median([abs(np.log(c.factor)) if c else 0.0 for c, _ in changes]))
         for run, (change, course) in zip((one.run for one in runs), changes, strict=True):
-            if change is None or not course or abs(np.log(change.factor)) < policy.unlike_runs * usual:
+            if change is None or not course or abs(np.log(change.factor)) < QUALITY.unlike_runs * usual:
                 continue  # not a sensor's gain, but the model or the test
             share = f"{channel} against its simulation: the ratio changes by {100 * (change.factor - 1.0):+.1f} %"
             if course == "abrupt":
@@ -51,24 +51,24 @@ def simulated_gain_findings(comparisons: Sequence[Comparison], policy: QualityPo
                 yield Finding(run, what, "", "repeat the run; a second one shows whether it is the sensor", doubt=True)
 
 
-def _likely(one: Comparison, alone: bool, policy: QualityPolicy) -> tuple[GainChange | None, Course]:
+def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, Course]:
     """The most likely change of a run's gain, and whether it is abrupt or gradual; empty if not significant."""
     good = np.isfinite(one.measured) & np.isfinite(one.simulated)
     if one.used is not None:
         good &= one.used
     time, y, x = one.x[good], one.measured[good], one.simulated[good]
-    found = likely_change(y, x, policy)
+    found = likely_change(y, x)
     if found is None or found[1] * found[2] <= 0.0:
         return None, ""
     k, g, h, t, share = found
     change = GainChange(one.channel, float(time[k - 1]), h / g, t)
-    large = abs(h / g - 1.0) >= policy.least_gain_change and t >= policy.gain_change_t
-    if not large or share > policy.simulated_share:
+    large = abs(h / g - 1.0) >= QUALITY.least_gain_change and t >= QUALITY.gain_change_t
+    if not large or share > QUALITY.simulated_share:
         return change, ""
     drift = stepped_share(y, x, k, drifting(x))
     if not alone:
-        return change, "abrupt" if drift <= policy.abrupt_share else ""
+        return change, "abrupt" if drift <= QUALITY.abrupt_share else ""
     law = np.column_stack([x, x * (x > 0.0), x * np.abs(x)])
-    if stepped_share(y, x, k, law) > policy.lone_abrupt_share:
+    if stepped_share(y, x, k, law) > QUALITY.lone_abrupt_share:
         return change, ""
-    return change, "abrupt" if drift <= policy.lone_abrupt_share else "gradual"
+    return change, "abrupt" if drift <= QUALITY.lone_abrupt_share else "gradual"

@@ -22,7 +22,8 @@ from tests.plant.hidden import WARM
 from tests.plant.sensors import ACCELEROMETER
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.cli import app
-from vdyn_cli.io.csv.csv_reader import Column, read_csv
+from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.parameter_json import read_parameters
 
 SEED = 1
@@ -181,7 +182,7 @@ def test_what_stood_still_may_be_cut_out(tmp_path: Path) -> None:
     path = described(tmp_path, {})
     damage(sorted(tmp_path.glob("*.csv")), "stuck")
     description = yaml.safe_load(path.read_text(encoding="utf-8"))
-    ends = [read_csv(tmp_path / run["log"], TIMED).time for run in description["runs"]]
+    ends = [read_log(tmp_path / run["log"], TIMED).time for run in description["runs"]]
     for run, time in zip(description["runs"], ends, strict=True):
         run["to_time"] = float(time[int(0.39 * time.size)])
     path.write_text(yaml.safe_dump(description), encoding="utf-8")

@@ -18,17 +18,23 @@ from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
 from vdyn_cli.io.csv.run_rows import runs_as_columns
-from vdyn_cli.io.quality.log_checks import checked
-from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded, channel_info, has_usual_rate, is_clock, rises
+from vdyn_cli.io.reader import (
+    ChannelInfo,
+    Column,
+    ReadOptions,
+    Recorded,
+    channel_info,
+    clock_seconds,
+    has_usual_rate,
+    is_clock,
+    rises,
+)
 from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.io.split_times import split_instants
 from vdyn_cli.io.written_times import seconds_of_digits, since_first
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
-from vdyn_cli.quantities.quantity import UnitError, to_si
-
-__all__ = ["CSV", "Column", "ReadOptions", "read_csv"]
 
 Rows = NDArray[np.intp]
 
@@ -62,7 +68,7 @@ class CsvReader:
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
         order = sorted(timed, key=lambda i: (not has_usual_rate(numbers.columns[i], units[i]), not is_clock(names[i])))
         clocks = [i for i in order if rises(numbers.columns[i])]
-        time = _seconds(numbers.columns[clocks[0]], units[clocks[0]]) if clocks else None
+        time = clock_seconds(numbers.columns[clocks[0]], units[clocks[0]]) if clocks else None
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
             info = channel_info(name, units[i], time, values)
@@ -101,18 +107,6 @@ class CsvReader:
 CSV = CsvReader()
 
 
-def read_csv(
-    path: Path, columns: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
-) -> Log:
-    """Read the mapped columns of a text log with any name, in SI: see ``vdyn_cli.io.log_formats.read_log``.
-
-    Raises
-    ------
-    InputError : with all problems of the file.
-    """
-    return checked(CSV.read(path, columns, options or ReadOptions(), name or path.name), columns)
-
-
 def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
     """Every column of a file without a mapping, and the indices of columns of text."""
     text: frozenset[int] = frozenset()
@@ -138,13 +132,6 @@ def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
 def _is_text(bad: int, values: Array) -> bool:
     """Whether more cells of a column are text than numbers."""
     return bad > int(np.count_nonzero(np.isfinite(values)))
-
-
-def _seconds(time: Array, unit: str) -> Array:
-    try:
-        return to_si(time, unit or "s", "s")
-    except UnitError:
-        return time
 
 
 def _read(

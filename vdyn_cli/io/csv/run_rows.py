@@ -23,7 +23,7 @@ _LEVEL = re.compile(
 _FEWEST = 2  # levels
 
 
-def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels = ()) -> CsvSource:
+def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels) -> CsvSource:
     """The transposed table, with a column for each row of the file; columns without a speed as header are left out.
 
     Parameters

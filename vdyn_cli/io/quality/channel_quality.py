@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.held_values import held_rows
 from vdyn_cli.io.interpolation import own_rows
+from vdyn_cli.io.quality.regular_stretches import spans
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -111,22 +112,16 @@ def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, every: _Rows) -
     n = missing.size
     if rows.size == 0:
         return Finding(where, "is empty", remedy="map another column, or leave out this run or this channel"), True
-    runs = _stretches(missing)
-    longest = max(runs, key=lambda r: r[1])
+    runs = spans(missing)
+    first, stop = max(runs, key=lambda r: r[1] - r[0])
     share = (n - rows.size) / n
     what = (
         f"has no value in {n - rows.size} of {n} rows ({share:.2g} of them), {_times(len(runs))},"
-        f" the longest in {every.span(*longest)}"
+        f" the longest in {every.span(first, stop - first)}"
     )
     if share > 0.5:
         return Finding(where, what, remedy="map another column, or cut the log to where the channel was recorded"), True
     return Finding(where, what), False
-
-
-def _stretches(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First index and length of each segment of true flags."""
-    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
-    return [(int(a), int(b - a)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _equal_runs(values: Array) -> _Runs:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.quality.quality_policy import QualityPolicy
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_stretches import quantum
 from vdyn_cli.quantities.arrays import Array
 
@@ -64,7 +64,7 @@ class Rest:
         return min(abs(self.entered), abs(self.left))
 
 
-def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Mask, policy: QualityPolicy) -> DriveTie:
+def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Mask) -> DriveTie:
     """The regression of the specific force on the torque, fitted where the torque drives.
 
     Friction brakes are not logged, so that only samples with a torque above idle count. With a gearbox or a second
@@ -74,9 +74,9 @@ def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Ma
     ----------
     time, values, force, speed : (n,), SI, NaN where unknown. judged : (n,), where the car moves and nothing failed.
     """
-    width = max(round(policy.rest_window / float(np.median(np.diff(time)))), 1)
+    width = max(round(QUALITY.rest_window / float(np.median(np.diff(time)))), 1)
     none = DriveTie(np.zeros(values.size), 0.0, np.inf, np.inf, width)
-    drives = judged & np.isfinite(force + speed) & (values > policy.idle_share * float(np.abs(values).max()))
+    drives = judged & np.isfinite(force + speed) & (values > QUALITY.idle_share * float(np.abs(values).max()))
     if np.count_nonzero(drives) < 20 * width:
         return none
     design = np.column_stack([values, np.ones(values.size), speed**2])
@@ -86,7 +86,7 @@ def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Ma
         residual = force - design @ found
         used = drives & (np.abs(residual) < _OUTLIER * float(np.median(np.abs(residual[drives]))))
     left, all_ = float(np.var(residual[used])), float(np.var(force[used]))
-    if found[0] <= 0.0 or left > (1.0 - policy.least_drive_tie) * all_:
+    if found[0] <= 0.0 or left > (1.0 - QUALITY.least_drive_tie) * all_:
         return none
     whole = _sliding(drives.astype(float), width) > 0.999
     if np.count_nonzero(whole) < 20 * width:
@@ -100,7 +100,7 @@ def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Ma
 
 
 def contradicted_rests(
-    values: Array, rests: list[tuple[int, int]], tie: DriveTie, policy: QualityPolicy
+    values: Array, rests: list[tuple[int, int]], tie: DriveTie
 ) -> Iterator[tuple[int, int, str, str]]:
     """The rests (first, stop, test, why) of a command that the car's motion or their jumps contradict.
 
@@ -115,34 +115,34 @@ def contradicted_rests(
     """
     if not np.isfinite(tie.scatter):
         return
-    idle = policy.idle_share * float(np.abs(values).max())
+    idle = QUALITY.idle_share * float(np.abs(values).max())
     steps = np.abs(np.diff(values))
     usual = float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
     found = [_rest(values, a, b) for a, b in rests]
     excess = np.array([_excess(r, tie, idle) for r in found])
     edges = np.array([r.edge for r in found])
     for k, rest in enumerate(found):
-        most = policy.rest_apart * _others(excess, k)
-        enough = len(found) > policy.fewest_judged_rests
-        limit = max(policy.rest_t * tie.scatter, most if enough else tie.tail)
+        most = QUALITY.rest_apart * _others(excess, k)
+        enough = len(found) > QUALITY.fewest_judged_rests
+        limit = max(QUALITY.rest_t * tie.scatter, most if enough else tie.tail)
         if excess[k] > limit:
             torque = excess[k] / tie.gain
             why = f"is constant at {rest.value:.5g} N m while the acceleration changes as if by {torque:.3g} N m more"
             yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
         elif (
             rest.value == 0.0
-            and edges[k] > max(policy.rest_apart * _others(edges, k), policy.least_rest_edge * usual)
-            and not _followed(rest, tie, policy)
+            and edges[k] > max(QUALITY.rest_apart * _others(edges, k), QUALITY.least_rest_edge * usual)
+            and not _followed(rest, tie)
         ):
             why = f"jumps to 0 N m by {rest.entered:.3g} N m and back by {rest.left:.3g} N m"
             yield rest.first, rest.stop, "dropout", why
-        elif any(abs(jump) > usual and _missed(at, jump, tie, policy) for at, jump in rest.jumps):
+        elif any(abs(jump) > usual and _missed(at, jump, tie) for at, jump in rest.jumps):
             jump = max(rest.entered, rest.left, key=abs)
             why = f"is constant at {rest.value:.5g} N m and jumps by {jump:.3g} N m without a change of acceleration"
             yield rest.first, rest.stop, "dropout" if rest.value == 0.0 else "frozen", why
 
 
-def off_source_grid(values: Array, rests: list[tuple[int, int]], policy: QualityPolicy) -> Mask | None:
+def off_source_grid(values: Array, rests: list[tuple[int, int]]) -> Mask | None:
     """(n,): where a command is off the quantization grid of its source; None if its rests show no such grid.
 
     A logger that resamples a coarse command interpolates between its levels. The command itself is constant only at
@@ -158,7 +158,7 @@ def off_source_grid(values: Array, rests: list[tuple[int, int]], policy: Quality
     resting = [bool(off[a]) for a, _ in rests]
     moving = np.concatenate([[False], np.diff(values) != 0.0])
     between = float(np.mean(off[moving])) if moving.any() else 0.0
-    if between < policy.between_steps or np.mean(resting) > policy.most_off_steps:
+    if between < QUALITY.between_steps or np.mean(resting) > QUALITY.most_off_steps:
         return None
     return off
 
@@ -180,25 +180,25 @@ def _excess(rest: Rest, tie: DriveTie, idle: float) -> float:
     return float(np.abs(means).max() if rest.value > idle else max(means.max(), 0.0))
 
 
-def _missed(at: int, jump: float, tie: DriveTie, policy: QualityPolicy) -> bool:
+def _missed(at: int, jump: float, tie: DriveTie) -> bool:
     """Whether the residual jumps opposite to the torque at a sample, as the car's acceleration does not follow."""
     n = max(tie.width // 2, 1)
     before, after = tie.residual[max(at - n, 0) : at], tie.residual[at : at + n]
     if not (np.isfinite(before).any() and np.isfinite(after).any()):
         return False
     felt = float(np.nanmean(after) - np.nanmean(before)) / (-tie.gain * jump)
-    return tie.gain * abs(jump) > policy.rest_t * tie.scatter and felt > 0.5
+    return tie.gain * abs(jump) > QUALITY.rest_t * tie.scatter and felt > 0.5
 
 
 def _others(sizes: Array, k: int) -> float:
     return float(np.delete(sizes, k).max(initial=0.0))
 
 
-def _followed(rest: Rest, tie: DriveTie, policy: QualityPolicy) -> bool:
+def _followed(rest: Rest, tie: DriveTie) -> bool:
     """Whether the car accelerates according to the torque within the rest rather than that before and after it."""
     inside = tie.residual[rest.first : rest.stop]
     missing = tie.gain * rest.edge
-    return missing > policy.rest_t * tie.scatter and abs(float(np.nanmean(inside))) < 0.5 * missing
+    return missing > QUALITY.rest_t * tie.scatter and abs(float(np.nanmean(inside))) < 0.5 * missing
 
 
 def _sliding(values: Array, width: int) -> Array:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vdyn_cli.io.quality.log_flags import flags
-from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.cut_ledger import Decision, LedgerRow
 from vdyn_cli.quantities.errors import Finding
@@ -89,14 +88,14 @@ class CutLog:
         )
 
 
-def with_cuts(log: Log, orders: CutOrders = AUTOMATIC, policy: QualityPolicy = QUALITY) -> CutLog:
+def with_cuts(log: Log, orders: CutOrders = AUTOMATIC) -> CutLog:
     """The log without the samples that failed a test or that the description cuts, and the ledger of these cuts.
 
     Parameters
     ----------
     log : channels in SI on one clock. orders : the description's; requested cuts have priority over kept segments.
     """
-    found = flags(log, policy, orders.units)
+    found = flags(log, orders.units)
     failed = (_row(log, f, orders) for f in found.faults if f.state == Flag.FAILED)
     rows = [
         *(r for r in failed if not any(_holds(span, r, log) for span in orders.requested)),

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -46,20 +46,20 @@ class GainChange:
     t: float
 
 
-def gain_changes(log: Log, policy: QualityPolicy = QUALITY) -> tuple[GainChange, ...]:
+def gain_changes(log: Log) -> tuple[GainChange, ...]:
     """The changes of the gain of all ties of a log that exceed ``least_gain_change`` and ``gain_change_t``.
 
     Parameters
     ----------
     log : channels in SI, NaN where a sample is missing or cut.
     """
-    found = (changed_gain(tie, policy) for tie in _ties(log, policy))
+    found = (changed_gain(tie) for tie in _ties(log))
     return tuple(one for one in found if one is not None)
 
 
-def gain_change_findings(log: Log, policy: QualityPolicy = QUALITY) -> Iterator[Finding]:
+def gain_change_findings(log: Log) -> Iterator[Finding]:
     """A fault for each tie whose gain changes; the tie does not show which of its channels is wrong."""
-    for one in gain_changes(log, policy):
+    for one in gain_changes(log):
         what = (
             f"{one.what}: the ratio changes by {100 * (one.factor - 1.0):+.1f} % at {one.at:.1f} s: "
             "the gain of one changed"
@@ -68,17 +68,17 @@ def gain_change_findings(log: Log, policy: QualityPolicy = QUALITY) -> Iterator[
         yield Finding(log.name, what, "", remedy, fault=True, doubt=True)
 
 
-def _ties(log: Log, policy: QualityPolicy) -> Iterator[Tie]:
+def _ties(log: Log) -> Iterator[Tie]:
     name = "speed" if "speed" in log else "vehicle_speed"
-    if log.duration < policy.fewest_tie_windows * policy.tie_window:
+    if log.duration < QUALITY.fewest_tie_windows * QUALITY.tie_window:
         return
-    edges = np.searchsorted(log.time, np.arange(log.time[0], log.time[-1], policy.tie_window))
+    edges = np.searchsorted(log.time, np.arange(log.time[0], log.time[-1], QUALITY.tie_window))
     if name in log:
         if name == "speed":
             for wheel in WHEELS:
                 if wheel in log:
                     what = f"{wheel} against {name}"
-                    yield _rolling(_mean_tie(what, log, edges, log[wheel], log[name], policy.rolling_speed), policy)
+                    yield _rolling(_mean_tie(what, log, edges, log[wheel], log[name], QUALITY.rolling_speed))
         if "position" in log:
             moved = np.abs(np.diff(log["position"][edges]))
             driven = _integrals(log.time, np.abs(log[name]), edges)
@@ -110,11 +110,11 @@ def _mean_tie(what: str, log: Log, edges: NDArray[np.intp], y: Array, x: Array, 
     return Tie(what, log.time[edges[1:]][good], means[0][good], means[1][good], False)
 
 
-def _rolling(tie: Tie, policy: QualityPolicy) -> Tie:
+def _rolling(tie: Tie) -> Tie:
     """The windows in which a wheel hardly slips."""
-    if tie.x.size < policy.fewest_tie_windows:
+    if tie.x.size < QUALITY.fewest_tie_windows:
         return tie
-    calm = np.abs(np.gradient(tie.x, tie.time)) <= policy.calm_acceleration
+    calm = np.abs(np.gradient(tie.x, tie.time)) <= QUALITY.calm_acceleration
     return Tie(tie.what, tie.time[calm], tie.y[calm], tie.x[calm], tie.constant)
 
 
@@ -131,23 +131,23 @@ def _finite(tie: Tie) -> Tie:
     return Tie(tie.what, tie.time[good], tie.y[good], tie.x[good], tie.constant)
 
 
-def changed_gain(tie: Tie, policy: QualityPolicy = QUALITY) -> GainChange | None:
+def changed_gain(tie: Tie) -> GainChange | None:
     """The most likely change of a tie's gain; None if it is not significant, abrupt and large enough."""
     y = tie.y - tie.y.mean() if tie.constant else tie.y
     x = tie.x - tie.x.mean() if tie.constant else tie.x
-    found = likely_change(y, x, policy)
+    found = likely_change(y, x)
     if found is None:
         return None
     k, g, h, t, _ = found
-    if not g * h > 0.0 or abs(h / g - 1.0) < policy.least_gain_change or t < policy.gain_change_t:
+    if not g * h > 0.0 or abs(h / g - 1.0) < QUALITY.least_gain_change or t < QUALITY.gain_change_t:
         return None
-    abrupt = stepped_share(y, x, k, drifting(x)) < policy.abrupt_share
+    abrupt = stepped_share(y, x, k, drifting(x)) < QUALITY.abrupt_share
     if not abrupt or (tie.constant and not _both_ways(y, x, k, h / g)):
         return None
     return GainChange(tie.what, float(tie.time[k - 1]), h / g, t)
 
 
-def likely_change(y: Array, x: Array, policy: QualityPolicy) -> tuple[int, float, float, float, float] | None:
+def likely_change(y: Array, x: Array) -> tuple[int, float, float, float, float] | None:
     """The index k at which y = g x before and y = h x after leave the least sum of squares: (k, g, h, t, share).
 
     t is the difference of both gains in standard errors, with the residual's autocorrelation at one lag; ``share`` is
@@ -158,13 +158,13 @@ def likely_change(y: Array, x: Array, policy: QualityPolicy) -> tuple[int, float
     y, x : (n,).
     """
     n = x.size
-    least = max(policy.fewest_tie_windows // 3, 3)
-    if n < policy.fewest_tie_windows or not np.any(x):
+    least = max(QUALITY.fewest_tie_windows // 3, 3)
+    if n < QUALITY.fewest_tie_windows or not np.any(x):
         return None
     xx, xy, yy = (np.cumsum(v) for v in (x * x, x * y, y * y))
     at = np.arange(least, n - least + 1)
     before, after = xx[at - 1], xx[-1] - xx[at - 1]
-    usable = np.minimum(before, after) > policy.least_tie_share * xx[-1]
+    usable = np.minimum(before, after) > QUALITY.least_tie_share * xx[-1]
     if not usable.any():
         return None
     at, before, after = at[usable], before[usable], after[usable]

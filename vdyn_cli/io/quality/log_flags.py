@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.channel_quality import saturated_spans
 from vdyn_cli.io.quality.command_rests import contradicted_rests, drive_tie, off_source_grid
-from vdyn_cli.io.quality.quality_policy import QUALITY, QualityPolicy
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_stretches import (
     LINE,
     Continuation,
@@ -131,7 +131,7 @@ class _Sampled:
         return not (self.varies or self.name in COMMANDS)
 
 
-def flags(log: Log, policy: QualityPolicy = QUALITY, units: Mapping[str, str] | None = None) -> LogFlags:
+def flags(log: Log, units: Mapping[str, str] | None = None) -> LogFlags:
     """The state of every sample of a log's channels, and the faults that the tests found.
 
     Failed: all channels frozen or linearly interpolated at once; one channel frozen, linearly interpolated or dropped
@@ -141,7 +141,7 @@ def flags(log: Log, policy: QualityPolicy = QUALITY, units: Mapping[str, str] | 
 
     Parameters
     ----------
-    log : channels in SI, (n,) each, NaN where no value was recorded. policy : the thresholds.
+    log : channels in SI, (n,) each, NaN where no value was recorded.
     units : unit of each channel in messages; SI for channels not listed.
 
     Returns
@@ -149,15 +149,15 @@ def flags(log: Log, policy: QualityPolicy = QUALITY, units: Mapping[str, str] | 
     LogFlags : computed in O(n log n) time and O(n) memory for each channel.
     """
     known = {n: (units or {}).get(n, CHANNELS[n].unit) for n in log.channels if n in CHANNELS}
-    sampled = [_sampled(log, name, policy, known.get(name, "")) for name in log.channels]
+    sampled = [_sampled(log, name, known.get(name, "")) for name in log.channels]
     sampled = [s for s in sampled if s.rows.size >= _FEWEST]
-    together = _together(log, sampled, policy)
+    together = _together(log, sampled)
     found = list(together)
     taken = np.zeros(log.time.size, dtype=bool)
     for fault in together:
         taken[fault.first : fault.stop] = True
     for channel in sampled:
-        alone = list(_alone(channel, taken, log, policy))
+        alone = list(_alone(channel, taken, log))
         found += alone or _stepped(channel, taken)
         found += _saturated(channel, taken)
     evaluated = {s.name for s in sampled}
@@ -176,37 +176,37 @@ def _states(values: Array, name: str, evaluated: bool, faults: list[Fault]) -> N
     return states
 
 
-def _sampled(log: Log, name: str, policy: QualityPolicy, unit: str) -> _Sampled:
+def _sampled(log: Log, name: str, unit: str) -> _Sampled:
     rows = np.flatnonzero(np.isfinite(log[name]))
-    return _Sampled(name, rows, log.time[rows], log[name][rows], _moving(log, policy)[rows], unit)
+    return _Sampled(name, rows, log.time[rows], log[name][rows], _moving(log)[rows], unit)
 
 
-def _moving(log: Log, policy: QualityPolicy) -> Mask:
+def _moving(log: Log) -> Mask:
     """(n,): where any speed shows that the car moves; everywhere if there is no speed."""
     known = [n for n in SPEEDS if n in log]
     if not known:
         return np.ones(log.time.size, dtype=bool)
     scale = {n: _RADIUS if n.startswith("wheel") else 1.0 for n in known}
-    faster = [np.nan_to_num(np.abs(log[n]), nan=np.inf) * scale[n] > policy.standing_speed for n in known]
+    faster = [np.nan_to_num(np.abs(log[n]), nan=np.inf) * scale[n] > QUALITY.standing_speed for n in known]
     return np.asarray(np.any(faster, axis=0))
 
 
-def _together(log: Log, sampled: list[_Sampled], policy: QualityPolicy) -> list[Fault]:
+def _together(log: Log, sampled: list[_Sampled]) -> list[Fault]:
     """Segments in which all channels are frozen, or follow straight lines."""
     whole = [s for s in sampled if s.rows.size == log.time.size]
     if len(whole) < 2:
         return []
     moving = whole[0].moving
     rests = np.all([s.equal for s in whole], axis=0)
-    frozen = improbable(rests, moving, policy.longer_varying, policy, finer=[s.resting for s in whole])
-    frozen = [(a, b) for a, b in _lasting(frozen, log.time, policy) if any(s.breaks_off(a, b) for s in whole)]
+    frozen = improbable(rests, moving, QUALITY.longer_varying, finer=[s.resting for s in whole])
+    frozen = [(a, b) for a, b in _lasting(frozen, log.time) if any(s.breaks_off(a, b) for s in whole)]
     faults = [_every(log, a, b, "frozen", "all channels are constant") for a, b in frozen]
     lines = np.all([s.straight for s in whole], axis=0)
     for a, b in frozen:
         lines[max(a - 1, 0) : b + LINE] = False
-    filled = improbable(lines, moving, policy.longer_line, policy, LINE, [s.bending for s in whole])
-    filled = joined(filled, policy.joined_gap)
-    for a, b in _lasting(filled, log.time, policy):
+    filled = improbable(lines, moving, QUALITY.longer_line, LINE, [s.bending for s in whole])
+    filled = joined(filled, QUALITY.joined_gap)
+    for a, b in _lasting(filled, log.time):
         if moving[a:b].any() and any(np.ptp(s.values[a:b]) > 0.0 and s.breaks_off(a, b) for s in whole):
             faults.append(_every(log, a, b, "straight_line", "all channels follow straight lines"))
     return faults
@@ -216,11 +216,11 @@ def _every(log: Log, first: int, stop: int, test: str, why: str) -> Fault:
     return Fault(EVERY, first, stop, test, f"{why} for {log.time[stop - 1] - log.time[first]:.3g} s")
 
 
-def _lasting(found: Spans, time: Array, policy: QualityPolicy) -> Spans:
-    return [(a, b) for a, b in found if time[b - 1] - time[a] >= policy.shortest_time]
+def _lasting(found: Spans, time: Array) -> Spans:
+    return [(a, b) for a, b in found if time[b - 1] - time[a] >= QUALITY.shortest_time]
 
 
-def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> Iterator[Fault]:
+def _alone(channel: _Sampled, taken: Mask, log: Log) -> Iterator[Fault]:
     """The faults of one channel outside of the faults of all channels (``taken``)."""
     rows, values = channel.rows, channel.values
     free = ~taken[rows]
@@ -230,16 +230,16 @@ def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> I
         marked[a:b] = True
         return Fault(channel.name, int(rows[a]), int(rows[b - 1]) + 1, test, why)
 
-    for a, b in _free(dropouts(values, policy), free) if channel.varies else ():
+    for a, b in _free(dropouts(values), free) if channel.varies else ():
         what = f"jumps to {channel.text(values[a])} and back"
         yield fault(a, b, "dropout" if b - a > 1 else "spike", what)
     if not channel.rests and np.ptp(values) > 0.0:
-        for a, b, test, why in _regular(channel, marked, policy):
+        for a, b, test, why in _regular(channel, marked):
             yield fault(a, b, test, why)
     if not (channel.rests or channel.varies):
-        for a, b, test, why in _contradicted(channel, marked, log, policy):
+        for a, b, test, why in _contradicted(channel, marked, log):
             yield fault(a, b, test, why)
-    for i in spikes(values, channel.resolution, policy):
+    for i in spikes(values, channel.resolution):
         if not marked[max(i - 1, 0) : i + 2].any():
             size = values[i] - 0.5 * (values[i - 1] + values[i + 1])
             yield fault(
@@ -250,30 +250,28 @@ def _alone(channel: _Sampled, taken: Mask, log: Log, policy: QualityPolicy) -> I
             )
 
 
-def _contradicted(
-    channel: _Sampled, marked: Mask, log: Log, policy: QualityPolicy
-) -> Iterator[tuple[int, int, str, str]]:
+def _contradicted(channel: _Sampled, marked: Mask, log: Log) -> Iterator[tuple[int, int, str, str]]:
     """Rests of a command that the car's motion, its own jumps or the quantization of its source contradict."""
     time, values = channel.time, channel.values
     rests = [
         (a - 1, b)
         for a, b in spans(channel.equal & channel.moving & ~marked)
-        if b - a + 1 >= policy.shortest_stretch and time[b - 1] - time[a - 1] >= policy.shortest_time
+        if b - a + 1 >= QUALITY.shortest_stretch and time[b - 1] - time[a - 1] >= QUALITY.shortest_time
     ]
-    off = off_source_grid(values, rests, policy)
+    off = off_source_grid(values, rests)
     if off is not None:
         between = channel.equal & off & ~marked
-        found = improbable(between, channel.moving & ~marked, policy.longer_varying, policy)
-        for a, b in _lasting(found, time, policy):
+        found = improbable(between, channel.moving & ~marked, QUALITY.longer_varying)
+        for a, b in _lasting(found, time):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", f"{what}, between the quantization steps at which it rests elsewhere"
     if channel.name in ("drive_torque", "motor_current", "drive_force") and rests:
         force, speed = (
             log[n][channel.rows] if n in log else np.full(values.size, np.nan) for n in ("acceleration", "speed")
         )
-        tie = drive_tie(time, values, force, speed, channel.moving & ~marked, policy)
+        tie = drive_tie(time, values, force, speed, channel.moving & ~marked)
         free = [(a, b) for a, b in rests if not marked[a:b].any()]
-        yield from contradicted_rests(values, free, tie, policy)
+        yield from contradicted_rests(values, free, tie)
 
 
 def _clock_gaps(log: Log) -> Iterator[Fault]:
@@ -301,7 +299,7 @@ def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
     """A speed or load after a permanent jump; the channel does not show which side of the jump is wrong."""
     if channel.name not in (*SPEEDS, *_LOADS) or taken[channel.rows].any():
         return
-    at = level_step(channel.values, QUALITY)
+    at = level_step(channel.values)
     if at is not None and channel.moving[at - 1 : at + 1].all() and not _stop_or_start(channel, at):
         jump = channel.values[at] - channel.values[at - 1]
         why = f"jumps by {channel.text(jump, 3, step=True)} within one sample and stays: its gain or zero changed"
@@ -325,15 +323,15 @@ def _stop_or_start(channel: _Sampled, at: int) -> bool:
     return rests and radius * jump <= QUALITY.hardest_stop * lasted
 
 
-def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator[tuple[int, int, str, str]]:
+def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, str]]:
     """Segments in which a channel is frozen or follows a straight line; ``marked`` samples are excluded."""
     time, values, moving = channel.time, channel.values, channel.moving
-    longer = policy.longer_varying if channel.varies else policy.longer_command
+    longer = QUALITY.longer_varying if channel.varies else QUALITY.longer_command
     judged = moving & ~marked
     if not channel.varies:
-        judged = judged & (np.abs(values) > policy.idle_share * float(np.abs(values).max()))
-    for a, b in _lasting(improbable(channel.equal & ~marked, judged, longer, policy), time, policy):
-        if not channel.varies and time[b - 1] - time[a] < policy.command_time:
+        judged = judged & (np.abs(values) > QUALITY.idle_share * float(np.abs(values).max()))
+    for a, b in _lasting(improbable(channel.equal & ~marked, judged, longer), time):
+        if not channel.varies and time[b - 1] - time[a] < QUALITY.command_time:
             continue
         if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
@@ -341,9 +339,9 @@ def _regular(channel: _Sampled, marked: Mask, policy: QualityPolicy) -> Iterator
     # A constant line is a frozen channel, or no fault.
     lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
     found = joined(
-        improbable(lines, moving & ~marked, policy.longer_line, policy, LINE, [channel.bending]), policy.joined_gap
+        improbable(lines, moving & ~marked, QUALITY.longer_line, LINE, [channel.bending]), QUALITY.joined_gap
     )
-    for a, b in _lasting(found, time, policy):
+    for a, b in _lasting(found, time):
         if (
             not marked[a:b].any()
             and np.ptp(values[a:b]) > 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vdyn_cli.quantities.threshold import threshold, thresholds_text
+from vdyn_cli.quantities.threshold import threshold
 
 
 @dataclass(frozen=True)
@@ -260,8 +260,3 @@ class QualityPolicy:
 
 
 QUALITY = QualityPolicy()
-
-
-def quality_text(policy: QualityPolicy = QUALITY, width: int = 100) -> str:
-    """Every threshold with its value, unit, meaning and reason, one paragraph each."""
-    return thresholds_text(policy, width)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.quality.quality_policy import QualityPolicy
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 
 Mask = NDArray[np.bool_]
@@ -105,7 +105,6 @@ def improbable(
     regular: Mask,
     judged: Mask,
     longer: float,
-    policy: QualityPolicy,
     before: int = 1,
     finer: Sequence[Continuation] = (),
 ) -> Spans:
@@ -130,19 +129,19 @@ def improbable(
     total = np.concatenate([[0], np.cumsum(judged)])
     eligible = total[stop] - total[begin] > 0.5 * length
     begin, stop, length = begin[eligible], stop[eligible], length[eligible]
-    shortest = policy.shortest_stretch
+    shortest = QUALITY.shortest_stretch
     long = np.flatnonzero(length + before >= shortest)
     if long.size == 0:
         return []
     counted = Continuation.of(regular, judged)
     ones, pairs = counted.ones, counted.pairs
-    bound = np.log(policy.false_alarm / max(int(length.size), 1))
+    bound = np.log(QUALITY.false_alarm / max(int(length.size), 1))
     order = long[np.argsort(-length[long], kind="stable")]
     found: list[int] = []
     removed_ones = removed_pairs = 0
     for i in order:  # the longest first, so that it does not count as ordinary for the others
         a, b, n = int(begin[i]), int(stop[i]), int(length[i])
-        reach = int(max(policy.surroundings * n, policy.fewest_surroundings))
+        reach = int(max(QUALITY.surroundings * n, QUALITY.fewest_surroundings))
         near = (max(a - reach, 0), min(b + reach, regular.size))
         own_ones, own_pairs = ones[b] - ones[a], pairs[b] - pairs[a]
         inside = [k for k in found if begin[k] >= near[0] and stop[k] <= near[1]]
@@ -159,10 +158,10 @@ def improbable(
         removed_ones, removed_pairs = removed_ones + own_ones, removed_pairs + own_pairs
     taken = [(int(begin[i]), int(stop[i])) for i in found]
     beside = [one.beside(taken) for one in (finer or (counted,))]
-    coarse = min(ones / max(judged, 1) for judged, ones in beside) > policy.coarse_share
+    coarse = min(ones / max(judged, 1) for judged, ones in beside) > QUALITY.coarse_share
     if coarse and not finer:
         return []  # such a channel may be constant for any time at constant speed
-    return _above(begin, stop, length, found, max(longer, policy.longer_coarse) if coarse else longer, before)
+    return _above(begin, stop, length, found, max(longer, QUALITY.longer_coarse) if coarse else longer, before)
 
 
 def _above(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.quality.quality_policy import QualityPolicy
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 
 Rows = NDArray[np.intp]
@@ -15,7 +15,7 @@ _LEVEL = 5  # samples on either side of a step
 _SHORTEST = 50  # samples, fewest that determine a tail
 
 
-def spikes(values: Array, resolution: float, policy: QualityPolicy) -> Rows:
+def spikes(values: Array, resolution: float) -> Rows:
     """The indices of single samples that deviate from both neighbors far more than the channel's other samples.
 
     s_i = min(|x_i - x_(i-1)|, |x_i - x_(i+1)|) if x_i is above or below both, else 0, divided by the local median of
@@ -34,10 +34,10 @@ def spikes(values: Array, resolution: float, policy: QualityPolicy) -> Rows:
     alone = np.where(up * down > 0.0, np.minimum(np.abs(up), np.abs(down)), 0.0)
     bends = np.abs(up + down) / 3.0
     local = _local_level(bends)
-    least = max(policy.quiet_level * float(np.median(local)), resolution, 1e-300)
+    least = max(QUALITY.quiet_level * float(np.median(local)), resolution, 1e-300)
     ratio = alone / np.maximum(local, least)
-    tail = max(int(policy.spike_tail * n), 10)
-    most = max(int(policy.most_spikes * n), 3)
+    tail = max(int(QUALITY.spike_tail * n), 10)
+    most = max(int(QUALITY.most_spikes * n), 3)
     order = np.argsort(ratio)[::-1][: tail + most + 1]
     if order.size <= tail + most:
         return np.empty(0, dtype=np.intp)
@@ -48,10 +48,10 @@ def spikes(values: Array, resolution: float, policy: QualityPolicy) -> Rows:
     size = ratio[order]
     for k in range(most, 0, -1):  # the k largest are spikes if they are much larger than all others
         excess = float(np.mean(size[k : k + tail]) - size[k + tail])
-        limit = max(size[k + tail] + excess * np.log(tail / policy.false_alarm), policy.spike_ratio)
-        if size[k - 1] > limit and size[k - 1] > policy.spike_apart * size[k]:
+        limit = max(size[k + tail] + excess * np.log(tail / QUALITY.false_alarm), QUALITY.spike_ratio)
+        if size[k - 1] > limit and size[k - 1] > QUALITY.spike_apart * size[k]:
             found = order[:k]
-            return np.asarray(np.sort(found[back[found] < policy.spike_return * alone[found]]) + 1, dtype=np.intp)
+            return np.asarray(np.sort(found[back[found] < QUALITY.spike_return * alone[found]]) + 1, dtype=np.intp)
     return np.empty(0, dtype=np.intp)
 
 
@@ -65,7 +65,7 @@ def _local_level(values: Array) -> Array:
     return np.repeat(level, _BLOCK)[: values.size]
 
 
-def dropouts(values: Array, policy: QualityPolicy) -> list[tuple[int, int]]:
+def dropouts(values: Array) -> list[tuple[int, int]]:
     """Segments of one value that the channel jumps to, and back from, by more than ``dropout_jump`` usual steps.
 
     Parameters
@@ -81,12 +81,12 @@ def dropouts(values: Array, policy: QualityPolicy) -> list[tuple[int, int]]:
     usual = float(np.quantile(np.abs(steps[moves]), 0.99))
     jumps = steps[moves]
     # The channel jumps to a value at one change and jumps back at the next.
-    large = np.abs(jumps) > policy.dropout_jump * usual
+    large = np.abs(jumps) > QUALITY.dropout_jump * usual
     pair = np.flatnonzero(large[:-1] & large[1:] & (jumps[:-1] * jumps[1:] < 0.0))
     return [(int(moves[k]) + 1, int(moves[k + 1]) + 1) for k in pair]
 
 
-def level_step(values: Array, policy: QualityPolicy) -> int | None:
+def level_step(values: Array) -> int | None:
     """The first sample after the one permanent jump of a channel that otherwise changes smoothly; None if none.
 
     Parameters
@@ -100,7 +100,7 @@ def level_step(values: Array, policy: QualityPolicy) -> int | None:
     at = int(np.argmax(size))
     others = np.delete(size, at)
     usual = float(np.quantile(others[others > 0.0], 0.99)) if np.any(others) else 0.0
-    apart = size[at] > max(policy.step_apart * float(others.max(initial=0.0)), policy.dropout_jump * usual)
+    apart = size[at] > max(QUALITY.step_apart * float(others.max(initial=0.0)), QUALITY.dropout_jump * usual)
     if not (apart and usual > 0.0):
         return None
     before, after = values[max(at - _LEVEL, 0) : at + 1], values[at + 1 : at + 1 + _LEVEL]
