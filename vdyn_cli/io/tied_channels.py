@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-WHEELS = ("wheel_speed", *(f"wheel_speed_{w}" for w in ("fl", "fr", "rl", "rr")), "motor_speed")
+from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
+
+WHEELS = ("wheel_speed", *WHEEL_SPEEDS, "motor_speed")
 # Order of each channel as a derivative of the position along the road, and of the pitch angle.
 _ALONG = {"position": 0, "speed": 1, "vehicle_speed": 1, **dict.fromkeys(WHEELS, 1), "acceleration": 2}
 _PITCH = {"pitch": 0, "pitch_rate": 1}

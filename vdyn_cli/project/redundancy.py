@@ -30,6 +30,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
 
 WINDOW = 1.0  # s
 REACH = 1.0  # s, largest delay
@@ -57,7 +58,7 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
     if speed is not None and "wheel_radius" in known.estimates:
         radius = known["wheel_radius"]
         limit = min(NOTICED, CHECK.rolling_slip + CHECK.agreeing * radius.std / radius.value)
-        for wheel in ("wheel_speed", *(n for pair in AXLES for n in pair)):
+        for wheel in ("wheel_speed", *WHEEL_SPEEDS):
             if wheel in log:
                 yield _ratio(log, wheel, speed, radius.value, limit)
     if {"front_load", "rear_load"} <= set(log.channels) and "mass" in known.estimates:

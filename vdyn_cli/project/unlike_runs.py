@@ -11,6 +11,7 @@ import numpy as np
 from vdyn_cli.io.file_units import OTHER_UNIT
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
 from vdyn_cli.steps.sign_conventions import REMEDY
 
 SPEEDS = ("speed", "vehicle_speed")
@@ -21,7 +22,7 @@ ALIKE = 1.15  # largest over smallest speed of the other runs, up to which they 
 NEAR = 0.04  # relative distance from a factor; factors differ by 1.6 and more
 FEWEST = 3  # other runs
 # Channels that measure the same motion with another sensor.
-WITNESSES = ("wheel_speed", "wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr", "position")
+WITNESSES = ("wheel_speed", *WHEEL_SPEEDS, "position")
 DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current")  # these change the speed
 BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a quantized speed gives no rate
 

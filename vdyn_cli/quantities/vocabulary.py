@@ -174,6 +174,8 @@ CHANNELS = _named(
     ]
 )
 
+WHEEL_SPEEDS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
+
 # Channels that may be constant over a whole log: commands, road and weather. The reading of any other working sensor
 # varies.
 COMMANDS = (

@@ -16,8 +16,8 @@ from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
 
-WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 LOADS = ("front_left_load", "front_right_load", "rear_left_load", "rear_right_load")
 AXLES = ("front_load", "rear_load")
 
@@ -75,7 +75,7 @@ def _ties(log: Log) -> Iterator[Tie]:
     edges = np.searchsorted(log.time, np.arange(log.time[0], log.time[-1], QUALITY.tie_window))
     if name in log:
         if name == "speed":
-            for wheel in WHEELS:
+            for wheel in WHEEL_SPEEDS:
                 if wheel in log:
                     what = f"{wheel} against {name}"
                     yield _rolling(_mean_tie(what, log, edges, log[wheel], log[name], QUALITY.rolling_speed))

@@ -30,13 +30,13 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.quantity import from_si
-from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, VARYING
+from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, VARYING, WHEEL_SPEEDS
 
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
 _FEWEST = 50  # samples; a channel with fewer is not tested
-SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *(f"wheel_speed_{at}" for at in ("fl", "fr", "rl", "rr")))
+SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *WHEEL_SPEEDS)
 _LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
 _BESIDE = 5.0  # readings between a step of a speed and standstill, before or after it
 _AT_REST = 0.05  # share of the step, largest speed at standstill
