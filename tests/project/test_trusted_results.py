@@ -20,9 +20,9 @@ from tests.project.pipeline_runs import diagnosed, run
 from vdyn_cli.commands import run_pipeline as pipeline_command
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import run_step
-from vdyn_cli.io import unchanged
+from vdyn_cli.io import fingerprinted_reading
+from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.folder_lock import pipeline_lock
-from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.project import inputs
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.errors import InputError
@@ -155,7 +155,7 @@ def test_a_file_replaced_after_it_was_read_does_not_give_its_fingerprint(how: st
 
 
 def test_an_old_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unchanged, "RECENT", 0.0)
+    monkeypatch.setattr(fingerprinted_reading, "RECENT", 0.0)
     path, count = tmp_path / "log.csv", []
     path.write_text("x")
     time.sleep(0.05)

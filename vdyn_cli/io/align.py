@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vdyn_cli.io.clock_estimate import STATE_DELAY, clock_difference, stated_difference
 from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.quality.log_flags import SPEEDS, flags
-from vdyn_cli.io.sampled import Signal
+from vdyn_cli.io.sampled_signal import Signal
 from vdyn_cli.io.tied_channels import ChannelTie, tie_of, ties, tying
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.clock_difference import ClockDifference

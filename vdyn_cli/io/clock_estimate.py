@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.clock_policy import CLOCKS
-from vdyn_cli.io.sampled import FINE, Signal, smoothed
+from vdyn_cli.io.sampled_signal import FINE, Signal, smoothed
 from vdyn_cli.io.tied_channels import ChannelTie
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.clock_difference import ClockDifference

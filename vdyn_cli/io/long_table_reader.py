@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vdyn_cli.io.csv.csv_cells import number_of
 from vdyn_cli.io.file_units import stated_unit
 from vdyn_cli.io.reader import is_clock
-from vdyn_cli.io.stored_channels import StoredChannel, not_there
+from vdyn_cli.io.stored_channels import StoredChannel, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.io.written_times import is_instant, since_first, written_seconds
 from vdyn_cli.quantities.arrays import Array
@@ -98,7 +98,7 @@ def _head(text: str) -> _Head | None:
 
 
 def _parsed(path: Path) -> _LongTable:
-    not_there(path)
+    refuse_missing(path)
     text = path.read_bytes().decode("utf-8-sig", "replace")
     head = _head(text)
     assert head is not None  # `matches` has seen it

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vdyn_cli.io.stored_channels import StoredChannel, not_there
+from vdyn_cli.io.stored_channels import StoredChannel, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -75,7 +75,7 @@ class _LvmTable:
 
 
 def _parsed(path: Path) -> _LvmTable:
-    not_there(path)
+    refuse_missing(path)
     lines = path.read_bytes().decode("utf-8-sig", "replace").splitlines()
     ends = [i for i, line in enumerate(lines) if line.strip().startswith(_END)]
     if len(ends) < 2:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -104,7 +104,7 @@ def _text(node: Mapping[str, Any], keys: Sequence[str]) -> str:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[_MatFile]:
-    not_there(path)
+    refuse_missing(path)
     with path.open("rb") as stream:
         head = stream.read(520)
     with ExitStack() as stack:

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -97,7 +97,7 @@ def _numbers(signal: Any) -> Array | None:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[_MdfFile]:
-    not_there(path)
+    refuse_missing(path)
     try:
         from asammdf import MDF
     except ImportError:

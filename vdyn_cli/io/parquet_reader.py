@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, not_there
+from vdyn_cli.io.stored_channels import StoredChannel, missing_library, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -84,7 +84,7 @@ def _numbers(column: Any) -> Array | None:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[_ParquetTable]:
-    not_there(path)
+    refuse_missing(path)
     try:
         from pyarrow.parquet import ParquetFile
     except ImportError:

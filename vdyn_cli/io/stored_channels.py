@@ -86,7 +86,7 @@ def missing_library(path: Path, library: str, extra: str, kind: str) -> NoReturn
     raise InputError(Finding(str(path), what, remedy=f"pip install 'vdyn_cli[{extra}]'"))
 
 
-def not_there(path: Path) -> None:
+def refuse_missing(path: Path) -> None:
     """Refuse a path that does not exist or is a folder.
 
     Raises

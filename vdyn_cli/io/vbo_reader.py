@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vdyn_cli.io.stored_channels import StoredChannel, not_there
+from vdyn_cli.io.stored_channels import StoredChannel, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.io.written_times import since_first
 from vdyn_cli.quantities.arrays import Array
@@ -63,7 +63,7 @@ class _VboTable:
 
 
 def _parsed(path: Path) -> _VboTable:
-    not_there(path)
+    refuse_missing(path)
     lines = path.read_bytes().decode("utf-8-sig", "replace").splitlines()
     sections = {found[1].lower(): i for i, line in enumerate(lines) if (found := _SECTION.match(line))}
     if "data" not in sections or "column names" not in sections:

@@ -13,9 +13,9 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
 FEWEST = 3  # other runs, least number that shows what is usual
-LIKER = 3.0  # ratio of the distance to its own channel over that to the other; some ten for exchanged columns
-UNUSUAL = 3.0  # times the largest distance of another run from the median of the runs
-LEAST = 1.0  # distance; a factor of e in size counts as one, and so does a change of sign
+LEAST_RATIO = 3.0  # ratio of the distance to its own channel over that to the other; some ten for exchanged columns
+OUTLYING = 3.0  # times the largest distance of another run from the median of the runs
+LEAST_DISTANCE = 1.0  # distance; a factor of e in size counts as one, and so does a change of sign
 _ROUND = 1e-6  # of a channel's size, least roughness
 
 
@@ -67,4 +67,4 @@ def _exchanged(first: Array, second: Array, k: int) -> bool:
 
     own, crossed = apart(k, usual, usual_second), apart(k, usual_second, usual)
     spread = max(apart(int(i), usual, usual_second) for i in np.flatnonzero(others))
-    return own > max(UNUSUAL * spread, LEAST) and own > LIKER * crossed
+    return own > max(OUTLYING * spread, LEAST_DISTANCE) and own > LEAST_RATIO * crossed

@@ -17,8 +17,8 @@ from vdyn_cli.project.exact_values import exact_values, out_of_proportion
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, at_vehicle, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
+from vdyn_cli.project.run_unit_checks import with_run_signs
 from vdyn_cli.project.simulated_gains import simulated_gain_findings
-from vdyn_cli.project.unlike_runs import with_run_signs
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result

@@ -14,9 +14,10 @@ from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.effects import refused
 from vdyn_cli.io.block_means import condensed, condensing_note
+from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.quality.cuts import CutLog
-from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.project.channel_sources import Scaling, known_channels, logged, scalings, unused_sources
+from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.description_checks import (
     missing_logs,
     refuse_other_test,
@@ -27,13 +28,12 @@ from vdyn_cli.project.description_checks import (
 )
 from vdyn_cli.project.exchanged_columns import exchanged_columns
 from vdyn_cli.project.given_values import given_air, given_parameters, overruled, read_known
-from vdyn_cli.project.one_round import attempt
 from vdyn_cli.project.paired_logs import with_pair_doubts
 from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.project.road_profile import road_findings, survey_note, surveyed_road
 from vdyn_cli.project.run_parts import split_runs
 from vdyn_cli.project.run_reading import log_names, read_run, ready_log, within_physics
-from vdyn_cli.project.unlike_runs import contradicted_units, other_units, with_run_signs
+from vdyn_cli.project.run_unit_checks import contradicted_units, other_units, with_run_signs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.cut_ledger import DataQuality

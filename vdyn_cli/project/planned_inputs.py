@@ -13,10 +13,10 @@ from vdyn_cli.description.spec_loading import load_partial
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, known_channels, scalings
+from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.description_checks import wrong_channels, wrong_effects
 from vdyn_cli.project.given_values import given_air, given_parameters, read_known
 from vdyn_cli.project.inputs import Inputs, at_vehicle, condensed_logs
-from vdyn_cli.project.one_round import attempt
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, in_file_order, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters

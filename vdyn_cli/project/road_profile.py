@@ -15,9 +15,9 @@ import numpy as np
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
-from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.project.channel_sources import channel_maps
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError

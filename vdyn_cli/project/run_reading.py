@@ -13,15 +13,15 @@ from vdyn_cli.description.test_description import Channel, Logger, Run, TestSpec
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.align import AlignOn, merge
 from vdyn_cli.io.file_units import unit_problem
+from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.held_values import without_held
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.sample_times import impossible_clock
-from vdyn_cli.io.unchanged import read_unchanged
 from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, logged
-from vdyn_cli.project.one_round import attempt
+from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.road_profile import with_grade
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all

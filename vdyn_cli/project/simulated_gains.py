@@ -16,7 +16,7 @@ from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.result import Comparison
 
-Course = Literal["", "abrupt", "gradual"]
+ChangeKind = Literal["", "abrupt", "gradual"]
 
 
 def simulated_gain_findings(comparisons: Sequence[Comparison]) -> Iterator[Finding]:
@@ -35,14 +35,14 @@ def simulated_gain_findings(comparisons: Sequence[Comparison]) -> Iterator[Findi
         if one.x_label.startswith("time"):
             by_channel.setdefault(one.channel, []).append(one)
     for channel, runs in by_channel.items():
-        alone = len(runs) < QUALITY.fewest_like_runs
+        alone = len(runs) < QUALITY.fewest_compared_runs
         changes = [_likely(one, alone) for one in runs]
         usual = 0.0 if alone else float(np.median([abs(np.log(c.factor)) if c else 0.0 for c, _ in changes]))
-        for run, (change, course) in zip((one.run for one in runs), changes, strict=True):
-            if change is None or not course or abs(np.log(change.factor)) < QUALITY.unlike_runs * usual:
+        for run, (change, kind) in zip((one.run for one in runs), changes, strict=True):
+            if change is None or not kind or abs(np.log(change.factor)) < QUALITY.outlying_run_ratio * usual:
                 continue  # not a sensor's gain, but the model or the test
             share = f"{channel} against its simulation: the ratio changes by {100 * (change.factor - 1.0):+.1f} %"
-            if course == "abrupt":
+            if kind == "abrupt":
                 remedy = f"cut the run with from_time or to_time: {change.at:.1f} s, or remove it"
                 what = f"{share} at {change.at:.1f} s: the gain of a sensor changed"
                 yield Finding(run, what, "", remedy, fault=True, doubt=True)
@@ -51,7 +51,7 @@ def simulated_gain_findings(comparisons: Sequence[Comparison]) -> Iterator[Findi
                 yield Finding(run, what, "", "repeat the run; a second one shows whether it is the sensor", doubt=True)
 
 
-def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, Course]:
+def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind]:
     """The most likely change of a run's gain, and whether it is abrupt or gradual; empty if not significant."""
     good = np.isfinite(one.measured) & np.isfinite(one.simulated)
     if one.used is not None:
@@ -69,6 +69,6 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, Course]:
     if not alone:
         return change, "abrupt" if drift <= QUALITY.abrupt_share else ""
     law = np.column_stack([x, x * (x > 0.0), x * np.abs(x)])
-    if stepped_share(y, x, k, law) > QUALITY.lone_abrupt_share:
+    if stepped_share(y, x, k, law) > QUALITY.single_run_abrupt_share:
         return change, ""
-    return change, "abrupt" if drift <= QUALITY.lone_abrupt_share else "gradual"
+    return change, "abrupt" if drift <= QUALITY.single_run_abrupt_share else "gradual"

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.held_values import held_rows
-from vdyn_cli.io.interpolation import own_rows
-from vdyn_cli.io.quality.regular_stretches import spans
+from vdyn_cli.io.interpolated_values import sampled_rows
+from vdyn_cli.io.quality.regular_segments import spans
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -76,7 +76,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     *Held*: it changes at every k-th row only, by more than its resolution, like a slower sensor on a faster clock: see
     ``held_rows``.
 
-    *Interpolated*: its slope changes at every k-th row only: see ``own_rows``.
+    *Interpolated*: its slope changes at every k-th row only: see ``sampled_rows``.
     """
     values, where, every = log[channel], log.place(channel), _Rows(log.line, log.row)
     missing = np.isnan(values)
@@ -144,7 +144,7 @@ def _held(values: Array, where: str) -> list[Finding]:
 
 
 def _interpolated(values: Array, where: str) -> list[Finding]:
-    own = own_rows(values)
+    own = sampled_rows(values)
     if own is None:
         return []
     what = (

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.io.quality.regular_stretches import quantum
+from vdyn_cli.io.quality.regular_segments import quantum
 from vdyn_cli.quantities.arrays import Array
 
 Mask = NDArray[np.bool_]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from vdyn_cli.io.align import on_one_clock
-from vdyn_cli.io.own_clocks import on_own_clocks
+from vdyn_cli.io.mixed_rates import split_by_rate
 from vdyn_cli.io.quality.channel_quality import check_channel
 from vdyn_cli.io.reader import Column
 from vdyn_cli.io.sample_times import check_steps
@@ -28,7 +28,7 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False) -> 
     ------
     InputError : with the problems of the file and of every required channel.
     """
-    log = log if instants else on_own_clocks(log)
+    log = log if instants else split_by_rate(log)
     others = list(log.source.others) if log.source else []
     problems: list[Finding] = []
     found = [_checked(log, mapping, problems, instants)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vdyn_cli.io.quality.channel_quality import saturated_spans
 from vdyn_cli.io.quality.command_rests import contradicted_rests, drive_tie, off_source_grid
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.io.quality.regular_stretches import (
+from vdyn_cli.io.quality.regular_segments import (
     LINE,
     Continuation,
     Spans,
@@ -122,7 +122,7 @@ class _Sampled:
     @cached_property
     def _idles(self) -> bool:
         """Whether the channel rests repeatedly, as a command does and a torque sensor does not."""
-        rests = [1 for a, b in spans(self.equal) if b - a + 1 >= QUALITY.shortest_stretch]
+        rests = [1 for a, b in spans(self.equal) if b - a + 1 >= QUALITY.shortest_segment]
         return len(rests) >= QUALITY.fewest_rests
 
     @property
@@ -198,13 +198,13 @@ def _together(log: Log, sampled: list[_Sampled]) -> list[Fault]:
         return []
     moving = whole[0].moving
     rests = np.all([s.equal for s in whole], axis=0)
-    frozen = improbable(rests, moving, QUALITY.longer_varying, finer=[s.resting for s in whole])
+    frozen = improbable(rests, moving, QUALITY.varying_rest_ratio, finer=[s.resting for s in whole])
     frozen = [(a, b) for a, b in _lasting(frozen, log.time) if any(s.breaks_off(a, b) for s in whole)]
     faults = [_every(log, a, b, "frozen", "all channels are constant") for a, b in frozen]
     lines = np.all([s.straight for s in whole], axis=0)
     for a, b in frozen:
         lines[max(a - 1, 0) : b + LINE] = False
-    filled = improbable(lines, moving, QUALITY.longer_line, LINE, [s.bending for s in whole])
+    filled = improbable(lines, moving, QUALITY.line_ratio, LINE, [s.bending for s in whole])
     filled = joined(filled, QUALITY.joined_gap)
     for a, b in _lasting(filled, log.time):
         if moving[a:b].any() and any(np.ptp(s.values[a:b]) > 0.0 and s.breaks_off(a, b) for s in whole):
@@ -256,12 +256,12 @@ def _contradicted(channel: _Sampled, marked: Mask, log: Log) -> Iterator[tuple[i
     rests = [
         (a - 1, b)
         for a, b in spans(channel.equal & channel.moving & ~marked)
-        if b - a + 1 >= QUALITY.shortest_stretch and time[b - 1] - time[a - 1] >= QUALITY.shortest_time
+        if b - a + 1 >= QUALITY.shortest_segment and time[b - 1] - time[a - 1] >= QUALITY.shortest_time
     ]
     off = off_source_grid(values, rests)
     if off is not None:
         between = channel.equal & off & ~marked
-        found = improbable(between, channel.moving & ~marked, QUALITY.longer_varying)
+        found = improbable(between, channel.moving & ~marked, QUALITY.varying_rest_ratio)
         for a, b in _lasting(found, time):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", f"{what}, between the quantization steps at which it rests elsewhere"
@@ -326,7 +326,7 @@ def _stop_or_start(channel: _Sampled, at: int) -> bool:
 def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, str]]:
     """Segments in which a channel is frozen or follows a straight line; ``marked`` samples are excluded."""
     time, values, moving = channel.time, channel.values, channel.moving
-    longer = QUALITY.longer_varying if channel.varies else QUALITY.longer_command
+    longer = QUALITY.varying_rest_ratio if channel.varies else QUALITY.command_rest_ratio
     judged = moving & ~marked
     if not channel.varies:
         judged = judged & (np.abs(values) > QUALITY.idle_share * float(np.abs(values).max()))
@@ -338,9 +338,7 @@ def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, s
             yield a, b, "frozen", what
     # A constant line is a frozen channel, or no fault.
     lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
-    found = joined(
-        improbable(lines, moving & ~marked, QUALITY.longer_line, LINE, [channel.bending]), QUALITY.joined_gap
-    )
+    found = joined(improbable(lines, moving & ~marked, QUALITY.line_ratio, LINE, [channel.bending]), QUALITY.joined_gap)
     for a, b in _lasting(found, time):
         if (
             not marked[a:b].any()

@@ -16,7 +16,7 @@ class QualityPolicy:
         "A log has up to ten channels with some five tests each; as the tests are correlated, less than 1 % of healthy "
         "logs fail one. tests/bench/log_faults.md measures it.",
     )  # fmt: skip
-    shortest_stretch: int = threshold(
+    shortest_segment: int = threshold(
         5, "samples", "of equal values or of a straight line, below which a segment is not tested",
         "Four equal values in a row occur in every coarse channel; so few wrong samples do not affect an estimate.",
     )  # fmt: skip
@@ -25,12 +25,12 @@ class QualityPolicy:
         "A tenth of the half second over which a car's motion changes measurably; at 1 kHz, noise of a few counts "
         "is constant for some samples now and then.",
     )  # fmt: skip
-    longer_varying: float = threshold(
+    varying_rest_ratio: float = threshold(
         1.6, "", "times the longest ordinary rest (constant segment) of a channel, least duration of a frozen segment",
         "The Markov chain of the test only approximates the distribution of rests. Real speeds and accelerations at "
         "10 Hz rest for 5 samples at most; one second has 10.",
     )  # fmt: skip
-    longer_command: float = threshold(
+    command_rest_ratio: float = threshold(
         3.0, "", "the same for commands: torques and forces of drive and brake",
         "A torque is constant while at a limit; the longest such rest of 18 trips lasts 2.7 times the next.",
     )  # fmt: skip
@@ -46,7 +46,7 @@ class QualityPolicy:
         0.05, "share of the largest value", "below which a command counts as idle, and may be constant for any time",
         "With the pedal released, the creep torque or the sensor's offset remains, a few per cent of its range.",
     )  # fmt: skip
-    longer_line: float = threshold(
+    line_ratio: float = threshold(
         1.15, "", "times the longest ordinary straight line, least duration of an interpolated gap",
         "Six or more values on one chord within rounding are rare: the longest line in 18 trips at 10 Hz has 13.",
     )  # fmt: skip
@@ -64,7 +64,7 @@ class QualityPolicy:
         "Its rests then depend on its slope, not its noise, and the Markov chain is invalid. Real channels with noise "
         "above their resolution have 2 to 22 %.",
     )  # fmt: skip
-    longer_coarse: float = threshold(
+    coarse_line_ratio: float = threshold(
         5.0, "", "times the longest ordinary straight line of a coarse channel, least duration of a faulty one",
         "At a constant slope a coarse channel follows a line for as long. Its rests alone are not tested: at constant "
         "speed it is constant for any time.",
@@ -216,16 +216,16 @@ class QualityPolicy:
         "A change of the gain by a tenth is far above the noise of any sensor, so that it explains most of the "
         "residual of a fit with one gain.",
     )  # fmt: skip
-    lone_abrupt_share: float = threshold(
+    single_run_abrupt_share: float = threshold(
         0.75, "ratio of sums of squares", "for a test of one run: largest residual with a step of the gain, relative "
         "to that with a gain that drifts (cubic in time) or depends on the sign or size of the channel",
         "Without other runs a sensor's error is hard to distinguish from a model error, which may have any shape.",
     )  # fmt: skip
-    fewest_like_runs: int = threshold(
+    fewest_compared_runs: int = threshold(
         3, "runs", "of a test, from which a change of the gain in one run is compared with the others",
         "A model error affects all runs alike; of two runs it is unknown which is the usual one.",
     )  # fmt: skip
-    unlike_runs: float = threshold(
+    outlying_run_ratio: float = threshold(
         4.0, "times the median of all runs", "least change of one run's gain",
         "Healthy sweeps show changes of 1 to 2 % if a faulty one biases the fitted curve; a tire with less grip in "
         "braking changes all of them equally.",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from vdyn_cli.io.picture import read_grey
+from vdyn_cli.io.picture import read_gray
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
@@ -61,7 +61,7 @@ def load_pictures(spec: AreaSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[
     files = {key: folder / name for key, name in names.items() if name is not None}
     for key, file in files.items():
         try:
-            read[key] = read_grey(file, key)
+            read[key] = read_gray(file, key)
         except InputError as error:
             findings.extend(error.findings)
     for key, other in read.items():

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from vdyn_cli.io.interpolation import own_rows
+from vdyn_cli.io.interpolated_values import sampled_rows
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
@@ -174,7 +174,7 @@ def _own_rows(log: Log) -> Log:
 
     A linearly interpolated speed would be mistaken for a speed without noise.
     """
-    own = own_rows(log["speed"])
+    own = sampled_rows(log["speed"])
     if own is None:
         return log
     width = int(own[1] - own[0])

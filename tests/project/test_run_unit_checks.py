@@ -9,7 +9,7 @@ import pytest
 
 from tests.descriptions import described
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.project.unlike_runs import other_units, with_run_signs
+from vdyn_cli.project.run_unit_checks import other_units, with_run_signs
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps import load_step

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vdyn_cli.io.log_formats import read_log
-from vdyn_cli.io.own_clocks import slower_rows
+from vdyn_cli.io.mixed_rates import slower_rows
 from vdyn_cli.io.reader import Column
 
 N = 4000

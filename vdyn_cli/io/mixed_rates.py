@@ -40,7 +40,7 @@ def slower_rows(time: Array, values: Array) -> Rows | None:
     return rows if near.mean() > _REGULAR else None
 
 
-def on_own_clocks(log: Log) -> Log:
+def split_by_rate(log: Log) -> Log:
     """The log of a table, as read, with the channels of other rates moved to ``source.others``.
 
     The log has the rows of its first channel; blanks that do not show a slower rate stay NaN.

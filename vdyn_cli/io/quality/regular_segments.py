@@ -129,7 +129,7 @@ def improbable(
     total = np.concatenate([[0], np.cumsum(judged)])
     eligible = total[stop] - total[begin] > 0.5 * length
     begin, stop, length = begin[eligible], stop[eligible], length[eligible]
-    shortest = QUALITY.shortest_stretch
+    shortest = QUALITY.shortest_segment
     long = np.flatnonzero(length + before >= shortest)
     if long.size == 0:
         return []
@@ -161,7 +161,7 @@ def improbable(
     coarse = min(ones / max(judged, 1) for judged, ones in beside) > QUALITY.coarse_share
     if coarse and not finer:
         return []  # such a channel may be constant for any time at constant speed
-    return _above(begin, stop, length, found, max(longer, QUALITY.longer_coarse) if coarse else longer, before)
+    return _above(begin, stop, length, found, max(longer, QUALITY.coarse_line_ratio) if coarse else longer, before)
 
 
 def _above(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.io.interpolation import own_rows
+from vdyn_cli.io.interpolated_values import sampled_rows
 from vdyn_cli.io.quality.channel_quality import check_channel
 from vdyn_cli.quantities.log import Log
 
@@ -22,7 +22,7 @@ def speed(time: np.ndarray, noise: float = 0.2) -> np.ndarray:
 @pytest.mark.parametrize("late", [0.0, 0.03])
 def test_the_rows_are_found_at_which_it_was_measured(digits: int, late: float) -> None:
     joined = np.round(np.interp(FAST, SLOW + late, speed(SLOW)), digits)
-    own = own_rows(joined)
+    own = sampled_rows(joined)
     assert own is not None
     assert np.array_equal(own, np.arange(round(100 * late), FAST.size, 10))
 
@@ -31,7 +31,7 @@ def test_the_rows_are_found_at_which_it_was_measured(digits: int, late: float) -
 def test_any_rate_is_found(spacing: int) -> None:
     time = np.arange(0.0, 60.0 * spacing / 10, 0.01)
     slow = time[::spacing]
-    own = own_rows(np.interp(time, slow, speed(slow) if spacing < 100 else 20 + speed(slow, 0.5) / 50))
+    own = sampled_rows(np.interp(time, slow, speed(slow) if spacing < 100 else 20 + speed(slow, 0.5) / 50))
     assert own is not None
     assert own[1] - own[0] == spacing
 
@@ -51,19 +51,19 @@ JOINED = np.interp(FAST, SLOW, speed(SLOW))
     ],
 )
 def test_what_loggers_do_to_it_hides_nothing(values: np.ndarray) -> None:
-    own = own_rows(values)
+    own = sampled_rows(values)
     assert own is not None
     assert own[1] - own[0] == 10
 
 
 @pytest.mark.parametrize("size", [0, 1, 2, 40])
 def test_too_little_shows_nothing(size: int) -> None:
-    assert own_rows(JOINED[:size]) is None
+    assert sampled_rows(JOINED[:size]) is None
 
 
 @pytest.mark.parametrize("digits", [1, 2, 8])
 def test_what_was_measured_at_every_row_is_left_alone(digits: int) -> None:
-    assert own_rows(np.round(speed(FAST), digits)) is None
+    assert sampled_rows(np.round(speed(FAST), digits)) is None
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_what_was_measured_at_every_row_is_left_alone(digits: int) -> None:
     ],
 )
 def test_other_signals_are_not_interpolated(values: np.ndarray) -> None:
-    assert own_rows(values) is None
+    assert sampled_rows(values) is None
 
 
 def test_the_reader_says_so() -> None:
