@@ -20,7 +20,7 @@ from vdyn_cli.steps import Failure, Problem, published
 from vdyn_cli.steps.contract import NO_VALUES
 
 ZERO = "is not significantly different from zero"
-STILL_MISSED = "with it, too, the simulation misses the logs"
+STILL_MISSED = "the simulation with it still misses the logs"
 
 
 @dataclass(frozen=True)

@@ -331,14 +331,17 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
     """Why these data are insufficient for a diagnosis; empty where they suffice."""
     setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
     if runs < setup.fewest_runs:
-        return f"{runs} {setup.run}{'s are' if runs > 1 else ' is'} too few to separate an effect from noise"
+        verb = "s are" if runs > 1 else " is"
+        return f"{runs} {setup.run}{verb} too few to separate an effect from noise (needed: {setup.fewest_runs})"
     if setup.too_short:
         return f"{setup.too_short}; effects are confounded in runs this short"
     if setup.mixed_directions:
         return f"{setup.mixed_directions}: wind, slope and resistance are confounded"
     unit = f"{found.unit}{'s' if units != 1 else ''}"
     if units < POLICY.fewest_units or found.effective_units < POLICY.fewest_effective_units:
-        return f"{units} {unit} (effective number {found.effective_units:.0f}) are too few to certify an effect"
+        needed = f"needed: {POLICY.fewest_units}, effective number {POLICY.fewest_effective_units:g}"
+        have = f"{units} {unit} (effective number {found.effective_units:.0f})"
+        return f"{have} are too few to certify an effect ({needed})"
     if found.smallest_p * POLICY.smallest_p_ratio > setup.level:
         return f"{units} {unit} cannot reach the level of {setup.level:.2g}"
     return ""

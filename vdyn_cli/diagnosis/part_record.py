@@ -155,7 +155,7 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
     if not part.law.share_of_curve >= POLICY.law_share:
         share = f"{100 * part.law.share_of_rms:.0f} % of the rms error that the free curve explains"
     else:
-        share = f"{100 * part.law.share_of_curve:.0f} % of the rms of the curve beside the model's law"
+        share = f"{100 * part.law.share_of_curve:.0f} % of the curve's rms deviation from the model's law"
     return f"{label} {'explain' if is_plural(label) else 'explains'} {share}"
 
 

@@ -106,7 +106,7 @@ def test_a_car_that_stands_all_through_is_no_drive() -> None:
     still = log(speed=np.zeros(TIME.size), drive_torque=np.zeros(TIME.size), brake_torque=np.zeros(TIME.size))
     found, said = drive_segments([log(), still], [RunConditions("out"), RunConditions("back")], Segmentation("vehicle"))
     assert [s.run for s in found] == [0]
-    assert any("no segment of it can be simulated" in f.what for f in said)
+    assert any("no segment of this run can be simulated" in f.what for f in said)
 
 
 def test_an_output_that_holds_one_value_all_through_is_none(root: Path, tmp_path: Path) -> None:

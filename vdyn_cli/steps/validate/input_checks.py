@@ -87,7 +87,7 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
 
 def _foreign(s: DriveSegment, miss: float, several: bool) -> Finding:
     """The finding on a drive; ``s`` is its segment with the largest error, ``several`` whether it has others."""
-    what = f"does not produce this speed: the simulation misses it by {100 * miss:.0f} % rms of its largest value"
+    what = f"does not produce this speed: the simulated speed is off by {100 * miss:.0f} % rms of the largest speed"
     name, _, times = s.name.rpartition(", ") if several else (s.name, "", "")
     what += f", most of it from {times}" if several else ""
     remedy = (

@@ -156,14 +156,15 @@ def drive_segments(
         made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST // 2]
         found += made
         if not made:
-            findings.append(Finding(log.name, "no segment of it can be simulated: too slow, braked or too short"))
+            what = "no segment of this run can be simulated: too slow, braked or too short"
+            findings.append(Finding(log.name, what))
     return found, findings
 
 
 def _problems(log: Log) -> list[Finding]:
     """Findings why a log cannot be simulated."""
     if log.time.size < FEWEST:
-        return [Finding(log.name, f"holds {log.time.size} rows: at least {FEWEST} are needed")]
+        return [Finding(log.name, f"has {log.time.size} rows: at least {FEWEST} are needed")]
     found = []
     steps = np.diff(log.time)
     hole = int(np.argmax(steps))
@@ -185,7 +186,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
     there = np.isfinite(log[name])
     where = f"{log.name}, channel '{name}'"
     if there.sum() < 2:
-        return [Finding(where, "holds no numbers", remedy="check the column, or remove the channel")]
+        return [Finding(where, "contains no numbers", remedy="check the column, or remove the channel")]
     at = log.time[there]
     usual = float(np.median(np.diff(at)))
     inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
