@@ -167,12 +167,7 @@ def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | Non
     if answer is None or len(answer.effects) == 1:
         return None
     fewer = [t for t in nearly_sufficient(judgment.tried) if set(t.effects) < set(answer.effects)]
-    if not fewer:
-        return None
-    focused, seen = strategy.focused(judgment.detection)
-    found = _named(strategy, judgment, (min(fewer, key=lambda t: t.cost),), seen)
-    found = _with_gain(strategy, found, focused) if found.answers else found
-    return found if found.answers else None
+    return _judged_again(strategy, judgment, (min(fewer, key=lambda t: t.cost),)) if fewer else None
 
 
 def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
@@ -187,9 +182,14 @@ def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
     answers = simplest(strategy.model, not_significantly_worse(strategy.model, others), others)
     if not answers:
         return None
-    focused, seen = strategy.focused(judgment.detection)
     sized = replace(judgment, size=finding_size(strategy, judgment.base, answers[0].fitted))
-    found = _named(strategy, sized, answers, seen)
+    return _judged_again(strategy, sized, answers)
+
+
+def _judged_again(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...]) -> Judgment | None:
+    """The judgment with these answers instead of its own; None where significance or held-out gain refutes them."""
+    focused, seen = strategy.focused(judgment.detection)
+    found = _named(strategy, judgment, answers, seen)
     found = _with_gain(strategy, found, focused) if found.answers else found
     return found if found.answers else None
 
