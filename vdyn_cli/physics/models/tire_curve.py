@@ -43,7 +43,7 @@ def _driven(e: ModelBuilder, u: Signals) -> None:
 
 
 def _slipped(e: ModelBuilder, u: Signals) -> None:
-    _force(e, u, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1))
+    _force(e, u, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1, slip_rate=u.slip_rate))
 
 
 _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
@@ -53,8 +53,9 @@ _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
 _INPUTS = ("slip", "load", "elapsed", "returning")
 TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, "speed", "slip_gradient"))
 
-# Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance.
-SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, _INPUTS)
+# Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance, but on ``slip_rate``,
+# 1/s.
+SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, (*_INPUTS, "slip_rate"))
 
 
 def peak_slip(b: float, c: float, e: float) -> float:

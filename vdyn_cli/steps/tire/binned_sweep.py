@@ -41,9 +41,14 @@ class BinnedSweep:
     load_variance: Array
 
     @property
+    def slip_rate(self) -> Array:
+        """Change of the slip per time, (n,) 1/s."""
+        return np.asarray(np.gradient(self.slip, self.time))
+
+    @property
     def returning(self) -> Array:
         """The slip (n,) where its magnitude decreases, zero where it increases."""
-        return np.where(self.slip * np.gradient(self.slip, self.time) < 0, self.slip, 0.0)
+        return np.where(self.slip * self.slip_rate < 0, self.slip, 0.0)
 
 
 def binned_sweep(log: Log) -> BinnedSweep:

@@ -151,6 +151,8 @@ class TireFit:
         if self._driven:
             speeds = np.concatenate([sweep.speed for sweep in self.sweeps if sweep.speed is not None])
             inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
+        else:
+            inputs["slip_rate"] = 0.0
         drive = Drive(np.arange(slip.size, dtype=float), inputs)
         return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
 
@@ -228,6 +230,8 @@ class TireFit:
         }
         if sweep.speed is not None:
             inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
+        else:
+            inputs["slip_rate"] = sweep.slip_rate
         simulated = self._simulator(Drive(sweep.time, inputs), theta)
         jacobian = simulated.sensitivities["force_x"]
         # Slip changes by 1 + s per relative radius error; that of a locked wheel does not depend on the radius.

@@ -1,0 +1,28 @@
+"""A tire force that lags behind the logged slip, or leads it."""
+
+from __future__ import annotations
+
+from vdyn_cli.effects import effect
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.quantities.quantity import Quantity
+
+
+@effect(
+    on="slip",
+    unknowns=(Quantity("slip_lag", "s", "delay of the force behind the logged slip", "tau", -0.1, 0.1),),
+    reference="a relaxation length of 0.3 m at 10 m/s is 30 ms; filters of a rig's channels: 2 to 50 ms",
+    label="a time lag between slip and force",
+    signature="Force over slip is a loop: increasing and decreasing slip give different forces.",
+    alike=("tire_relaxation",),
+    confirm="Log the speed and sweep at a third of it: a late channel stays as late, a relaxation length is thrice as "
+    "late.",
+    sense="(negative: the slip is logged late)",
+    tags={"test_only", "slip_sweep"},
+)
+def slip_lag(slip: Law, s: Signals, q: Signals) -> Number:
+    """A force that is logged later than the slip, or builds up later, by a constant time.
+
+    F(t) = F(s(t - tau)), s(t - tau) = s - tau s'. Only where no speed is logged: with it, ``tire_relaxation`` and the
+    times of the channels can be told apart.
+    """
+    return slip(s) - q.slip_lag * s.slip_rate
