@@ -176,7 +176,7 @@ def _residuals(runs: LinearizedRuns, plain: bool) -> list[Array]:
 
 
 def _counts(runs: LinearizedRuns) -> list[int]:
-    return [r.residual.size if r.folded is None else int(r.folded.sum()) for r in runs.rows]
+    return [r.count for r in runs.rows]
 
 
 def _rms(each: Sequence[Array], counts: Sequence[int]) -> float:

@@ -255,9 +255,8 @@ def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], ow
     plain = np.zeros(0)
     if rows.plain is not None:
         plain = rows.plain[0] + rows.plain[1][:, :s] @ step + rows.plain[1][:, s:] @ own
-    count = left.size if rows.folded is None else int(rows.folded.sum())
     prediction = prediction_error(runs, run, plain) if measured else None
-    return _HeldOutError(float(left @ left), float(count), float(plain @ plain), plain.size, prediction)
+    return _HeldOutError(float(left @ left), float(rows.count), float(plain @ plain), plain.size, prediction)
 
 
 def _summary(predicted: _Errors, refits: _Errors) -> HeldOutGain:

@@ -246,8 +246,8 @@ def _far_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, Fitt
         if (start := relinearization.coarse_start(name, linear)) is not None:
             starts[name] = start
     nearest = sorted(starts, key=lambda n: starts[n][0])[: POLICY.most_relinearized]
-    coarse = strategy.model.setup.coarse_error
-    baseline = coarse((), ()) if coarse is not None else float("inf")
+    assert strategy.model.setup.coarse_error is not None
+    baseline = strategy.model.setup.coarse_error((), ())
     fits: dict[str, FittedModel | None] = {}
     for name in nearest:
         best = _best_fit(fits)

@@ -205,11 +205,11 @@ def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "bloc
         known = np.column_stack([known[:, :m], np.zeros((len(known), s)), -known[:, -1]])
         if kind == "run":
             parts.append(qr_factor(np.vstack([matrix, known]))[m:, m:])
-            owner.append((k, len(matrix) if rows.folded is None else int(rows.folded.sum())))
+            owner.append((k, rows.count))
             continue
         for i, block in enumerate(blocks_of(rows, matrix, int(counts[k]))):
             parts.append(_spread(qr_factor(matrix[block]), s, m, k, runs))
-            owner.append((k, len(block) if rows.folded is None else int(rows.folded[i])))
+            owner.append((k, len(block) if rows.block_counts is None else int(rows.block_counts[i])))
         for row in known:
             parts.append(_spread(row[None], s, m, k, runs))
             owner.append((-1, 1))

@@ -68,9 +68,7 @@ class NestedFits:
         known = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]
         before = min(known, key=lambda f: f.solution.cost, default=None)
         others = [e for e in effects if before is None or e not in before.effects]
-        shapes = {n for e in effects for n in self.model.freed(e)} - {
-            n for e in effects for n in self.model.amplitudes(e)
-        }
+        shapes = {n for e in effects for n in self.model.freed(e) if n not in self.model.amplitudes(e)}
         free = self.model.held(effects)
         nominal = free | {u.name: u.start for u in full.shared if u.name in shapes}
         failed: list[ResultError] = []

@@ -122,12 +122,12 @@ class Scores:
 
     def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
         columns = np.concatenate([self.groups[self.names.index(n)] for n in names])
-        triangle: Array = np.asarray(np.linalg.qr(self._left[:, columns], mode="r"))
-        normal = np.random.default_rng(SEED).standard_normal((draws, triangle.shape[0])) @ triangle
+        factor: Array = np.asarray(np.linalg.qr(self._left[:, columns], mode="r"))
+        normal = np.random.default_rng(SEED).standard_normal((draws, factor.shape[0])) @ factor
         most, at = np.full(draws, -np.inf), 0
         for name in names:
             k = self.groups[self.names.index(name)].size
-            own = triangle[:, at : at + k]
+            own = factor[:, at : at + k]
             most = np.maximum(most, equivalent(quadratic(normal[:, at : at + k], (own.T @ own)[None]), self.rank[name]))
             at += k
         return float((1 + np.sum(most >= seen)) / (draws + 1))

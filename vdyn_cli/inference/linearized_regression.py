@@ -68,8 +68,8 @@ def blocks_of(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]
     rows : of one run; their own blocks are used where they are already reduced to QR factors.
     matrix : (n, k + 1) whitened [sensitivities | residual]. blocks : number of blocks.
     """
-    if rows.block is not None and rows.folded is not None:
-        return [np.flatnonzero(rows.block == b) for b in range(len(rows.folded))]
+    if rows.block is not None and rows.block_counts is not None:
+        return [np.flatnonzero(rows.block == b) for b in range(len(rows.block_counts))]
     order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(matrix))
     q = np.linalg.qr(scaled(matrix[:, :-1]))[0]
     # Half by information, half by count, so that each block holds enough rows to show its noise.

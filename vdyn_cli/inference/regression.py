@@ -56,7 +56,7 @@ class Rows:
         order of the rows where ``time`` is None.
     time : (n,), time of each row; needed where the rows of several channels are concatenated.
     plain : the main channel's residual (p,) in its own unit and its derivatives (p, k), before whitening.
-    folded : (blocks,), number of rows of each block before its reduction to a QR factor; None without reduction.
+    block_counts : (blocks,), number of rows of each block before its reduction to a QR factor; None without reduction.
     plain_root : (p, m), a square root of the noise covariance of ``plain``, where the step has a model of it.
     apart : the rows are so far apart in time that a block needs few of them.
     """
@@ -66,9 +66,14 @@ class Rows:
     block: NDArray[np.int64] | None = None
     time: Array | None = None
     plain: tuple[Array, Array] | None = None
-    folded: NDArray[np.int64] | None = None
+    block_counts: NDArray[np.int64] | None = None
     plain_root: Array | None = None
     apart: bool = False
+
+    @property
+    def count(self) -> int:
+        """Number of rows before any reduction to QR factors."""
+        return self.residual.size if self.block_counts is None else int(self.block_counts.sum())
 
 
 @runtime_checkable
@@ -211,7 +216,7 @@ def _evaluate(regression: Regression, x: Array) -> Point | None:
         priors = float(np.sum(own[:, -1] ** 2))
         cost += float(np.sum(0.5 * rows.residual**2)) + 0.5 * priors
         squares += float(np.sum(rows.residual**2)) + priors
-        n_rows += len(own) + (len(rows.residual) if rows.folded is None else int(rows.folded.sum()))
+        n_rows += len(own) + rows.count
         known = np.column_stack([own[:, :m], np.zeros((len(own), s)), own[:, -1]])
         runs.append(qr_factor(np.vstack([matrix, known])))
     if not np.isfinite(cost):

@@ -116,14 +116,14 @@ class DifferentiableReference:
         matrix = np.vstack([rows.jacobian, known[:, :-1]])[:, kept]
         scale = np.linalg.norm(matrix, axis=0)
         scale[scale == 0.0] = 1.0
-        basis, triangle = np.linalg.qr(matrix / scale)
+        basis, factor = np.linalg.qr(matrix / scale)
         residual = np.concatenate([rows.residual, known[:, -1]])
         along = basis.T @ residual
         left = float(residual @ residual - along @ along)
         at = [k for k, i in enumerate(kept) if self._unknowns[i].name == TORQUE_ZERO]
         if not at:
             return _Explained(basis, 0.0, 0.0, left)
-        back = np.linalg.pinv(triangle)[at[0]] / scale[at[0]]
+        back = np.linalg.pinv(factor)[at[0]] / scale[at[0]]
         return _Explained(basis, float(start[kept[at[0]]] - back @ along), float(np.linalg.norm(back)), left)
 
     def cost(self, setup: SimulationSetup, run: int, zero: float) -> float:
