@@ -53,7 +53,7 @@ def test_every_format_says_what_it_holds(kind: str, tmp_path: Path) -> None:
     assert found[pair[1]]["same_as"] == ("logger 1." if kind == "mf4" else "") + pair[0]
     assert found["frozen"]["rest"][:2] == [pytest.approx(20.02), pytest.approx(44.98)]  # type: ignore[index]
     assert found["flat"]["lowest"] == 7.5
-    assert "rests at" in shown(path)
+    assert "constant at" in shown(path)
 
 
 def test_names_that_are_repeated_are_shown_as_a_description_writes_them(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from tests.plant import messy_day
 from tests.plant.messy_day import Case, Day, Logger
 from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain
 from vdyn_cli.io.reader import Column
-from vdyn_cli.project.redundancy import judged_together, tied_pairs
+from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 
@@ -67,7 +67,7 @@ def test_the_table_of_channels_says_what_the_step_says() -> None:
     for scale, good in ((1.0, True), (1.025, False)):
         case = scaled(messy_day.drive(45, replace(QUICK, runs=4)), scale)
         logs = [Log(f"{k}.csv", r.time, {"speed": r.speed, "position": r.position}) for k, r in enumerate(case.runs)]
-        pairs, findings = judged_together([p for log in logs for p in tied_pairs(log, Parameters({}))])
+        pairs, findings = compared_over_runs([p for log in logs for p in tied_pairs(log, Parameters({}))])
         assert {p.good for p in pairs} == {good}
         assert bool(findings) is not good
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vdyn_cli.io.held_values import held_rows, without_held
+from vdyn_cli.io.held_values import held_rows, with_held_interpolated
 from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ def test_a_clock_that_is_not_the_sensors_jitters_by_a_row() -> None:
 
 
 def test_joined_values_are_not_late() -> None:
-    log = without_held(Log("run.csv", TIME, {"speed": held(10)[1]}))
+    log = with_held_interpolated(Log("run.csv", TIME, {"speed": held(10)[1]}))
     moving, rate = TIME > 12.0, np.gradient(speed(TIME), TIME)
     late = [float(rate[moving] @ (speed(TIME) - v)[moving] / (rate[moving] @ rate[moving])) for v in _both(log)]
     assert late[0] == pytest.approx(0.09, abs=0.005)
@@ -61,7 +61,7 @@ def test_gaps_stay_gaps_and_other_channels_stay_as_they_are() -> None:
     values = held(5)[1]
     values[1000:1200] = np.nan
     torque = np.random.default_rng(1).normal(0.0, 20.0, TIME.size)
-    log = without_held(Log("run.csv", TIME, {"speed": values, "drive_torque": torque}))
+    log = with_held_interpolated(Log("run.csv", TIME, {"speed": values, "drive_torque": torque}))
     assert np.array_equal(np.isnan(log["speed"]), np.isnan(values))
     assert np.array_equal(log["drive_torque"], torque)
     assert list(log.samples) == ["speed"]

@@ -13,7 +13,7 @@ from tests.plant.two_loggers import two_loggers
 from vdyn_cli.io.align import merge
 from vdyn_cli.io.clock_estimate import clock_difference
 from vdyn_cli.io.reader import Column
-from vdyn_cli.io.tied_channels import ties, tying
+from vdyn_cli.io.tied_channels import related_channels, ties
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 
@@ -96,7 +96,7 @@ def test_loggers_without_a_tied_pair_are_refused_with_the_channels_that_would_se
 def test_motion_ties_and_pitch_ties() -> None:
     assert [str(t) for t in ties(("pitch",), ("pitch_rate", "speed"))] == ["channels 'pitch' and 'pitch_rate'"]
     assert not ties(("position",), ("acceleration",))
-    assert tying(("pitch",)) == ["pitch", "pitch_rate"]
+    assert related_channels(("pitch",)) == ["pitch", "pitch_rate"]
 
 
 def test_real_speed_and_satellite_and_accelerometer(shared_data: Path) -> None:

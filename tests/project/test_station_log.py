@@ -16,7 +16,7 @@ from tests.plant.vehicle import REFERENCE
 from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.project.description_draft import draft_description
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.project.station_log import between, is_station
+from vdyn_cli.project.station_log import is_station, time_between
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.coastdown.problem import prepare
@@ -133,5 +133,5 @@ def test_limits_of_wind_are_met_or_not_where_both_winds_are_stated() -> None:
     ("first", "second", "step"), [(1.7e9, 1.7e9 + 90000, 90000), (86000.0, 400.0, 800.0), (1.7e9 + 1600, 3200.0, None)]
 )
 def test_moments_without_a_date_are_the_nearest(first: float, second: float, step: float | None) -> None:
-    found = between(first, second)
+    found = time_between(first, second)
     assert found == pytest.approx(step) if step is not None else abs(found) <= 43200.0

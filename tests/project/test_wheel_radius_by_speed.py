@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.project.redundancy import judged_together, tied_pairs
+from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 
@@ -32,7 +32,7 @@ def _known(share: float, std: float) -> Parameters:
 )
 def test_a_radius_that_the_speeds_contradict_is_told(share: float, std: float, agrees: bool) -> None:
     pairs = [pair for name in ("a", "bb") for pair in tied_pairs(_run(name), _known(share, std))]
-    _, findings = judged_together(pairs)
+    _, findings = compared_over_runs(pairs)
     assert [pair.good for pair in pairs] == [agrees, agrees]
     assert [f.where for f in findings] == ([] if agrees else ["wheel_speed and vehicle_speed"])
     assert all(f"{share:.3f} times vehicle_speed in 2 of 2 runs" in f.what for f in findings)

@@ -54,7 +54,7 @@ def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[Chan
         if a.info.unit != b.info.unit:
             differs.append(f"'{b.column}' in {b.info.unit or 'no stated unit'} instead of {a.info.unit or 'none'}")
         if a.state != b.state:
-            differs.append(f"'{b.column}' is {b.state}, there: {a.state}")
+            differs.append(f"'{b.column}': {b.state} instead of {a.state}")
     rates = [next((f.info.rate for f in some if f.state == "clock"), math.nan) for some in (facts, found)]
     if abs(rates[1] - rates[0]) > _LIKE_RATE * abs(rates[0]):
         differs.append(f"clock of {rates[1]:.4g} Hz instead of {rates[0]:.4g} Hz")
@@ -154,7 +154,7 @@ def _notes(facts: ChannelFacts) -> list[str]:
         length = facts.info.span[1] - facts.info.span[0]
         share = (stop - start) / length if length > 0 else 0.0
         notes.append(
-            f"rests at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({100 * share:.0f} %)"
+            f"constant at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({100 * share:.0f} %)"
         )
     return notes
 

@@ -120,7 +120,7 @@ class Reading(Strict):
     )
     split_runs: Literal["columns", "rows"] = Field(
         "columns",
-        description="rows: each run is a row of the table. The header holds the speed levels; its first cell is the "
+        description="rows: each run is a row of the table. The header states the speed levels; its first cell is the "
         "name of the speed's column. 'columns: {time: NAME}' of a run names the first cell of its row",
     )
     levels: Annotated[list[list[Annotated[Given, Si("m/s", 0.0)]]], BeforeValidator(_grouped)] = Field(

@@ -12,7 +12,7 @@ from vdyn_cli.io.clock_estimate import STATE_DELAY, clock_difference, stated_dif
 from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.quality.log_flags import SPEEDS, flags
 from vdyn_cli.io.sampled_signal import Signal
-from vdyn_cli.io.tied_channels import ChannelTie, tie_of, ties, tying
+from vdyn_cli.io.tied_channels import ChannelTie, related_channels, tie_of, ties
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -124,14 +124,14 @@ def _possible(reference: Log, other: Log, align_on: AlignOn) -> list[ChannelTie]
         tie = tie_of(*align_on)
         if tie is None:
             what = f"'{align_on[0]}' and '{align_on[1]}' are not physically related, so they cannot align the clocks"
-            ways = ", ".join(tying((align_on[0],))) or "none"
+            ways = ", ".join(related_channels((align_on[0],))) or "none"
             raise InputError(Finding(other.name, what, "", f"channels related to '{align_on[0]}': {ways}"))
         return [tie]
     found = ties(reference.channels, other.channels)
     if not found:
         what = f"cannot be aligned with {reference.name}: they have no channel in common and no physically related pair"
         got = f"{_listed(other)}; of {reference.name}: {_listed(reference)}"
-        choices = ((other, tying(reference.channels)), (reference, tying(other.channels)))
+        choices = ((other, related_channels(reference.channels)), (reference, related_channels(other.channels)))
         serving = [f"map one of these from {log.name}: {', '.join(names)}" for log, names in choices if names]
         remedy = "; or ".join(serving) or "map a channel that both recorded"
         raise InputError(Finding(other.name, what, got, f"{remedy}; or {STATE_DELAY}"))

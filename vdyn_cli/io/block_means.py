@@ -48,7 +48,7 @@ def _means(values: Array, starts: NDArray[np.intp], counts: NDArray[np.int64]) -
 
 
 def condensing_note(before: tuple[Log, ...], after: tuple[Log, ...], rate: float) -> tuple[Finding, ...]:
-    """A note with the number of rows before and after averaging; empty if no log was averaged."""
+    """A note with the number of rows before and after averaging at ``rate``, Hz; empty if no log was averaged."""
     made = [(b.time.size, a.time.size) for b, a in zip(before, after, strict=True) if a is not b]
     if not made:
         return ()

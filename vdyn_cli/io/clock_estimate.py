@@ -91,6 +91,10 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
     The drift, with the prior of quartz clocks, is corrected if it exceeds ``drift_determined`` standard errors; the
     delay is then estimated together with it.
 
+    Parameters
+    ----------
+    reference, other : logs that overlap by at least half of the shorter one. tie : the two channels.
+
     Raises
     ------
     InputError : a channel is missing, varies too little or too uniformly, matches at no delay or at several, or the
@@ -137,6 +141,7 @@ def stated_difference(reference: Log, other: Log, delay: Given) -> ClockDifferen
 
     Parameters
     ----------
+    reference, other : the logs.
     delay : time by which the other's clock is ahead, s; std 0 if both loggers share one clock.
 
     Raises

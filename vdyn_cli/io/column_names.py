@@ -13,7 +13,7 @@ _NTH = re.compile(r"(.*)#(\d+)")
 
 
 def positions(names: Sequence[str], wanted: str) -> list[int]:
-    """The indices of a name; ``Name#2`` is the second of several equal names."""
+    """The indices of ``wanted`` in ``names``; ``Name#2`` is the second of several equal names."""
     at = [i for i, cell in enumerate(names) if cell == wanted]
     if at or (nth := _NTH.fullmatch(wanted)) is None:
         return at
@@ -22,7 +22,7 @@ def positions(names: Sequence[str], wanted: str) -> list[int]:
 
 
 def closest_names(names: Sequence[str], wanted: str) -> str:
-    """The remedy for a name that a file does not have: names that differ only in case, blanks or unit, or close ones.
+    """The remedy if ``wanted`` is not in ``names``: those that differ only in case, blanks or unit, or close ones.
 
     Names are suggested as a description writes them: equal names as ``Name#1`` and so on.
     """

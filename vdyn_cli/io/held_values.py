@@ -50,7 +50,7 @@ def held_rows(values: Array) -> Rows | None:
     return np.concatenate([before, np.rint(inner), after]).astype(np.intp)
 
 
-def without_held(log: Log) -> Log:
+def with_held_interpolated(log: Log) -> Log:
     """The log with held channels interpolated linearly between their samples, which ``log.samples`` keeps.
 
     Before its first and after its last sample a channel is unchanged; gaps stay gaps.

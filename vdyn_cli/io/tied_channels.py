@@ -69,6 +69,6 @@ def tie_of(first: str, second: str) -> ChannelTie | None:
     return next((t for t in ties((first,), (second,))), None)
 
 
-def tying(channels: Collection[str]) -> list[str]:
+def related_channels(channels: Collection[str]) -> list[str]:
     """The channels with which another logger's clock could be aligned to that of a logger with these channels."""
     return [n for n in (*_ALONG, *_PITCH) if ties(channels, (n,))]

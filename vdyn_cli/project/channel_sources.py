@@ -97,7 +97,11 @@ def known_channels(step: Step, spec: TestSpec, source: YamlSource, problems: lis
 
 
 def scalings(step: Step, spec: TestSpec, known: Parameters) -> tuple[Scaling, ...]:
-    """The unmapped channels that are computed from mapped ones.
+    """The unmapped channels of the description ``spec`` that are computed from mapped ones.
+
+    Parameters
+    ----------
+    known : parameters, with the constants of the scales.
 
     Raises
     ------
@@ -116,7 +120,12 @@ def scalings(step: Step, spec: TestSpec, known: Parameters) -> tuple[Scaling, ..
 
 
 def completed(log: Log, constants: Mapping[str, float], made: Sequence[Scaling]) -> Log:
-    """The log with its constant channels (SI values by name), and those computed from others."""
+    """The log with its constant channels and those computed from others.
+
+    Parameters
+    ----------
+    constants : SI value of each constant channel. made : the computed channels.
+    """
     log = log.with_channels(**{n: np.full(log.time.size, value) for n, value in constants.items()})
     for one in made:
         if one.channel.source in log:

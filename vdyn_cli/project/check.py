@@ -12,7 +12,7 @@ from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.project.inputs import Inputs, at_vehicle, gather
-from vdyn_cli.project.redundancy import judged_together, tied_pairs
+from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
@@ -59,7 +59,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         raise InputError(Finding(str(path), "the description has no runs: there is no log to check"))
     found, refused = _track_check(inputs), _refused(inputs)
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
-    redundancy, contradictions = judged_together(tied)
+    redundancy, contradictions = compared_over_runs(tied)
     runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]
     document = CheckDocument(
         format="vdyn/check/1",

@@ -36,7 +36,12 @@ def read_known(file: Path) -> tuple[Parameters, str]:
 
 
 def overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Iterator[Finding]:
-    """Warnings for values of the description that are not used because a parameter file contradicts them."""
+    """Warnings for values of the description that are not used because a parameter file contradicts them.
+
+    Parameters
+    ----------
+    stated : by the description. known : those used. source : the description, for the places.
+    """
     for name, given in stated.estimates.items():
         used = known[name]
         apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.clock_estimate import clock_difference
-from vdyn_cli.io.quality.cross_checks import AXLES, LIVELY, LONG, NOTICED, UNEQUAL
+from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_ACCELERATION_STD, LEAST_DISTANCE, NOTICED, WHEEL_DIFFERENCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.tied_channels import tie_of
 from vdyn_cli.project.check_policy import CHECK
@@ -54,7 +54,7 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         yield _change(log, speed)
     for left, right in AXLES:
         if left in log and right in log:
-            yield _ratio(log, left, right, 1.0, UNEQUAL)
+            yield _ratio(log, left, right, 1.0, WHEEL_DIFFERENCE)
     if speed is not None and "wheel_radius" in known.estimates:
         radius = known["wheel_radius"]
         limit = min(NOTICED, CHECK.rolling_slip + CHECK.agreeing * radius.std / radius.value)
@@ -67,7 +67,7 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
 
 
-def judged_together(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
+def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
     """The pairs of all runs, and findings on contradictions that all runs together show.
 
     A gain of the position that is not significant in one run is significant if it is the same in all runs; the pairs of
@@ -131,8 +131,8 @@ def _distance(log: Log, speed: str) -> TiedPair:
     if time.size < FEWEST:
         return _pair(log, "position", speed, "too few samples")
     driven = cumulative_integral(time, np.abs(v))
-    if driven[-1] < LONG:
-        return _pair(log, "position", speed, f"not determined: the run is shorter than {LONG:g} m")
+    if driven[-1] < LEAST_DISTANCE:
+        return _pair(log, "position", speed, f"not determined: the run is shorter than {LEAST_DISTANCE:g} m")
     ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
     straight = distance_gain(time, v, place)
     gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1]) if straight is None else straight
@@ -167,7 +167,7 @@ def _change(log: Log, speed: str) -> TiedPair:
     if use.sum() < FEWEST:
         return _pair(log, first, second, "too short")
     x, y = x[use], y[use]
-    lively = float(np.nanstd(log["acceleration"])) >= LIVELY
+    lively = float(np.nanstd(log["acceleration"])) >= LEAST_ACCELERATION_STD
     likeness = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
     if not lively or abs(likeness) < CHECK.least_likeness:
         offset = float(np.mean(y - x))

@@ -119,7 +119,12 @@ def _sense(log: Log) -> float:
 
 
 def road_findings(road: RoadSurvey | None, spec: TestSpec, logs: Sequence[Log]) -> Iterator[Finding]:
-    """Findings if a survey cannot be used for these runs: no position, a logged grade, a trip meter, a short survey."""
+    """Findings if a survey cannot be used for these runs: no position, a logged grade, a trip meter, a short survey.
+
+    Parameters
+    ----------
+    road : the survey, or None. spec, logs : the description, and the logs of its runs.
+    """
     if road is None:
         return
     if any("grade" in channels for channels, _ in channel_maps(spec)):

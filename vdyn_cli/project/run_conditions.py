@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.project.run_direction import LoggedDirection
-from vdyn_cli.project.station_log import REDUCED, StationLog, absolute_begin, between
+from vdyn_cli.project.station_log import REDUCED, StationLog, clock_zero, time_between
 from vdyn_cli.quantities.quantity import from_si
 
 _AIR = {"temperature": ("degC", "K", 1), "pressure": ("kPa", "Pa", 2), "humidity": ("%", "", 0)}
@@ -44,7 +44,7 @@ def run_conditions(
     keys: list[list[str]] = [[] for _ in logs]
     known = common or [b for b in begins if b is not None]
     if "start" in read and len(known) == len(logs) > 1:
-        starts = [between(known[0], b) for b in known]
+        starts = [time_between(known[0], b) for b in known]
         if len(set(starts)) == len(starts) and max(starts) - min(starts) < _LONGEST_TEST:
             for own, start in zip(keys, starts, strict=True):
                 own.append(f"start: {start:.1f} s")
@@ -77,7 +77,7 @@ def _length(facts: Sequence[ChannelFacts]) -> float:
 
 
 def _first_moment(facts: Sequence[ChannelFacts]) -> float | None:
-    begin = absolute_begin(facts)
+    begin = clock_zero(facts)
     return None if begin is None else begin + next(f for f in facts if f.state == "clock").info.span[0]
 
 

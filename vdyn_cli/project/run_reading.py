@@ -14,7 +14,7 @@ from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.align import AlignOn, merge
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
-from vdyn_cli.io.held_values import without_held
+from vdyn_cli.io.held_values import with_held_interpolated
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
@@ -153,7 +153,7 @@ def ready_log(
     ----------
     constants : SI value of each constant channel. made : computed channels. road : the road survey, or None.
     """
-    return with_grade(summed(step, completed(without_held(log), constants, made)), road)
+    return with_grade(summed(step, completed(with_held_interpolated(log), constants, made)), road)
 
 
 def _cut_orders(run: Run) -> CutOrders:

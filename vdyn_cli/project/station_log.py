@@ -67,7 +67,7 @@ class StationLog:
 
     def span_of(self, begin: float, length: float) -> tuple[float, float]:
         """First and last time, on the station's clock, of a run of ``length``, s, from ``begin`` on its own clock."""
-        first = float(self.time[0]) + between(float(self.time[0]), begin)
+        first = float(self.time[0]) + time_between(float(self.time[0]), begin)
         return first, first + length
 
     def wind(self, bearing: float, span: tuple[float, float]) -> tuple[float, float] | None:
@@ -110,7 +110,7 @@ def is_station(facts: Sequence[ChannelFacts]) -> bool:
 
 def station_log(path: Path, facts: Sequence[ChannelFacts]) -> StationLog | None:
     """The samples of the station's file at ``path``; None if its clock is not a time of day."""
-    begin = absolute_begin(facts)
+    begin = clock_zero(facts)
     if begin is None:
         return None
     columns = _columns(facts)
@@ -125,7 +125,7 @@ def station_log(path: Path, facts: Sequence[ChannelFacts]) -> StationLog | None:
     return StationLog(path.name, time + begin, {q: c for q, c in columns.items() if q in values}, values)
 
 
-def absolute_begin(facts: Sequence[ChannelFacts]) -> float | None:
+def clock_zero(facts: Sequence[ChannelFacts]) -> float | None:
     """The zero of a log's clock, s since 1970 or since midnight; None if it is not a time of day."""
     clock = next((f for f in facts if f.state == "clock"), None)
     if clock is None:
@@ -151,7 +151,7 @@ def _since_1970(time: float) -> bool:
     return 9e8 <= time <= 4e9
 
 
-def between(first: float, second: float) -> float:
+def time_between(first: float, second: float) -> float:
     """Time from ``first`` to ``second``, s; for times of day without a date, the value within half a day."""
     if min(first, second) > _LONGEST_DAY:
         return second - first

@@ -123,11 +123,12 @@ def written_levels(groups: Levels) -> str:
     return lists[0] if len(lists) == 1 else f"[{', '.join(lists)}]" if lists else ""
 
 
-def turned_report(runs: Sequence[ReportedRun], levels: Levels, name: str) -> list[list[str]]:
+def transposed_report(runs: Sequence[ReportedRun], levels: Levels, name: str) -> list[list[str]]:
     """The transposed report: one row per level and one column per run, the format of ``split_times: intervals``.
 
     Parameters
     ----------
+    runs : of the report. name : of the file, for messages.
     levels : m/s, groups of successive levels, in the order of the report's columns; if they are those of several
         reports, the groups that agree with this one are used.
 

@@ -49,8 +49,7 @@ def decimal_mark(text: str) -> str:
 
 
 def number_of(text: str, decimal: str) -> tuple[float | None, bool]:
-    """The number in a cell (None if it is not one), and whether it had thousands separators.
-
+    """The number in a cell (None if it is not one) with the mark ``decimal``, and whether it had thousands separators.
     True and false are 1 and 0. Thousands separators are accepted only in a number with both marks: ``1.234`` is
     ambiguous.
     """

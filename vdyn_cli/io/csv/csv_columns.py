@@ -23,7 +23,12 @@ class Match:
 
 
 def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> Match:
-    """Find each channel's column in the header of the file ``name``, and report all problems together."""
+    """Find each channel's column in the header of the file ``name``, and report all problems together.
+
+    Parameters
+    ----------
+    layout : of the file. columns : column of each channel in the description.
+    """
     position: dict[str, int] = {}
     findings: list[Finding] = []
     problems: list[Finding] = []
@@ -87,7 +92,7 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
 
 
 def unit_in_header(layout: Layout, at: int) -> str:
-    """The unit that the file states for a column, in its units row or in brackets; empty if it states none.
+    """The unit that the file states for column ``at``, in its units row or in brackets; empty if it states none.
 
     The unit of times of day is s.
     """

@@ -104,6 +104,10 @@ def read_numbers(
 
     Uses the memory of the requested columns, of one more column while growing, and of a few blocks.
 
+    Parameters
+    ----------
+    layout, encoding : of the file. name : of the file, for messages.
+
     Raises
     ------
     InputError : a quote that is never closed.

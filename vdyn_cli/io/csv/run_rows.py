@@ -12,7 +12,7 @@ import csv
 import re
 from collections.abc import Sequence
 
-from vdyn_cli.io.csv.coastdown_report import Levels, read_report, turned_report
+from vdyn_cli.io.csv.coastdown_report import Levels, read_report, transposed_report
 from vdyn_cli.io.csv.csv_source import CsvSource
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -38,7 +38,7 @@ def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels) 
     """
     lines = (first + b"".join(source.blocks)).decode(source.encoding, "replace").splitlines()
     if report := read_report(lines):
-        return _as_source(turned_report(report, levels, name))
+        return _as_source(transposed_report(report, levels, name))
     for delimiter in _DELIMITERS:
         rows = [row for row in csv.reader(lines, delimiter=delimiter) if any(cell.strip() for cell in row)]
         for at, head in enumerate(rows):

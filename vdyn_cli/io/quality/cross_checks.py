@@ -13,16 +13,19 @@ from vdyn_cli.quantities.log import Log
 
 NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales that is reported, and that is refused
 # Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 % of g.
-TILTED = 0.15
-LONG = 20.0  # m, least distance over which position and speed are compared
+NOTICED_TILTED = 0.15
+LEAST_DISTANCE = 20.0  # m, least distance over which position and speed are compared
 INTERVAL = 1.0  # s over which accelerations are compared
 AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
 SIDES = (*AXLES, ("shaft_torque_left", "shaft_torque_right"))
-TURNING = 5.0  # rad/s, above which wheel speeds are compared
+LEAST_WHEEL_SPEED = 5.0  # rad/s, above which wheel speeds are compared
 FEWEST = 100  # samples
-UNEQUAL = 0.01  # relative difference of the median speeds of an axle's wheels: tires differ by less
-BEND, BENT = 0.2, 0.05  # relative difference in a tight bend, and largest share of the time in such bends
-LIVELY = 0.8  # m/s^2, least standard deviation of the acceleration for a check of its scale: slopes cause less
+WHEEL_DIFFERENCE = 0.01  # relative difference of the median speeds of an axle's wheels: tires differ by less
+BEND_DIFFERENCE, MOST_BENDS = (
+    0.2,
+    0.05,
+)  # relative difference in a bend, and largest share of time in bends
+LEAST_ACCELERATION_STD = 0.8  # m/s^2, least of the acceleration for a check of its scale: slopes cause less
 
 
 def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log:
@@ -45,7 +48,7 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
     findings = []
     for first, second, ratio in _ratios(log):
         off = abs(ratio - 1.0)
-        if off <= (TILTED if tilts and first == "acceleration" else NOTICED):
+        if off <= (NOTICED_TILTED if tilts and first == "acceleration" else NOTICED):
             continue
         what = (
             f"{first} and {second} contradict each other: according to {second}, {first} is {ratio:.3g} times as large"
@@ -79,19 +82,19 @@ def _dead(log: Log, left: str, right: str) -> list[Finding]:
 def _apart(log: Log, left: str, right: str) -> list[Finding]:
     """The finding that the wheels of an axle do not turn equally fast, except in bends."""
     a, b = log[left], log[right]
-    moving = np.isfinite(a) & np.isfinite(b) & (np.maximum(np.abs(a), np.abs(b)) > TURNING)
+    moving = np.isfinite(a) & np.isfinite(b) & (np.maximum(np.abs(a), np.abs(b)) > LEAST_WHEEL_SPEED)
     if np.count_nonzero(moving) < FEWEST:
         return []
     a, b = np.abs(a[moving]), np.abs(b[moving])
-    differ = np.abs(a - b) > BEND * np.maximum(a, b)
+    differ = np.abs(a - b) > BEND_DIFFERENCE * np.maximum(a, b)
     ratio = float(np.median(a[~differ] / b[~differ])) if np.any(~differ) else float(np.median(a) / np.median(b))
-    if differ.mean() > BENT:
+    if differ.mean() > MOST_BENDS:
         first, share = log.time[moving][np.argmax(differ)], differ.mean()
         what = (
-            f"{left} and {right} differ by more than {100 * BEND:.0f} % for {100 * share:.0f} % of "
+            f"{left} and {right} differ by more than {100 * BEND_DIFFERENCE:.0f} % for {100 * share:.0f} % of "
             f"the time, first at {first:.1f} s"
         )
-    elif abs(ratio - 1.0) > UNEQUAL:
+    elif abs(ratio - 1.0) > WHEEL_DIFFERENCE:
         what = f"{left} is {ratio:.3f} times {right} in the whole log"
     else:
         return []
@@ -120,13 +123,13 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
     distance = float(np.ptp(cumulative_integral(time[good], np.abs(speed[good]))))
     coarse = np.linspace(0, good.sum() - 1, min(51, good.sum())).astype(int)
     moved = float(np.sum(np.abs(np.diff(position[good][coarse]))))
-    return moved / distance if distance > LONG else None
+    return moved / distance if distance > LEAST_DISTANCE else None
 
 
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
     """Signed ratio of speed changes to integrals of acceleration, rms over intervals of a second; None if uncertain."""
     good = np.isfinite(speed) & np.isfinite(acceleration)
-    if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LIVELY:
+    if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LEAST_ACCELERATION_STD:
         return None
     time, speed, change = time[good], speed[good], cumulative_integral(time[good], acceleration[good])
     ends = np.searchsorted(time, np.arange(time[0], time[-1], INTERVAL))

@@ -16,11 +16,11 @@ from vdyn_cli.io.quality.regular_segments import (
     LINE,
     Continuation,
     Spans,
-    bent_little,
+    alternating,
     equal,
-    flickering,
-    improbable,
-    joined,
+    improbable_segments,
+    merged,
+    nearly_straight,
     quantum,
     spans,
     straight,
@@ -84,7 +84,7 @@ class _Sampled:
     @cached_property
     def bending(self) -> Continuation:
         """Probability that a straight line continues; a command's rests are not lines."""
-        little = bent_little(self.values, QUALITY.flat_step * self.resolution / 2.0)
+        little = nearly_straight(self.values, QUALITY.flat_step * self.resolution / 2.0)
         return Continuation.of(little if self.varies or self.rests else little & ~self.equal, self.moving)
 
     @cached_property
@@ -101,7 +101,7 @@ class _Sampled:
     def _flickers(self) -> NDArray[np.intp]:
         """(m + 1,), number of samples before each whose bend changes sign."""
         tolerance = QUALITY.flat_step * self.resolution / 2.0
-        return np.concatenate([[0], np.cumsum(flickering(self.values, tolerance))])
+        return np.concatenate([[0], np.cumsum(alternating(self.values, tolerance))])
 
     @cached_property
     def _usual_step(self) -> float:
@@ -198,14 +198,14 @@ def _together(log: Log, sampled: list[_Sampled]) -> list[Fault]:
         return []
     moving = whole[0].moving
     rests = np.all([s.equal for s in whole], axis=0)
-    frozen = improbable(rests, moving, QUALITY.varying_rest_ratio, finer=[s.resting for s in whole])
+    frozen = improbable_segments(rests, moving, QUALITY.varying_rest_ratio, finer=[s.resting for s in whole])
     frozen = [(a, b) for a, b in _lasting(frozen, log.time) if any(s.breaks_off(a, b) for s in whole)]
     faults = [_every(log, a, b, "frozen", "all channels are constant") for a, b in frozen]
     lines = np.all([s.straight for s in whole], axis=0)
     for a, b in frozen:
         lines[max(a - 1, 0) : b + LINE] = False
-    filled = improbable(lines, moving, QUALITY.line_ratio, LINE, [s.bending for s in whole])
-    filled = joined(filled, QUALITY.joined_gap)
+    filled = improbable_segments(lines, moving, QUALITY.line_ratio, LINE, [s.bending for s in whole])
+    filled = merged(filled, QUALITY.joined_gap)
     for a, b in _lasting(filled, log.time):
         if moving[a:b].any() and any(np.ptp(s.values[a:b]) > 0.0 and s.breaks_off(a, b) for s in whole):
             faults.append(_every(log, a, b, "straight_line", "all channels follow straight lines"))
@@ -261,7 +261,7 @@ def _contradicted(channel: _Sampled, marked: Mask, log: Log) -> Iterator[tuple[i
     off = off_source_grid(values, rests)
     if off is not None:
         between = channel.equal & off & ~marked
-        found = improbable(between, channel.moving & ~marked, QUALITY.varying_rest_ratio)
+        found = improbable_segments(between, channel.moving & ~marked, QUALITY.varying_rest_ratio)
         for a, b in _lasting(found, time):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
             yield a, b, "frozen", f"{what}, between the quantization steps at which it rests elsewhere"
@@ -330,7 +330,7 @@ def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, s
     judged = moving & ~marked
     if not channel.varies:
         judged = judged & (np.abs(values) > QUALITY.idle_share * float(np.abs(values).max()))
-    for a, b in _lasting(improbable(channel.equal & ~marked, judged, longer), time):
+    for a, b in _lasting(improbable_segments(channel.equal & ~marked, judged, longer), time):
         if not channel.varies and time[b - 1] - time[a] < QUALITY.command_time:
             continue
         if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
@@ -338,7 +338,9 @@ def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, s
             yield a, b, "frozen", what
     # A constant line is a frozen channel, or no fault.
     lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
-    found = joined(improbable(lines, moving & ~marked, QUALITY.line_ratio, LINE, [channel.bending]), QUALITY.joined_gap)
+    found = merged(
+        improbable_segments(lines, moving & ~marked, QUALITY.line_ratio, LINE, [channel.bending]), QUALITY.joined_gap
+    )
     for a, b in _lasting(found, time):
         if (
             not marked[a:b].any()

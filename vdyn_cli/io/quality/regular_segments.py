@@ -55,13 +55,13 @@ def spans(flags: Mask) -> Spans:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def bent_little(values: Array, tolerance: float) -> Mask:
+def nearly_straight(values: Array, tolerance: float) -> Mask:
     """(n,): whether each value is within four tolerances of the line through the two values before it."""
     bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
     return np.concatenate([[False, False], bends <= 4.0 * tolerance])
 
 
-def flickering(values: Array, tolerance: float) -> Mask:
+def alternating(values: Array, tolerance: float) -> Mask:
     """(n,): where the bend exceeds four tolerances and changes sign, as noise does."""
     bends = values[2:] - 2.0 * values[1:-1] + values[:-2]
     bends = np.where(np.abs(bends) > 4.0 * tolerance, bends, 0.0)
@@ -101,7 +101,7 @@ class Continuation:
         return judged, int(self.ones[-1]) - sum(int(self.ones[b] - self.ones[a]) for a, b in taken)
 
 
-def improbable(
+def improbable_segments(
     regular: Mask,
     judged: Mask,
     longer: float,
@@ -186,7 +186,7 @@ def _above(
     return sorted((int(begin[i]) - before, int(stop[i])) for i in kept)
 
 
-def joined(found: Spans, share: float) -> Spans:
+def merged(found: Spans, share: float) -> Spans:
     """The spans, merged where the gap between two is at most ``share`` of the shorter one."""
     out: Spans = []
     for a, b in sorted(found):
