@@ -2,9 +2,11 @@
 
 With F the force of the driven tires and u = r w their speed::
 
-    j u' = T i/r - F          F = s z m g (u - v)/v          m v' = F - c m g - rho A (v + w)|v + w|/2 - m g slope
+    j u' = P - F              F = s z m g (u - v)/v          m v' = F - c m g - rho A (v + w)|v + w|/2 - m g slope
 
-j the mass that turns with the driven wheels. All drives are integrated at once by Euler's method, implicit in u.
+P = e T i/r while the motor drives, and T i/(e r) while it brakes, since the gears take their share of the power that
+enters; j the mass that turns with the driven wheels. All drives are integrated at once by Euler's method, implicit
+in u.
 """
 
 from __future__ import annotations
@@ -21,7 +23,10 @@ G, STEP = 9.81, 0.001  # m/s^2, s
 
 @dataclass(frozen=True)
 class Car:
-    """SI; ``stiffness``: of a tire over its load, ``driven``: share of the weight, ``ratio``: motor turns a wheel's."""
+    """SI; ``stiffness``: of a tire over its load, ``driven``: share of the weight, ``ratio``: motor turns a wheel's.
+
+    ``recuperated``: drive force / weight with which the motor brakes at times.
+    """
 
     mass: float = 1450.0
     turning: float = 55.0
@@ -32,12 +37,16 @@ class Car:
     stiffness: float = 22.0
     driven: float = 0.55
     ratio: float = 9.0
+    efficiency: float = 1.0
+    recuperated: float = 0.0
 
 
 def drives(
     car: Car, seed: int, count: int = 6, seconds: float = 60.0, undulation: float = 5e-4, cold: float = 0.0
 ) -> Mapping[str, Array]:
-    """time (n,) s, torque (count, n) N m of the motor, and speed (count, n) m/s, at 1 kHz, of drives there and back.
+    """time (n,) s, torque (count, n) N m of the motor, speed and wheel speed u (count, n) m/s, at 1 kHz.
+
+    Of drives there and back.
 
     Parameters
     ----------
@@ -49,26 +58,25 @@ def drives(
     n = round(seconds / STEP)
     time = np.arange(n) * STEP
     torque = _torque(car, rng, count, n)
+    pushed = torque * np.where(torque < 0, 1.0 / car.efficiency, car.efficiency) * car.ratio / car.radius
     gust = _colored(rng, count, n, 0.5, 8.0) + rng.normal(0.0, 0.2, (count, 1))
     slopes = [_road(rng, undulation) for _ in range(count)]
     v = rng.uniform(8.0, 16.0, count)
     u, x = v.copy(), np.zeros(count)
-    speed = np.empty((count, n))
+    speed, wheel = np.empty((count, n)), np.empty((count, n))
     slope = np.zeros(count)
     for k in range(n):
-        speed[:, k] = v
+        speed[:, k], wheel[:, k] = v, u
         if k % 50 == 0:
             slope = np.array([np.interp(at, *road) for at, road in zip(x, slopes, strict=True)])
         grip = car.stiffness * car.driven * car.mass * G / np.maximum(v, 1.0)
-        u = (u + STEP / car.turning * (torque[:, k] * car.ratio / car.radius + grip * v)) / (
-            1.0 + STEP / car.turning * grip
-        )
+        u = (u + STEP / car.turning * (pushed[:, k] + grip * v)) / (1.0 + STEP / car.turning * grip)
         air = v + gust[:, k]
         rolling = car.rolling * (1.0 + cold * np.exp(-(seconds * np.arange(count) + time[k]) / 600.0))
         lost = car.mass * G * (rolling + slope) + 0.5 * car.density * car.drag_area * air * np.abs(air)
         v = v + STEP / car.mass * (grip * (u - v) - lost)
         x = x + STEP * v
-    return {"time": time, "torque": torque, "speed": speed}
+    return {"time": time, "torque": torque, "speed": speed, "wheel": wheel}
 
 
 def _torque(car: Car, rng: np.random.Generator, count: int, n: int) -> Array:
@@ -76,7 +84,8 @@ def _torque(car: Car, rng: np.random.Generator, count: int, n: int) -> Array:
     found = np.empty((count, n))
     for row in found:
         edges = np.cumsum(rng.uniform(2.0, 7.0, 40)) / STEP
-        levels = rng.choice([0.0, 0.02, 0.05, 0.09, 0.13], 41) * car.mass * G * car.radius / car.ratio
+        least = -car.recuperated  # none: no braking
+        levels = rng.choice([least, 0.02, 0.05, 0.09, 0.13], 41) * car.mass * G * car.radius / car.ratio
         row[:] = levels[np.searchsorted(edges, np.arange(n))]
     lag = round(0.3 / STEP)
     padded = np.hstack([np.repeat(found[:, :1], lag, axis=1), found])

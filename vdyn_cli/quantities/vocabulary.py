@@ -74,7 +74,7 @@ OTHERS = _named(
         Q("tire_rest_damping", "s/m", "tire force per peak friction, load and sliding speed at rest", "c0", 0, 5),
         Q("torque_constant", "N m/A", "torque of a motor per ampere of its torque-producing current", "kt", 1e-4, 100),
         Q("gear_ratio", "", "turns of the torque sensor's shaft per turn of the wheel", "i", 0.05, 100),
-        Q("driveline_efficiency", "", "share of the drive torque that reaches the wheels", "eta", 0.3, 1),
+        Q("driveline_efficiency", "", "share of the torque that the driveline transmits", "eta", 0.3, 1),
         Q(
             "driveline_inertia",
             "kg m^2",

@@ -33,7 +33,7 @@ def diagnosed(folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, 
         "rotating_mass": f"{CAR.turning} +- 2 kg",
         "wheel_radius": f"{CAR.radius} +- 0.0005 m",
         "gear_ratio": str(CAR.ratio),
-        "driveline_efficiency": "1.000 +- 0.003",
+        "driveline_efficiency": f"{car.efficiency} +- 0.003",
         "rolling_resistance": f"{CAR.rolling} +- 0.0002",
         "drag_area": f"{CAR.drag_area} +- 0.012 m^2",
         "air_density": f"{CAR.density} kg/m^3",
@@ -62,6 +62,12 @@ def test_tires_that_hardly_slip_are_no_finding(tmp_path: Path) -> None:
     """With the stiff tires of light vehicles, or with all wheels driven, the speed does not lag."""
     car = replace(CAR, stiffness=2000.0)
     assert diagnosed(tmp_path, car, drives(car, 60), seed=60).verdict == "adequate"
+
+
+def test_gears_that_take_their_share_under_recuperation_are_no_finding(tmp_path: Path) -> None:
+    """The stated efficiency holds in both directions: the wheels then give more force than the torque shows."""
+    car = replace(CAR, efficiency=0.94, recuperated=0.06)
+    assert diagnosed(tmp_path, car, drives(car, 8), seed=8).verdict == "adequate"
 
 
 def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:

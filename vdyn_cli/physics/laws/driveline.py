@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from vdyn_cli.engine.maths import where
 from vdyn_cli.engine.model_builder import Number, Signals
 
 
 def drive(s: Signals) -> Number:
     """Drive force at the tire contacts, N.
 
-    F = eta T i / r
+    F = eta T i / r for T >= 0, T i / (eta r) for T < 0
 
     Parameters
     ----------
@@ -17,10 +18,11 @@ def drive(s: Signals) -> Number:
 
     Notes
     -----
-    eta includes the losses of gears and bearings under load. It holds for driving; when the wheels drive the driveline,
-    the loss has the opposite sign.
+    eta includes the losses of gears and bearings under load, which take from the power that enters: from the motor's
+    while it drives, from the wheels' under recuperation. The sensor then shows less torque than the wheels give.
     """
-    return s.driveline_efficiency * s.drive_torque * s.gear_ratio / s.wheel_radius
+    force, eta = s.drive_torque * s.gear_ratio / s.wheel_radius, s.driveline_efficiency
+    return where(s.drive_torque < 0, force / eta, force * eta)
 
 
 def spin_loss(s: Signals) -> Number:

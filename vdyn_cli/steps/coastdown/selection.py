@@ -256,6 +256,7 @@ def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Ar
     """Force by drive and slope, (n,) N."""
     force = -known["mass"].value * GRAVITY * log.channels.get("grade", np.zeros(log.time.size))
     if drive == "torque":
-        per_torque = known["driveline_efficiency"].value * known["gear_ratio"].value / known["wheel_radius"].value
-        return force + per_torque * log["drive_torque"]
+        torque, efficiency = log["drive_torque"], known["driveline_efficiency"].value
+        per_torque = known["gear_ratio"].value / known["wheel_radius"].value
+        return force + per_torque * torque * np.where(torque < 0, 1 / efficiency, efficiency)
     return force + log["drive_force"] if drive == "force" else force
