@@ -128,15 +128,16 @@ class ModelBuilder:
         """The time derivatives of states."""
         self.rates.update(rates)
 
-    def sensor(self, name: str, true: Number, rate: Number | None = None) -> None:
+    def sensor(self, name: str, true: Number, rate: Number | None = None, **about: Number) -> None:
         """Declare a sensor; effects can correct its value law and its clock law.
 
         The value law has the signal ``sensor``, the sensor's name; the law of an input does not have it and maps from
         the reading to the true value. The clock law ``<name>_clock`` is the time shift in s at which the true value is
         read (0 without effects). ``rate``, the time derivative of the true value, is only needed where the value
         depends directly on an input and the model's derivative is better than differences of the simulated trace.
+        ``about`` : further signals of the value law, on which a reading may depend.
         """
-        self.outputs[name] = (self(name, value=true, sensor=name), rate, self(f"{name}_clock", value=0.0))
+        self.outputs[name] = (self(name, value=true, sensor=name, **about), rate, self(f"{name}_clock", value=0.0))
 
     def rate(self, name: str, of: Number) -> None:
         """Declare a sensor for the time derivative of an expression, such as jerk.

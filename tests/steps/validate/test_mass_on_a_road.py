@@ -70,6 +70,15 @@ def test_gears_that_take_their_share_under_recuperation_are_no_finding(tmp_path:
     assert diagnosed(tmp_path, car, drives(car, 8), seed=8).verdict == "adequate"
 
 
+def test_a_speed_of_driven_wheels_is_named(tmp_path: Path) -> None:
+    logs = dict(drives(CAR, 9))
+    logs["speed"] = logs["wheel"]
+    found = diagnosed(tmp_path, CAR, logs, seed=9)
+    assert [c.effect for c in found.causes] == ["driven_wheel_slip"]
+    low, high = found.causes[0].unknowns["driven_wheel_slip"].interval95
+    assert low <= 1.0 / (CAR.stiffness * CAR.driven) <= high
+
+
 def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)
     found = diagnosed(tmp_path, car, drives(car, 3), 5)

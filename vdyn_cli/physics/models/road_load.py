@@ -75,14 +75,15 @@ def road_load(
         grade = e("grade", value=u.grade, **{name: getattr(u, name) for name in road})
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
-        rate = (
-            _drive_force(e, u, driven, speed) - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)
-        ) / (e.p.mass + e.p.rotating_mass)
+        force = _drive_force(e, u, driven, speed)
+        rate = (force - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)) / (
+            e.p.mass + e.p.rotating_mass
+        )
         e.integrate(speed=rate)
-        e.sensor("speed", state, rate)
+        e.sensor("speed", state, rate, pull=(force - e.p.rotating_mass * rate) / (e.p.mass * GRAVITY))
         if accelerometer:
-            force = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
-            e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * force + e.p.accelerometer_zero)
+            specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
+            e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero)
 
     drive_input = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}[driven]
     return Model(
