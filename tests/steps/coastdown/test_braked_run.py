@@ -29,3 +29,37 @@ def test_a_braked_run_is_out_whatever_the_window(window: tuple[str, str]) -> Non
 def test_hills_and_a_late_clutch_above_the_window_are_no_brakes(kind: str) -> None:
     case = drive(4, drawn_day(kind, 4))
     assert len(estimated(case, False, speed_window=("50 km/h", "20 km/h")).fit.runs) == len(case.runs)
+
+
+def split(case: Case, middle: float, brake: float = 1.2) -> Case:
+    """Each run the upper or the lower part of its coast, in turn in pairs, and then braked to rest by the driver."""
+    runs = []
+    for k, run in enumerate(case.runs):
+        upper = k // 2 % 2 == 0
+        part = run.speed > middle if upper else run.speed < middle + 2.0
+        time, speed, position = run.time[part], run.speed[part], run.position[part]
+        stop = np.arange(0.0, speed[-1] / brake, float(np.median(np.diff(time))))[1:]
+        slower = speed[-1] - brake * stop
+        further = np.full(stop.size, position[-1])
+        runs.append(
+            Run(
+                np.r_[time, time[-1] + stop],
+                np.r_[speed, slower],
+                np.r_[position, further],
+                run.direction,
+                run.start,
+            )
+        )
+    return Case(case.vehicle, case.day, tuple(runs))
+
+
+def test_runs_over_half_of_the_speeds_each_are_kept_though_all_are_braked_to_rest() -> None:
+    case = drive(3, drawn_day("clean", 3))
+    found = estimated(split(case, 0.5 * float(case.runs[0].speed.max())), False)
+    assert len(found.fit.runs) == len(case.runs)
+    assert found.parameters["drag_area"].value == pytest.approx(case.vehicle.drag_area, rel=0.1)
+
+
+def test_a_braked_run_is_out_where_no_window_is_stated() -> None:
+    case = drive(3, drawn_day("clean", 3))
+    assert "run_2.csv" not in estimated(braked(braked(case)), False).fit.runs

@@ -67,19 +67,26 @@ class _ExcessDeceleration:
 
 
 def without_braking(
-    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], window: float
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], window: float | None
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
     """Coasts without the parts that deviate from the common deceleration, and the rejected parts.
+
+    Without a stated window, half of the runs may be driven over the upper speeds and half over the lower ones, and all
+    are braked to rest: then a run is compared with what the others cover, not with the range of all together.
 
     Parameters
     ----------
     known : for each segment (n,) m/s^2, the acceleration by drive and slope.
     directions : of each segment; a slope shifts all runs of one direction alike.
-    window : m/s, span of speed of which at least ``STEP_POLICY.least_covered`` must be left.
+    window : m/s, span of speed of which at least ``STEP_POLICY.least_covered`` must be left; None: the median of the
+        spans that are left.
     """
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
-    for each in _compared(segments, known, directions):
+    compared = _compared(segments, known, directions)
+    if window is None:
+        window = float(np.median([_covered(each.segment, _undisturbed(each)[0]) for each in compared]))
+    for each in compared:
         segment, cut_off = _longer_part(each, window)
         kept += [segment] if segment else []
         rejected += [cut_off] if cut_off else []
@@ -213,12 +220,21 @@ def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment 
     if not (at := one.outliers).size:
         return one.segment, None
     why = one.reason(int(at[0]))
-    until, since = float(one.time[at[0]]) - INTERVAL, float(one.time[at[-1] + 1]) + INTERVAL
-    parts = ((time < until, until, end), (time > since, begin, since))
-    best, lost_from, lost_to = max(parts, key=lambda p: _covered(one.segment, p[0]))
+    best, lost_from, lost_to = _undisturbed(one)
     if _covered(one.segment, best) >= STEP_POLICY.least_covered * window:
         return one.segment.rows(best), RejectedSegment(name, lost_from, lost_to, why)
     return None, RejectedSegment(name, begin, end, why)
+
+
+def _undisturbed(one: _ExcessDeceleration) -> tuple[Mask, float, float]:
+    """Rows before or after the outliers, whichever cover more speed, and begin and end of the other rows, s."""
+    time, at = one.segment.log.time, one.outliers
+    begin, end = float(time[0]), float(time[-1])
+    if not at.size:
+        return np.ones(time.size, dtype=bool), end, end
+    until, since = float(one.time[at[0]]) - INTERVAL, float(one.time[at[-1] + 1]) + INTERVAL
+    parts = ((time < until, until, end), (time > since, begin, since))
+    return max(parts, key=lambda p: _covered(one.segment, p[0]))
 
 
 def _covered(segment: CoastSegment, keep: Mask) -> float:

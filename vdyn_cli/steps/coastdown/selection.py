@@ -241,14 +241,12 @@ def _without_disturbed_parts(
         if all("acceleration" in s.log for s in segments):
             return segments, []  # unknown hills would be mistaken for brakes here
         return without_outliers(segments, pushed, directions, spec.settings.minimum_length.value)
-    every = [s.log["speed"] for s in segments]
-    upper, lower = window or (max(float(v.max()) for v in every), min(float(v.min()) for v in every))
     kept = [[(k.start.value, k.stop.value) for k in spec.runs[s.run].keep] for s in segments]
     wholes = [logs[s.run] for s in segments]
     segments, filtered = without_filtered_start(segments, wholes, kept)
     segments, late = without_late_clutch(segments, wholes, directions, kept)
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
-    segments, braked = without_braking(segments, pushed, directions, upper - lower)
+    segments, braked = without_braking(segments, pushed, directions, window and window[0] - window[1])
     return segments, [*filtered, *late, *braked]
 
 
