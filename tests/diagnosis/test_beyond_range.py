@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import pytest
 
+from tests.diagnosis.line_step import diagnosed, estimate, offer, publishing
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
 from vdyn_cli.diagnosis.judgment import BEYOND_RANGE, Judgment, judge
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text
+from vdyn_cli.effects import Effect
+from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Result
 
 WIND, WAVE = cause("wind"), cause("wave")
 HIDDEN = 4.0
@@ -52,3 +59,24 @@ def test_a_fit_may_hold_an_amplitude_beyond_its_range() -> None:
     twin = cause("wind_twin", reach=2.0)
     uppers = [unknowns_of(twin, holding=holding)[0].upper for holding in ({}, {"wind_twin": 1.0}, {"wind_twin": 4.0})]
     assert uppers == [3.0, 3.0, 6.0]
+
+
+@pytest.mark.parametrize("left", [0, 1])
+def test_it_replaces_a_contradicted_baseline_only_where_it_removes_a_doubt(
+    monkeypatch: pytest.MonkeyPatch, left: int
+) -> None:
+    """An amplitude that no vehicle has may take the place of another law, and leaves as many doubts as before."""
+
+    def doubted(data: Campaign, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
+        result = estimate(data, effects, unknowns)
+        warnings = ("a doubt",) * (left if effects else 1)
+        return replace(result, contradicted=not effects, fit=replace(result.fit, warnings=warnings))
+
+    offer(monkeypatch, cause("wind_twin", reach=HIDDEN / 2.0), WAVE)
+    base, result = diagnosed(Campaign(31, hidden={"wind": HIDDEN}), publishing(doubted))
+    assert result.diagnosis is not None
+    assert result.diagnosis.verdict == "unknown"
+    assert result.diagnosis.extended == (("wind_twin",) if not left else ())
+    if left:
+        assert {n: e.value for n, e in result.parameters.items()} == {n: e.value for n, e in base.parameters.items()}
+        assert "wind_twin" not in result.diagnosis.sentence

@@ -85,7 +85,11 @@ def _extended(
 ) -> tuple[Judgment, Extension]:
     setup = strategy.model.setup
     if extend in ("named", "learned") and _without_baseline(strategy, judgment, base):
-        return _with_open_answer(strategy, judgment, extend == "learned", problem, _missed(base))
+        found = _with_open_answer(strategy, judgment, extend == "learned", problem, _missed(base))
+        if judgment.beyond_range is None or base.refused or _less_doubtful(found[1].result, base):
+            return found
+        within = min(judgment.tried, key=lambda t: t.cost, default=None)
+        return judgment.unknown(closest=within), Extension()
     wanted = _wanted(extend, setup, judgment, base)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
     result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
@@ -130,6 +134,15 @@ def _with_open_answer(
         elif alone:  # linear fits about a refused baseline give wrong amplitudes
             found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
     return judgment.unknown(STILL_MISSED, judgment.beyond_range) if missed and tried else judgment, found
+
+
+def _less_doubtful(result: Result | None, base: Result) -> bool:
+    """Whether a result with an effect beyond its plausible range replaces the baseline's: it must remove a doubt.
+
+    Such an effect can take the place of another law, such as a brake that fades that of the air drag: the parameters
+    are then physically wrong, and the noise takes in what is left.
+    """
+    return result is not None and len(result.fit.warnings) < len(base.fit.warnings)
 
 
 def _missed(base: Result) -> bool:
