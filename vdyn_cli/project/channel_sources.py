@@ -15,6 +15,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import UnitError, parse
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step
+from vdyn_cli.steps.contract import named_channels
 from vdyn_cli.steps.scaled_channel import ScaledChannel
 
 
@@ -135,7 +136,7 @@ def completed(log: Log, constants: Mapping[str, float], made: Sequence[Scaling])
 
 def unused_sources(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
     """Findings on mapped channels that are needed only to compute a channel that is mapped, too."""
-    own = {n for entry in (*step.required, *step.optional) for way in entry.split("|") for n in way.split("+")}
+    own = {n for entry in (*step.required, *step.optional) for n in named_channels(entry)}
     for channels, at in channel_maps(spec):
         for one in step.scaled:
             if one.source in channels and one.target in channels and one.source not in own:

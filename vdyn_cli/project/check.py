@@ -21,7 +21,7 @@ from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
 from vdyn_cli.steps import Step, load_step, names
-from vdyn_cli.steps.contract import TrackCheck
+from vdyn_cli.steps.contract import TrackCheck, named_channels
 
 _FEWEST_STEPS = 50  # of a clock that is sampled; a table of split times has fewer
 Segment = tuple[float, float, int, str]  # first and last time (s), samples, the fact
@@ -222,7 +222,7 @@ def _flag_text(flag: CheckFlag) -> str:
 
 def _needed(step: Step) -> tuple[str, ...]:
     """The channels that the step requires, including those from which they can be computed."""
-    names_ = [n for entry in step.required for way in entry.split("|") for n in way.split("+")]
+    names_ = [n for entry in step.required for n in named_channels(entry)]
     sources = [one.source for one in step.scaled if one.target in names_]
     return tuple(n for n in (*names_, *sources) if n != "time")
 

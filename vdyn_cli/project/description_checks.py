@@ -18,6 +18,7 @@ from vdyn_cli.project.run_reading import column_of, log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.steps import Step, names
+from vdyn_cli.steps.contract import alternatives
 
 
 def missing_logs(source: YamlSource) -> list[Finding]:
@@ -74,7 +75,7 @@ def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Coll
     mapped |= {one.target for one in step.scaled if one.source in mapped}
     place = source.where(("loggers",) if spec.loggers else ("channels",))
     for entry in step.required:
-        ways = [way.split("+") for way in entry.split("|")]
+        ways = alternatives(entry)
         if not any(set(way) <= mapped for way in ways):
             names = " or ".join(" + ".join(way) for way in ways)
             quantity = known[ways[0][0]]

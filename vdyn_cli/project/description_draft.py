@@ -23,6 +23,7 @@ from vdyn_cli.project.station_log import StationLog, is_station, station_log
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
+from vdyn_cli.steps.contract import alternatives, named_channels
 
 _ONE_RUN = (
     "# The logs have different columns over the same time, so they are taken as several loggers of one run; if they",
@@ -130,11 +131,11 @@ def _parts(step: Step) -> Mapping[str, Any]:
 
 def _decided(step: Step, log: GuessedLog) -> bool:
     """Whether any required channel other than the time is found."""
-    return any(part in log.columns() for entry in step.required for part in _names(entry) if part != "time")
+    return any(part in log.columns() for entry in step.required for part in named_channels(entry) if part != "time")
 
 
 def _needed(step: Step, logs: Sequence[GuessedLog]) -> set[str]:
-    names = {n for entry in step.required for n in _names(entry)}
+    names = {n for entry in step.required for n in named_channels(entry)}
     found = {n for log in logs for n in log.columns()}
     return names | {one.source for one in step.scaled if one.target in names - found}
 
@@ -144,10 +145,6 @@ def _instead(step: Step, channel: str, log: GuessedLog) -> str:
     found = log.columns()
     sources = [one.source for one in step.scaled if one.target == channel and one.source in found]
     return channel if channel in found or not sources else sources[0]
-
-
-def _names(entry: str) -> list[str]:
-    return [part for way in entry.split("|") for part in way.split("+")]
 
 
 def _with_station(
@@ -165,7 +162,7 @@ def _drives(
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test with driven runs."""
     falling, drive, key = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), str(parts.get("RUN", ""))
-    required = [n for entry in step.required for n in _names(entry)]
+    required = [n for entry in step.required for n in named_channels(entry)]
     notes = _UNMATCHED if unmatched(logs, required) else ()
     if of_loggers := logger_runs(logs, required):
         useful = [k for k, log in enumerate(of_loggers[0]) if len(log.columns()) > 1]
@@ -354,7 +351,7 @@ def _ways(step: Step, log: GuessedLog) -> list[str]:
     found = log.columns()
     chosen: list[str] = []
     for entry in (*step.required, *step.optional):
-        ways = [way.split("+") for way in entry.split("|")]
+        ways = alternatives(entry)
         whole = [way for way in ways if all(part in found for part in way)]
         chosen += [_instead(step, channel, log) for channel in (whole or ways)[0]]
     return list(dict.fromkeys(chosen))
@@ -382,7 +379,7 @@ def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
     """Required channels that no logger has."""
     open_ones = []
     for entry in step.required:
-        ways = [way.split("+") for way in entry.split("|")]
+        ways = alternatives(entry)
         if not any(set(way) <= set(mapped) for way in ways):
             open_ones.append(ways[0][0])
     return open_ones

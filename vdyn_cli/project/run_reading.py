@@ -29,6 +29,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps import Step
+from vdyn_cli.steps.contract import alternatives
 from vdyn_cli.steps.road_survey import RoadSurvey
 
 
@@ -206,9 +207,8 @@ def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Loca
 def summed(step: Step, log: Log) -> Log:
     """The log with totals summed from mapped parts, such as ``front_load|front_left_load+front_right_load``."""
     for entry in (*step.required, *step.optional):
-        total, *alternatives = entry.split("|")
-        for way in alternatives:
-            parts = way.split("+")
+        (total, *_), *ways = alternatives(entry)
+        for parts in ways:
             if total not in log and all(part in log for part in parts):
                 log = log.with_channels(**{total: sum(log[part] for part in parts)})
     return log

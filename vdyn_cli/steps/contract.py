@@ -249,6 +249,16 @@ def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequen
         return Failure.from_error(error)
 
 
+def alternatives(entry: str) -> list[list[str]]:
+    """The alternatives of an entry of ``Step.required``, each a list of channels: ``a|b+c`` -> [[a], [b, c]]."""
+    return [way.split("+") for way in entry.split("|")]
+
+
+def named_channels(entry: str) -> list[str]:
+    """Every channel in an entry of ``Step.required``: ``a|b+c`` -> [a, b, c]."""
+    return [channel for way in alternatives(entry) for channel in way]
+
+
 @dataclass(frozen=True)
 class TrackCheck:
     """A step's check of its runs at the track, before any estimate.
@@ -366,6 +376,6 @@ class Step:
         from vdyn_cli.quantities.vocabulary import CHANNELS
 
         own = {q.name: q for q in self.extra_channels}
-        names = [n for entry in (*self.required, *self.optional) for way in entry.split("|") for n in way.split("+")]
+        names = [n for entry in (*self.required, *self.optional) for n in named_channels(entry)]
         names += [one.source for one in self.scaled if one.target in names]
         return {n: own.get(n) or CHANNELS[n] for n in dict.fromkeys(names)}
