@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.clock_estimate import STATE_DELAY, clock_difference, stated_difference
 from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.quality.log_flags import SPEEDS, flags
 from vdyn_cli.io.sampled_signal import Signal
 from vdyn_cli.io.tied_channels import ChannelTie, related_channels, tie_of, ties
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log, Samples
@@ -192,9 +191,7 @@ def on_one_clock(reference: Log, others: Sequence[Log]) -> Log:
     return replace(reference.with_channels(**added), findings=tuple(findings), samples=samples)
 
 
-def _resampled(
-    log: Log, channel: str, at: Array, step: float, gaps: NDArray[np.bool_] | None = None
-) -> tuple[Array, str]:
+def _resampled(log: Log, channel: str, at: Array, step: float, gaps: Mask | None = None) -> tuple[Array, str]:
     """A channel at other times, and the method; ``gaps`` (n,): the times in gaps or beyond the ends of its clock."""
     signal = Signal(*_samples_of(log, channel))
     if signal.time.size < 2:

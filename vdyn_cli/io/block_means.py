@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
@@ -36,7 +36,7 @@ def condensed(log: Log, rate: float) -> Log:
     return Log(log.name, time, channels, log.findings)
 
 
-def _means(values: Array, starts: NDArray[np.intp], counts: NDArray[np.int64]) -> Array:
+def _means(values: Array, starts: Rows, counts: NDArray[np.int64]) -> Array:
     """Mean of the finite values of every block, (blocks,)."""
     finite = np.isfinite(values)
     if finite.all():

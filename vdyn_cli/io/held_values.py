@@ -9,12 +9,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.log import Log
-
-Rows = NDArray[np.intp]
 
 LEAST_HELD = 1.5  # rows per value on average: below, more than half of the values last one row
 FEWEST = 30  # changes, at least

@@ -6,11 +6,8 @@ The rows between contain no information: what looks like a hundred quiet samples
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
-
-Rows = NDArray[np.intp]
+from vdyn_cli.quantities.arrays import Array, Rows
 
 # A bend is the absolute second difference of a channel.
 MOST_ROWS = 50_000  # rows evaluated

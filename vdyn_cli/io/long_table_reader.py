@@ -24,7 +24,7 @@ from vdyn_cli.io.reader import is_clock
 from vdyn_cli.io.stored_channels import StoredChannel, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.io.written_times import is_instant, since_first, written_seconds
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding, InputError
 
 _NAME = re.compile(r"(pid|name|channel|signal|parameter|sensor|variable|measurement)s?([ _]?name)?", re.IGNORECASE)
@@ -56,7 +56,7 @@ class _LongTable:
         time, self._lines = _seconds(cells[0]), np.array(lines)
         self._values = _numbers(cells[2])
         names = cells[1]
-        self._rows: list[NDArray[np.intp]] = [np.flatnonzero(names == n) for n in dict.fromkeys(names)]
+        self._rows: list[Rows] = [np.flatnonzero(names == n) for n in dict.fromkeys(names)]
         self._times = [time[at] for at in self._rows]
         unit = "s" if is_instant(str(cells[0][0])) else stated_unit(head.names[head.time]) or "s"
         listed: list[StoredChannel] = []

@@ -6,12 +6,9 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.log import Log, LogSource
-
-Rows = NDArray[np.intp]
 
 _FEWEST = 4  # values, least number that shows a rate
 _REGULAR = 0.9  # share of the steps that must equal the median step: random blanks leave steps of all lengths

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.reader import rises
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
-Kept = NDArray[np.bool_]
 LineOf = Callable[[int], int]
 
 _MOST_DROPPED = 0.2  # of the rows; a column with more errors is not a clock
@@ -29,7 +28,7 @@ _ENOUGH = 200_000  # steps that suffice for the median step and its scatter
 class Rising:
     """Which rows have increasing time (None: all), with notes (``findings``) and errors (``problems``)."""
 
-    kept: Kept | None
+    kept: Mask | None
     findings: tuple[Finding, ...] = ()
     problems: tuple[Finding, ...] = ()
 
@@ -92,7 +91,7 @@ def check_rising(
     return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
 
 
-def _repeated(time: Array, channels: Mapping[str, Array]) -> Kept:
+def _repeated(time: Array, channels: Mapping[str, Array]) -> Mask:
     """Which rows (n,) repeat the time and the channels of the previous one; none if there are no channels."""
     again = np.zeros(time.size, dtype=bool)
     again[1:] = (time[1:] == time[:-1]) & bool(channels)

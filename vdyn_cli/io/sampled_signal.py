@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
-
-Flags = NDArray[np.bool_]
+from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
 
 FINE = 8  # cells per narrowest smoothing width
 _GAP = 2.6  # median steps; a longer step is a gap, in which no value is interpolated
@@ -43,7 +40,7 @@ class Signal:
         slope = (self.values[i + 1] - self.values[i]) / (self.time[i + 1] - self.time[i])
         return np.asarray(area[i] + into * (self.values[i] + slope * into / 2.0))
 
-    def gaps_at(self, at: Array) -> Flags:
+    def gaps_at(self, at: Array) -> Mask:
         """Whether each of some sorted times lies inside a gap or beyond an end."""
         wide = np.flatnonzero(np.diff(self.time) > _GAP * self.step)
         inside = np.zeros(at.size + 1, dtype=np.int64)
@@ -54,7 +51,7 @@ class Signal:
         flags[:first] = flags[last:] = True
         return np.asarray(flags)
 
-    def gap_within(self, grid: Array, reach: float) -> Flags:
+    def gap_within(self, grid: Array, reach: float) -> Mask:
         """Whether each grid point is closer than ``reach``, s, to a gap or an end."""
         wide = np.concatenate([[0], np.cumsum(np.diff(self.time) > _GAP * self.step)])
         last = self.time.size - 1

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding
-
-Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

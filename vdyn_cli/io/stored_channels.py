@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import NoReturn, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.column_names import closest_names, positions
 from vdyn_cli.io.file_units import contradiction, contradicts, stated_unit, unit_problem
@@ -18,7 +17,7 @@ from vdyn_cli.io.files import folder_as_log
 from vdyn_cli.io.reader import Column, ReadOptions, Recorded, channel_info, clock_seconds, is_clock, rises
 from vdyn_cli.io.sample_times import check_rising
 from vdyn_cli.io.split_times import split_instants
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
 
@@ -322,7 +321,7 @@ def _rising(
 ) -> Log:
     """The log with the rows whose time increases, or those of a table of split times in order of time."""
     place = f"{name}, column '{source.columns['time']}'"
-    rows: NDArray[np.intp] | None = None
+    rows: Rows | None = None
     problems: tuple[Finding, ...] = ()
     if options.split_times is not None:
         table = split_instants(time, options.split_times, place)
@@ -340,7 +339,7 @@ def _rising(
     return Log(name, clock.in_si(time), channels, rising.findings, read)
 
 
-def _number(source: LogSource, rows: NDArray[np.intp], row: int) -> int:
+def _number(source: LogSource, rows: Rows, row: int) -> int:
     return source.line_of(int(rows[row]))
 
 

@@ -17,14 +17,13 @@ from collections.abc import Iterator, Sequence
 from math import atan, degrees
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.clock_estimate import clock_difference
 from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_ACCELERATION_STD, LEAST_DISTANCE, NOTICED, WHEEL_DIFFERENCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.tied_channels import tie_of
 from vdyn_cli.project.check_policy import CHECK
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
 from vdyn_cli.quantities.check_schema import TiedPair
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -121,7 +120,7 @@ def _pair(
     )
 
 
-def _finite(*values: Array) -> NDArray[np.bool_]:
+def _finite(*values: Array) -> Mask:
     return np.asarray(np.all([np.isfinite(v) for v in values], axis=0))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.quantities.arrays import Mask
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
@@ -63,7 +64,7 @@ def _codes(log: Log, names: Sequence[str]) -> Codes:
     return code
 
 
-def _moving(code: Codes) -> NDArray[np.bool_]:
+def _moving(code: Codes) -> Mask:
     """Whether each sample differs from the previous one."""
     return np.concatenate([[True], code[1:] != code[:-1]]) if code.size else np.zeros(0, dtype=bool)
 

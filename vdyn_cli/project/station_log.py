@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.channel_survey import ChannelFacts, recordings
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 REDUCED = r"baro\w*( pressure)?"  # a pressure that may be reduced to sea level
@@ -92,7 +91,7 @@ class StationLog:
         step = (self.time[-1] - self.time[0]) / max(self.time.size - 1, 1)
         return bool(self.time[0] - step <= span[0] and span[1] <= self.time[-1] + step)
 
-    def _within(self, span: tuple[float, float] | None) -> NDArray[np.bool_]:
+    def _within(self, span: tuple[float, float] | None) -> Mask:
         """The samples within a span, or the one closest to it if there is none."""
         if span is None:
             return np.ones(self.time.size, dtype=bool)

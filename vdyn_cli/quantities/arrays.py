@@ -1,4 +1,4 @@
-"""The type of all numerical arrays, a numpy array of doubles, and their cumulative integral."""
+"""Types of arrays: numbers, truth values, indices; and the cumulative integral."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]  # indices of rows
 
 
 def cumulative_integral(x: Array, y: Array) -> Array:

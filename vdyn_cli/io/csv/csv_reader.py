@@ -10,7 +10,6 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.csv.csv_columns import match_columns, unit_in_header
 from vdyn_cli.io.csv.csv_layout import Layout, find_layout
@@ -32,11 +31,9 @@ from vdyn_cli.io.reader import (
 from vdyn_cli.io.sample_times import LineOf, check_rising
 from vdyn_cli.io.split_times import split_instants
 from vdyn_cli.io.written_times import seconds_of_digits, since_first
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
-
-Rows = NDArray[np.intp]
 
 
 class CsvReader:

@@ -7,17 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.csv.csv_cells import tidy
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.io.csv.csv_numbers import MOST_BAD, BadCell, Numbers
 from vdyn_cli.io.file_units import unit_text
 from vdyn_cli.io.sample_times import lines_of
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.errors import Finding
-
-Rows = NDArray[np.intp]
 
 _MOST_SUMMARY = 50  # rows below the data that may be a bench's summary
 _OF_DAY = re.compile(r"\d+:\d\d|\d{4}-\d\d-\d\d|\d\d?[./]\d\d?[./]\d{2,4}")
@@ -114,7 +111,7 @@ def has_decimal_commas(numbers: Numbers) -> bool:
     return any(_EITHER_MARK.fullmatch(c.text) and "," in c.text for c in numbers.bad)
 
 
-def _blank_rows(numbers: Numbers, bad_rows: Rows) -> NDArray[np.bool_]:
+def _blank_rows(numbers: Numbers, bad_rows: Rows) -> Mask:
     columns = iter(numbers.columns.values())
     blank = np.isnan(next(columns))
     for values in columns:

@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from vdyn_cli.io.held_values import held_rows
 from vdyn_cli.io.interpolated_values import sampled_rows
 from vdyn_cli.io.quality.regular_segments import spans
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import VARYING
-
-Rows = NDArray[np.intp]
 
 _LEVELS = 16  # distinct values; a channel with no more is a switch or a gear, which may be constant for any time
 _SAMPLE = 20_000  # values that suffice to estimate a channel's resolution
@@ -107,7 +105,7 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     return Quality(tuple(findings))
 
 
-def _missing(missing: NDArray[np.bool_], rows: Rows, where: str, every: _Rows) -> tuple[Finding, bool]:
+def _missing(missing: Mask, rows: Rows, where: str, every: _Rows) -> tuple[Finding, bool]:
     """The finding on missing values, and whether they make the channel unusable."""
     n = missing.size
     if rows.size == 0:
@@ -176,7 +174,7 @@ def _clipped(
     return [Finding(where, what, remedy=remedy)]
 
 
-def _cut_off(values: Array, extreme: float, runs: _Runs) -> NDArray[np.intp]:
+def _cut_off(values: Array, extreme: float, runs: _Runs) -> Rows:
     """Indices of the segments at an extreme value that are clipped peaks."""
     none = np.empty(0, dtype=np.intp)
     at = np.flatnonzero(runs.length >= _CLIPPED)
@@ -214,9 +212,7 @@ def _usual_hold(values: Array, value: Array, runs: _Runs) -> float:
     return float(np.searchsorted(np.cumsum(count), 0.95 * count.sum()))
 
 
-def _overshoot(
-    values: Array, extreme: float, start: NDArray[np.intp], length: NDArray[np.int32]
-) -> tuple[Array, float]:
+def _overshoot(values: Array, extreme: float, start: Rows, length: NDArray[np.int32]) -> tuple[Array, float]:
     """The overshoot of a peak with each segment's length and flanks, and the channel's resolution."""
     stop = start + length
     quantum = _quantum(values)

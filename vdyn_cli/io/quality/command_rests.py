@@ -11,13 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_segments import quantum
-from vdyn_cli.quantities.arrays import Array
-
-Mask = NDArray[np.bool_]
+from vdyn_cli.quantities.arrays import Array, Mask
 
 _ROUNDS = 3  # of the fit, each without the outliers of the previous one
 _OUTLIER = 3.0 * 1.4826  # median absolute residuals

@@ -10,10 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
@@ -98,7 +97,7 @@ def _ties(log: Log) -> Iterator[Tie]:
         yield _mean_tie("the sum of the loads against its median", log, edges, total, ones, 0.0)
 
 
-def _mean_tie(what: str, log: Log, edges: NDArray[np.intp], y: Array, x: Array, least: float) -> Tie:
+def _mean_tie(what: str, log: Log, edges: Rows, y: Array, x: Array, least: float) -> Tie:
     """Means of both channels in each window, over samples with abs(x) above ``least``."""
     known = np.isfinite(y) & np.isfinite(x) & (np.abs(x) > least)
     count = np.diff(np.concatenate([[0], np.cumsum(known)])[edges])
@@ -118,7 +117,7 @@ def _rolling(tie: Tie) -> Tie:
     return Tie(tie.what, tie.time[calm], tie.y[calm], tie.x[calm], tie.constant)
 
 
-def _integrals(time: Array, values: Array, edges: NDArray[np.intp]) -> Array:
+def _integrals(time: Array, values: Array, edges: Rows) -> Array:
     """Integral over each window; NaN if a value is missing."""
     steps = np.diff(time) * (values[1:] + values[:-1]) / 2.0
     total = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])

@@ -26,14 +26,11 @@ from vdyn_cli.io.quality.regular_segments import (
     straight,
 )
 from vdyn_cli.io.quality.spikes import dropouts, level_step, spikes
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.quantity import from_si
 from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, VARYING, WHEEL_SPEEDS
-
-Mask = NDArray[np.bool_]
-Rows = NDArray[np.intp]
 
 _FEWEST = 50  # samples; a channel with fewer is not tested
 SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *WHEEL_SPEEDS)
@@ -98,7 +95,7 @@ class _Sampled:
         return still
 
     @cached_property
-    def _flickers(self) -> NDArray[np.intp]:
+    def _flickers(self) -> Rows:
         """(m + 1,), number of samples before each whose bend changes sign."""
         tolerance = QUALITY.flat_step * self.resolution / 2.0
         return np.concatenate([[0], np.cumsum(alternating(self.values, tolerance))])

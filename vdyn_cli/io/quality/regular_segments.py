@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask, Rows
 
-Mask = NDArray[np.bool_]
-Rows = NDArray[np.intp]
 Spans = list[tuple[int, int]]
 
 LINE = 5  # intervals of the shortest line that is tested
@@ -165,9 +162,9 @@ def improbable_segments(
 
 
 def _above(
-    begin: NDArray[np.intp],
-    stop: NDArray[np.intp],
-    length: NDArray[np.intp],
+    begin: Rows,
+    stop: Rows,
+    length: Rows,
     found: list[int],
     longer: float,
     before: int,

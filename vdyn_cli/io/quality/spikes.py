@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.quantities.arrays import Array
-
-Rows = NDArray[np.intp]
+from vdyn_cli.quantities.arrays import Array, Rows
 
 _BLOCK = 16  # samples over which the local level of deviations is estimated
 _LEVEL = 5  # samples on either side of a step
