@@ -195,7 +195,7 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
         for n, e in extended_result.parameters.items()
     }
     before = {(c.run, c.channel): c for c in base.comparisons}
-    labels = " and ".join(f"{e.label}{amplitude_text(e, amplitudes)}" for e in effects)
+    labels = " and ".join(f"{e.label}{amplitude_text(e, amplitudes)}" for e in effects) + extension.labels_end
     restate = extended_result.restate
     return replace(
         extended_result,
@@ -217,7 +217,7 @@ def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
     if not base.refused:
         return ()
     first = base.refused[0]
-    without = "an effect" if extension.open else " and ".join(extension.effects)
+    without = "one of these effects" if extension.open else " and ".join(extension.effects)
     what = f"without {without} there is no result: {first.where}: {first.what}"
     return (Finding("diagnosis", what, first.got),)
 

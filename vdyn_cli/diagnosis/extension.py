@@ -44,6 +44,12 @@ class Extension:
     biased: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     failed: tuple[Finding, ...] = ()
     open: bool = False
+    answers: Mapping[tuple[str, ...], Result] = field(default_factory=dict)
+
+    @property
+    def labels_end(self) -> str:
+        """What follows the effects' labels in a sentence: that they are one of several answers."""
+        return f", one of {len(self.answers)} answers" if len(self.answers) > 1 else ""
 
 
 def extended(
@@ -108,9 +114,9 @@ def _extended(
 def _with_open_answer(
     strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem, missed: bool
 ) -> tuple[Judgment, Extension]:
-    """The model extended by the first of several answers with which it gives parameters.
+    """The model extended by the first of several answers with which it gives a result.
 
-    Answers without parameters are skipped: a prediction by one of several answers is not published.
+    Answers without a result are skipped. With a prediction, a note gives the errors of the other answers.
 
     Parameters
     ----------
@@ -119,21 +125,24 @@ def _with_open_answer(
     setup = strategy.model.setup
     if zero := _may_be_zero(judgment, setup, (), None):
         return judgment.unknown(f"{zero} {ZERO}"), Extension()
-    found = Extension()
+    found, results = Extension(), dict[tuple[str, ...], Result]()
     answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
     alone = all(len(answer.effects) == 1 for answer in answers)
     tried = [a for a in answers if learned or not set(a.effects) & setup.learned]
     for answer in tried:
         effects = [setup.candidates[e] for e in answer.effects]
         result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
-        missed &= result is None
-        if result is None or not result.parameters:
+        if result is None:
             found = found if found.effects else Extension(failed=failed)
-        elif not found.effects:
+            continue
+        results[answer.effects] = result
+        if not found.effects:
             found = Extension(answer.effects, result, _amplitudes(result, effects), open=True)
         elif alone:  # linear fits about a refused baseline give wrong amplitudes
             found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
-    return judgment.unknown(STILL_MISSED, judgment.beyond_range) if missed and tried else judgment, found
+    if missed and tried and not results:
+        judgment = judgment.unknown(STILL_MISSED, judgment.beyond_range)
+    return judgment, replace(found, answers=results)
 
 
 def _less_doubtful(result: Result | None, base: Result) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.extension import Extension, publish_with
@@ -14,12 +15,14 @@ from vdyn_cli.diagnosis.learned_law import Learned
 from vdyn_cli.diagnosis.probable_answers import probable_answers
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import unexplained_biases
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.interval_text import with_wider_intervals
 
 BASELINE = "baseline"
+NO_RESULTS: Mapping[tuple[str, ...], Result] = MappingProxyType({})
 HOLD_ALL = "The intervals include every answer that the diagnosis leaves open."
 HOLD_REMAINDER = "The intervals include the bias by the unexplained residual."
 
@@ -43,6 +46,8 @@ def with_open_answers(
     extension : its result is widened, else that of the baseline, ``base``. problem : publishes the other answers.
     """
     result = extension.result or base
+    if extension.open and not result.parameters:
+        return _beside_others(result, list(extension.answers.values())[1:])
     if not result.parameters or judgment.verdict == "not_testable":
         return result
     if judgment.verdict == "adequate":
@@ -53,7 +58,7 @@ def with_open_answers(
     answer, note = judgment.answer, HOLD_ALL
     if judgment.verdict == "ambiguous" or extension.open:
         answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
-        found, others = _published(strategy, answers, problem, result)
+        found, others = _published(strategy, answers, problem, result, known=extension.answers)
         if not extension.open:
             found = [Answer(BASELINE, base.parameters), *found]
     elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
@@ -75,6 +80,19 @@ def with_open_answers(
     if others:
         result = problem.spanning(result, others if base.refused or extension.open else (base, *others))
     return with_wider_intervals(result, widened(result.parameters, found), note)
+
+
+def _beside_others(result: Result, others: Sequence[Result]) -> Result:
+    """The prediction by one of several answers, with a note on how well the others predict."""
+    if not others:
+        return result
+    rms = sorted(one.fit.rms for one in others)
+    errors = f"{rms[0]:.3g}" if len(rms) == 1 else f"{rms[0]:.3g} to {rms[-1]:.3g}"
+    which = "the other answer" if len(rms) == 1 else f"each of the {len(rms)} other answers"
+    what = (
+        f"with {which} in its place, the simulation is off by {errors} {result.fit.unit} rms ({result.fit.rms:.3g} now)"
+    )
+    return replace(result, findings=(*result.findings, Finding("diagnosis", what, minor=True)))
 
 
 def holding_free_curve(result: Result, extension: Extension, law: Learned | None, problem: SimulatedProblem) -> Result:
@@ -104,15 +122,22 @@ def _published(
     problem: SimulatedProblem,
     base: Result,
     unexplained: bool = False,
+    known: Mapping[tuple[str, ...], Result] = NO_RESULTS,
 ) -> tuple[list[Answer], list[Result]]:
     """The parameters with each answer in the model, and the results of those answers that the step can publish.
 
     The parameters are those of the diagnosis's fit where the step publishes no result.
+
+    Parameters
+    ----------
+    known : results of answers that are published already, by the names of their effects.
     """
     found, results, candidates = [], [], strategy.model.setup.candidates
     for answer in answers:
         near = strategy.relinearized(answer.fitted)
-        result = publish_with(problem, [candidates[e] for e in answer.effects], near.values)[0]
+        result = known.get(answer.effects)
+        if result is None:
+            result = publish_with(problem, [candidates[e] for e in answer.effects], near.values)[0]
         bias = _biases(strategy, near, result or base, problem) if unexplained else {}
         found.append(Answer(_label(answer), result.parameters if result else _by_fit(near, base), bias))
         results += [result] if result else []
