@@ -36,19 +36,15 @@ class DriveRoads:
     def channels(self, logs: Sequence[Log]) -> tuple[Log, ...]:
         """The logs with these slopes, each (n,) and uphill positive, as additional channels."""
         for name in self.inputs:
-            logs = [log.with_channels(**{name: slope}) for log, slope in zip(logs, self._slopes(name), strict=True)]
+            logs = [log.with_channels(**{name: slope}) for log, slope in zip(logs, self.slopes(name), strict=True)]
         return tuple(logs)
-
-    def graded(self, logs: Sequence[Log], name: str) -> tuple[Log, ...]:
-        """The logs with the slope of one input added to their grade."""
-        slopes = zip(logs, self._slopes(name), strict=True)
-        return tuple(log.with_channels(grade=slope + log.channels.get("grade", 0.0)) for log, slope in slopes)
 
     def only(self, inputs: Collection[str]) -> DriveRoads:
         """The roads of these inputs."""
         return DriveRoads(self.felt if FELT_SLOPE in inputs else (), self.elevated if ELEVATION_SLOPE in inputs else ())
 
-    def _slopes(self, name: str) -> list[Array]:
+    def slopes(self, name: str) -> list[Array]:
+        """(n,) of each log, uphill, by one input."""
         return [road.slope for road in self.felt] if name == FELT_SLOPE else [road.grade for road in self.elevated]
 
 

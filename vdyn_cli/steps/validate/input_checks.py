@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -15,6 +16,7 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
 SPARSE = 2.0  # s between samples
+BLOCK = 4.0  # s: shorter ones are noisy where the speed comes once per second, in longer ones the driver has corrected
 UNIT = "check the unit of time: milliseconds?"
 
 
@@ -46,7 +48,7 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
 
 
 def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) -> tuple[Finding, ...]:
-    """A finding for each drive whose torque does not explain the measured speed, with a remedy.
+    """A finding for each drive whose simulated speed is far off, with a remedy.
 
     rms(V_simulated - V_measured) > least max(|V_measured|), over all segments of the drive, since one segment may have
     an unlogged input. A diagnosis still follows: a wrong unit, motor constant or mass causes errors of this size.
@@ -68,7 +70,7 @@ def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) ->
         miss = float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2))) / largest
         if miss > least:
             worst = own[int(np.argmax([np.nansum(e**2) for e in errors]))]
-            found.append(_foreign(setup.segments[worst], miss, len(own) > 1))
+            found.append(_foreign([setup.segments[k] for k in own], setup.segments[worst], miss))
     return tuple(found)
 
 
@@ -85,19 +87,43 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
     return bool(np.sqrt(np.mean(error[there] ** 2)) > STEP_POLICY.foreign_std * np.sqrt(np.mean(allowed[there] ** 2)))
 
 
-def _foreign(s: DriveSegment, miss: float, several: bool) -> Finding:
-    """The finding on a drive; ``s`` is its segment with the largest error, ``several`` whether it has others."""
-    what = f"does not produce this speed: the simulated speed is off by {100 * miss:.0f} % rms of the largest speed"
-    name, _, times = s.name.rpartition(", ") if several else (s.name, "", "")
-    what += f", most of it from {times}" if several else ""
-    remedy = (
-        "check that torque and speed belong to one drive and one clock, then check unit, gear_ratio, "
-        "brake_torque and grade"
-    )
-    torque = driving(s.inputs)
-    speed = s.outputs["speed"]
-    there = np.isfinite(speed)
-    rate = np.gradient(np.interp(s.time, s.time[there], speed[there]), s.time)
-    if np.ptp(torque) > 0 and np.corrcoef(torque, rate)[0, 1] < -0.2:
+def torque_correlation(segments: Sequence[DriveSegment]) -> float:
+    """Correlation of the drive torque with the car's acceleration, of means over ``BLOCK``, at equal speed.
+
+    Both less their least-squares fit by 1, v and v^2: the road load's part. A torque of this drive accelerates the car
+    whatever the hills, the mass and the scale of either channel. NaN where torque or speed is constant.
+    """
+    found = []
+    for s in segments:
+        speed, bins = s.outputs["speed"], cut(s.time, BLOCK)
+        there = np.isfinite(speed)
+        speed = np.interp(s.time, s.time[there], speed[there])
+        found.append(np.column_stack([bins.mean(v) for v in (speed, np.gradient(speed, s.time), driving(s.inputs))]))
+    speed, *both = np.vstack(found).T
+    load = np.column_stack([np.ones_like(speed), speed, speed**2])
+    rate, torque = (v - load @ np.linalg.lstsq(load, v)[0] for v in both)
+    size = float(np.linalg.norm(rate) * np.linalg.norm(torque))
+    return float(rate @ torque) / size if size > 0 else float("nan")
+
+
+def _foreign(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float) -> Finding:
+    """The finding of a drive, with the segment that holds most of its error."""
+    several = len(segments) > 1
+    name, _, times = worst.name.rpartition(", ") if several else (worst.name, "", "")
+    correlation = torque_correlation(segments)
+    follows, remedy = "", "check unit, gear_ratio, brake_torque and grade"
+    if correlation < -STEP_POLICY.own_torque:
         remedy = "positive torque slows the car here: add 'sign: -1' to the channel drive_torque"
+    elif correlation > STEP_POLICY.own_torque:
+        follows = f", although the acceleration follows it (correlation {correlation:.2f})"
+        remedy = (
+            "a force or a scale is missing or wrong: map grade and brake_torque, check road load, mass and gear_ratio; "
+            "check also that torque and speed belong to one drive and one clock"
+        )
+    else:
+        remedy = f"check that torque and speed belong to one drive and one clock, then {remedy}"
+    what = (
+        f"does not produce this speed{follows}: the simulated speed is off by {100 * miss:.0f} % rms of the largest speed"
+    )
+    what += f", most of it from {times}" if several else ""
     return Finding(f"{name}, channel 'drive_torque'", what, "", remedy, doubt=True)

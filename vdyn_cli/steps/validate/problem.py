@@ -57,6 +57,7 @@ from vdyn_cli.steps.validate.segments import (
 from vdyn_cli.steps.validate.sensors import Sensors
 from vdyn_cli.steps.validate.simulation import SimulationSetup, rms_speed_error, with_accurate_step, with_secants
 from vdyn_cli.steps.validate.slip_lag import with_slip_lag
+from vdyn_cli.steps.validate.slope_evidence import slope_reduction
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -97,7 +98,7 @@ class ValidateProblem(SimulatedProblem):
         """The roads from accelerometers and elevations; empty where they are not used.
 
         They are used for powered windows, and for whole drives that the simulation on the stated road misses (most
-        often because of hills) if it misses them by less on these roads.
+        often because of hills) if these roads explain part of the error beside errors of load and torque.
         """
         s = self.spec.settings
         if self.level or s.model != "road_load":
@@ -107,9 +108,8 @@ class ValidateProblem(SimulatedProblem):
         found, flat = shown_roads(self.logs), replace(self, level=True)
         if not found.inputs or not foreign(flat.baseline, STEP_POLICY.hills_error):
             return DriveRoads()
-        most = (1.0 - STEP_POLICY.hills_gain) * rms_speed_error(flat.baseline)
-        hilly = {n: replace(flat, logs=found.graded(self.logs, n)).baseline for n in found.inputs}
-        return found.only([n for n, baseline in hilly.items() if rms_speed_error(baseline) < most])
+        less = {n: slope_reduction(flat.baseline, self.logs, found.slopes(n)) for n in found.inputs}
+        return found.only([n for n, reduction in less.items() if reduction > STEP_POLICY.hills_gain])
 
     @cached_property
     def segmented(self) -> tuple[tuple[DriveSegment, ...], tuple[Finding, ...]]:
