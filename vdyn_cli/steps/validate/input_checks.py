@@ -50,8 +50,8 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
 def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) -> tuple[Finding, ...]:
     """A finding for each drive whose simulated speed is far off, with a remedy.
 
-    rms(V_simulated - V_measured) > least max(|V_measured|), over all segments of the drive, since one segment may have
-    an unlogged input. A diagnosis still follows: a wrong unit, motor constant or mass causes errors of this size.
+    rms(V_simulated - V_measured) > least max(|V_measured|), over all segments of the log, since one segment may have an
+    unlogged input. A diagnosis still follows: a wrong unit, motor constant or mass causes errors of this size.
 
     Parameters
     ----------
@@ -62,8 +62,9 @@ def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) ->
     ResultError : the simulation is not finite.
     """
     found = []
-    for run in dict.fromkeys(s.run for s in setup.segments):
-        own = [k for k, s in enumerate(setup.segments) if s.run == run]
+    logs = [s.name.partition(", ")[0] for s in setup.segments]
+    for log in dict.fromkeys(logs):
+        own = [k for k, name in enumerate(logs) if name == log]
         speeds = [setup.segments[k].outputs["speed"] for k in own]
         errors = [setup.first[k].values["speed"] - speed for k, speed in zip(own, speeds, strict=True)]
         largest = max(max(float(np.nanmax(np.abs(v))) for v in speeds), MOVING)
