@@ -123,8 +123,8 @@ def _foreign(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float)
         )
     else:
         remedy = f"check that torque and speed belong to one drive and one clock, then {remedy}"
-    what = (
-        f"does not produce this speed{follows}: the simulated speed is off by {100 * miss:.0f} % rms of the largest speed"
+    where = f", most of it from {times}" if several else ""
+    off = f"the simulated speed is off by {100 * miss:.0f} % rms of the largest speed{where}"
+    return Finding(
+        f"{name}, channel 'drive_torque'", f"does not produce this speed{follows}: {off}", "", remedy, doubt=True
     )
-    what += f", most of it from {times}" if several else ""
-    return Finding(f"{name}, channel 'drive_torque'", what, "", remedy, doubt=True)
