@@ -27,8 +27,14 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
     braking = (1 - slip / sqrt(slip * slip + TURN**2)) / 2
     peak = p.tire_D * (1 + p.braking_D * braking)
     grip = e(
-        friction, load=load, static_load=p.static_load, tire_D=peak, tire_load_sensitivity=0.0, **sliding
-    )  # fmt: skip
+        friction,
+        load=load,
+        static_load=p.static_load,
+        tire_D=peak,
+        tire_load_sensitivity=0.0,
+        elapsed=u.elapsed,
+        **sliding,
+    )
     stiff = p.tire_B * (1 + p.braking_B * braking)
     history = {"elapsed": u.elapsed, "returning": u.returning}
     force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E, **history)
