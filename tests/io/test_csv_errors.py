@@ -161,7 +161,7 @@ def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_time_of_day_in_another_unit_than_s_is_refused(tmp_path: Path) -> None:
     content = "t;v [m/s];a\n" + "".join(f"12:30:{i:02d}.5;{i};{i}\n" for i in range(20))
     message = refused(tmp_path, content, {**COLUMNS, "time": Column("t", "ms", "s")})
-    assert "column 't', which holds times of day" in message
+    assert "column 't', which contains times of day" in message
 
 
 def test_a_date_that_no_calendar_has_is_text(tmp_path: Path) -> None:

@@ -77,6 +77,6 @@ def unit_problem(column: Column, name: str) -> Finding | None:
     try:
         to_si(1.0, column.unit, column.si_unit)
     except UnitError as error:
-        remedy = f"write the unit in which the file holds '{column.column}'"
+        remedy = f"write the unit of '{column.column}' in the file"
         return Finding(column.where or name, str(error), "", remedy)
     return None

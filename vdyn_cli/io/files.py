@@ -31,7 +31,7 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
     """Write a main file, the first, and files that belong to it.
 
     All are written under temporary names before any is renamed into place. Old files with the names of the others are
-    removed before the main file is renamed, so that a main file never stands beside files of another run.
+    removed before the main file is renamed, so that a main file is never next to files of another run.
 
     Raises
     ------

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, refuse_missing
+from vdyn_cli.io.stored_channels import StoredChannel, damage_reported, missing_library, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, InputError
 
 _HDF5 = b"\x89HDF"
+_ERRORS = (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, NotImplementedError, zlib.error)
 _DATA, _NAME, _UNIT = ("data", "values"), ("name", "label"), ("unit", "units")
 _DEEPEST = 8  # nested structs; references in an HDF5 file may form an endless loop
 
@@ -113,13 +113,13 @@ def _opened(path: Path) -> Iterator[_MatFile]:
                 import h5py
             except ImportError:
                 missing_library(path, "h5py", "mat", "a MATLAB 7.3 file (save it with '-v7', or install the library)")
-            with _damage_named(path):
+            with damage_reported(path, "h5py", *_ERRORS):
                 opened = stack.enter_context(h5py.File(path, "r"))
                 tree = {k: _hdf5_value(opened, v, 0) for k, v in opened.items() if not k.startswith("#")}
         else:
-            with _damage_named(path):
+            with damage_reported(path, "scipy", *_ERRORS):
                 tree = _version_5(path)
-        with _damage_named(path):
+        with damage_reported(path, "its library", *_ERRORS):
             yield _MatFile(tree)
 
 
@@ -184,18 +184,6 @@ def _hdf5_value(file: Any, node: Any, depth: int) -> Any:
         return None
     sizes = tuple(n for n in reversed(node.shape) if n != 1)
     return _Leaf(sizes, lambda: node[()].T.squeeze())
-
-
-@contextmanager
-def _damage_named(path: Path) -> Iterator[None]:
-    """Convert the parsers' errors on a damaged file to an InputError."""
-    try:
-        yield
-    except InputError:
-        raise
-    except (OSError, ValueError, TypeError, KeyError, IndexError, EOFError, NotImplementedError, zlib.error) as error:
-        what = f"is damaged or incomplete ({type(error).__name__}: {error})"
-        raise InputError(Finding(str(path), what[:200], remedy="save it again in MATLAB, with '-v7'")) from None
 
 
 def _begins(head: bytes, path: Path) -> bool:

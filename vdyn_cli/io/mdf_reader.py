@@ -14,10 +14,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, refuse_missing
+from vdyn_cli.io.stored_channels import StoredChannel, damage_reported, damaged_file, missing_library, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, InputError
 
 _MAGIC = (b"MDF     ", b"UnFinMF ")
 _FRAGMENT = 1 << 20  # bytes that asammdf reads at a time; larger fragments cost memory and save no time
@@ -41,7 +40,7 @@ class _MdfFile:
         group = int(str(wanted[0].table))
         found: dict[StoredChannel, Array | None] = {}
         signals = [c for c in wanted if not c.master]
-        with _damage_named(self._path):
+        with damage_reported(self._path, "asammdf", Exception):
             if signals:
                 places = [(None, group, c.at[1]) for c in signals if isinstance(c.at, tuple)]
                 read = self._mdf.select(places, copy_master=False, ignore_value2text_conversions=True)
@@ -105,7 +104,7 @@ def _opened(path: Path) -> Iterator[_MdfFile]:
     # A file object keeps asammdf from mapping the whole file into memory.
     with path.open("rb") as stream:
         mdf = _parsed(MDF, stream, path)
-        with _damage_named(path):
+        with damage_reported(path, "asammdf", Exception):
             mdf.configure(read_fragment_size=_FRAGMENT)
             file = _MdfFile(mdf, path)
         try:
@@ -124,28 +123,12 @@ def _parsed(parser: Any, stream: BinaryIO, path: Path) -> Any:
     try:
         return parser(stream)
     except Exception as error:  # its parser raises many types: struct.error, KeyError, MdfException
-        finding = _damage(path, error)
+        refusal = damaged_file(path, "asammdf", error)
     hook = sys.unraisablehook
     sys.unraisablehook = lambda _: None  # the incomplete object prints an error when it is deleted
     gc.collect()
     sys.unraisablehook = hook
-    raise InputError(finding)
-
-
-def _damage(path: Path, error: Exception) -> Finding:
-    what = f"is damaged or incomplete: asammdf cannot read it ({type(error).__name__}: {error})"
-    return Finding(str(path), what[:200], remedy="copy or record the file again")
-
-
-@contextmanager
-def _damage_named(path: Path) -> Iterator[None]:
-    """Convert asammdf's errors on a damaged file to an InputError."""
-    try:
-        yield
-    except (InputError, MemoryError):
-        raise
-    except Exception as error:  # its parser raises many types
-        raise InputError(_damage(path, error)) from None
+    raise refusal
 
 
 READER = StoredReader(lambda head, path: head.startswith(_MAGIC), _opened)

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.io.stored_channels import StoredChannel, missing_library, refuse_missing
+from vdyn_cli.io.stored_channels import StoredChannel, damage_reported, missing_library, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, InputError
 
 _UNIT_KEYS = (b"unit", b"units", b"Unit", b"Units")
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -39,9 +38,9 @@ class _ParquetTable:
         return [self._column(channel) for channel in wanted]
 
     def _column(self, channel: StoredChannel) -> Array | None:
-        from pyarrow import default_memory_pool
+        from pyarrow import ArrowException, default_memory_pool
 
-        with _damage_named(self._path):
+        with damage_reported(self._path, "pyarrow", ArrowException, OSError):
             same = [c for c in self.listed if c.name == channel.name]
             column = self._file.read(columns=[channel.name], use_threads=False).column(same.index(channel))
             found = _numbers(column)
@@ -86,28 +85,17 @@ def _numbers(column: Any) -> Array | None:
 def _opened(path: Path) -> Iterator[_ParquetTable]:
     refuse_missing(path)
     try:
+        from pyarrow import ArrowException
         from pyarrow.parquet import ParquetFile
     except ImportError:
         missing_library(path, "pyarrow", "parquet", "a Parquet file")
-    with _damage_named(path):
+    with damage_reported(path, "pyarrow", ArrowException, OSError):
         file = ParquetFile(path, pre_buffer=False)
         table = _ParquetTable(file, path)
     try:
         yield table
     finally:
         file.close()
-
-
-@contextmanager
-def _damage_named(path: Path) -> Iterator[None]:
-    """Convert pyarrow's errors on a damaged file to an InputError."""
-    from pyarrow import ArrowException
-
-    try:
-        yield
-    except (ArrowException, OSError) as error:
-        what = f"is damaged or incomplete: pyarrow cannot read it ({error})"
-        raise InputError(Finding(str(path), what[:200], remedy="copy or export the file again")) from None
 
 
 READER = StoredReader(lambda head, path: head.startswith(b"PAR1"), _opened)

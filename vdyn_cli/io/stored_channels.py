@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -83,6 +84,28 @@ def missing_library(path: Path, library: str, extra: str, kind: str) -> NoReturn
     """
     what = f"is {kind}; the library that reads it, {library}, is not installed"
     raise InputError(Finding(str(path), what, remedy=f"pip install 'vdyn_cli[{extra}]'"))
+
+
+def damaged_file(path: Path, library: str, error: Exception) -> InputError:
+    """The error for a file that a library cannot read, with the library's error."""
+    what = f"is damaged or incomplete: {library} cannot read it ({type(error).__name__}: {error})"
+    return InputError(Finding(str(path), what[:200], remedy="copy, export or record the file again"))
+
+
+@contextmanager
+def damage_reported(path: Path, library: str, *errors: type[Exception]) -> Iterator[None]:
+    """Context that converts a library's errors on a damaged file to an InputError.
+
+    Parameters
+    ----------
+    errors : types of exceptions that the library raises for damaged files.
+    """
+    try:
+        yield
+    except (InputError, MemoryError):
+        raise
+    except errors as error:
+        raise damaged_file(path, library, error) from None
 
 
 def refuse_missing(path: Path) -> None:

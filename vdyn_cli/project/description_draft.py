@@ -176,7 +176,7 @@ def _drives(
         names = [", ".join(_quoted(_from(folder, run[k].path)) for k in useful) for run in of_loggers]
         entries = [f"logs: [{each}]" for each in names]
         entries += [f"log: {_quoted(_from(folder, log.path))}" for log in alone]
-        tell = [[run[k].facts for run in of_loggers] for k in useful]
+        facts = [[run[k].facts for run in of_loggers] for k in useful]
     else:
         falling = _instead(step, falling, logs[0])
         logs = [part for log in logs for part in single_coasts(log, falling, drive)]
@@ -187,8 +187,8 @@ def _drives(
         lines = ["channels:", *lines]
         entries = [f"log: {_quoted(_from(folder, log.path))}" for log in logs]
         differ = [log.differing(usual, mapped) for log in kept]
-        tell = [[log.facts for log in kept]]
-    ways = _told_directions(tell) if key.startswith("direction") else ()
+        facts = [[log.facts for log in kept]]
+    ways = _first_directions(facts) if key.startswith("direction") else ()
     found = run_conditions([log.facts for log in kept], ways, station, step.run_keys or ())
     own = [log.window + keys + other for log, keys, other in zip(kept, found.keys, differ, strict=True)]
     runs, decided = _runs(entries, others, key, ways, own)
@@ -230,7 +230,7 @@ def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
     return [f"  {name}: {text}" for name, text in air if name in wanted] or [line]
 
 
-def _told_directions(loggers: Sequence[Sequence[Sequence[ChannelFacts]]]) -> tuple[LoggedDirection, ...]:
+def _first_directions(loggers: Sequence[Sequence[Sequence[ChannelFacts]]]) -> tuple[LoggedDirection, ...]:
     """The direction of each run from the first logger that shows any; empty directions if none does."""
     found = [logged_directions(runs) for runs in loggers]
     return next((ways for ways in found if any(way.direction for way in ways)), found[0])
@@ -255,8 +255,8 @@ def _runs(
         way = ways[run].direction if ways else ""
         reason = f"  # {ways[run].why}" if ways and ways[run].why else ""
         decided = decided and bool(way)
-        told = f", direction: {way}" if way else f", {key}" if key.startswith("side") else ""
-        lines.append(f"  - {log}{told}{own[run]}}}{reason}")
+        side = f", direction: {way}" if way else f", {key}" if key.startswith("side") else ""
+        lines.append(f"  - {log}{side}{own[run]}}}{reason}")
         run += 1
     return lines, decided
 

@@ -76,8 +76,8 @@ def _contradicted(finding: Finding) -> re.Match[str] | None:
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
     """Whether another channel of the motion confirms the speed, so that the ratio is not one of units."""
     for other in (*WITNESSES, *DRIVES):
-        told = _drive_per_rate if other in DRIVES else _mean_ratio
-        found = [told(log, other, channel) if other in log and channel in log else 0.0 for log in logs]
+        ratio_of = _drive_per_rate if other in DRIVES else _mean_ratio
+        found = [ratio_of(log, other, channel) if other in log and channel in log else 0.0 for log in logs]
         siblings = [v for j, v in enumerate(found) if j != k and np.isfinite(v) and v > 0.0]
         if siblings and np.isfinite(found[k]) and found[k] > 0.0:
             return bool(abs(np.log(found[k] / np.median(siblings))) < 0.5 * abs(np.log(ratio)))

@@ -79,7 +79,7 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
     """Contradictions between the description's unit and those that the file states."""
     header = layout.header[at]
     if at in layout.instants:
-        place = f"{name}, column '{header}', which holds times of day"
+        place = f"{name}, column '{header}', which contains times of day"
         return [contradiction(place, channel, column, "s")] if contradicts("s", column) else []
     bracket = BRACKET.search(header)
     findings = []

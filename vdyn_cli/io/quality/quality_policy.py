@@ -82,7 +82,7 @@ class QualityPolicy:
         "The value and each end of the chord are rounded by at most half a quantum.",
     )  # fmt: skip
     standing_speed: float = threshold(
-        0.5, "m/s", "below which the car counts as standing: a constant channel is then not a fault",
+        0.5, "m/s", "below which the car is at standstill, so that a constant channel is not a fault",
         "Wheel speed sensors give no pulses below some 2 km/h.",
     )  # fmt: skip
     joined_gap: float = threshold(
