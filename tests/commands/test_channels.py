@@ -105,7 +105,7 @@ def test_a_table_without_a_clock_says_so(tmp_path: Path) -> None:
     assert entries(path)["x [m]"]["rate"] is None
 
 
-# What is known of every file of the measurements: clock, number of channels, of which text; None: it holds no table.
+# Facts on every file of the measurements: clock, number of channels, of these text; None: the file has no table.
 KNOWN: dict[str, tuple[str, int, int] | None] = {
     "comma2k19_segment/can_speed.csv": ("t", 2, 0),
     "comma2k19_segment/gnss.csv": ("t", 7, 0),

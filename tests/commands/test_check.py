@@ -77,7 +77,7 @@ def test_a_lost_signal_does_not_shorten_the_run_and_is_told_in_the_log_s_unit(tm
 
 
 def test_a_part_that_the_step_leaves_out_is_a_note(tmp_path: Path) -> None:
-    """A driver who holds the speed for 8 s: the fit does without the part before."""
+    """A driver who holds the speed for 8 s: the fit does not use the part before."""
 
     def held(run: int, time: Column, speed: Column) -> Column:
         later = np.interp(time - 8.0, time, speed)
@@ -106,7 +106,7 @@ def test_the_sample_coast_downs_are_all_kept(tmp_path: Path) -> None:
 
 
 def test_a_dead_log_leaves_order_and_pairs_of_the_others(tmp_path: Path) -> None:
-    """A third run that holds nothing, driven out like the second of the others that follows it."""
+    """A third run without held speed, in the direction out like the next run."""
     text = (ROOT / "configs" / "coastdown.yaml").read_text(encoding="utf-8")
     logs = ROOT / "sample_logs"
     text = text.replace("../sample_logs/", f"{logs}/").replace(

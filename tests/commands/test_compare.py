@@ -41,7 +41,7 @@ def compared(old: Path, new: Path) -> tuple[dict[str, Any], int]:
         (entry(0.60, 0.03), entry(0.65, 0.03), True),
         (entry(0.60, 0.03), entry(6500.0, 1.0, "cm^2"), True),  # 0.05 > 0.03
         (entry(0.60, 0.03), entry(6200.0, 1.0, "cm^2"), False),
-        (entry(0.60, 0.0, interval=[0.59, 0.70]), entry(0.65, 0.01), False),  # the side that faces the other value
+        (entry(0.60, 0.0, interval=[0.59, 0.70]), entry(0.65, 0.01), False),  # the side of the other value
         (entry(0.60, 0.0, interval=[0.50, 0.61]), entry(0.65, 0.01), True),
         (entry(0.60, 0.0), entry(0.60 * (1 + 1e-12), 0.0), False),  # exact values, but for their last digits
         (entry(0.60, 0.0), entry(0.61, 0.0), True),

@@ -37,7 +37,7 @@ SAMPLES = {
 
 @pytest.fixture(scope="module", autouse=True)
 def _each_log_is_surveyed_once() -> Iterator[None]:
-    """What a log holds is the same for every step that it is drafted for."""
+    """The facts about a log are the same for every step."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(description_draft, "survey", cache(description_draft.survey))
         yield
@@ -87,7 +87,7 @@ I3 = {
     "elevation": ("Elevation [m]", "m"),
 }
 SWINGING = {"time": ("time", "s"), "angular_rate": ("angular_velocity", "?")}
-# What each file holds of any step's channels; a step may map these, and nothing else. Units that are not stated: "?".
+# The channels of any step in each file; a step may map these and no others. Units that are not stated: "?".
 TRUTH: dict[str, dict[str, tuple[str, str]]] = {
     "can_speed": {"time": ("t", "s"), "speed": ("v_mps", "m/s")},
     "gnss": {"time": ("t", "s"), "speed": ("speed_mps", "m/s"), "elevation": ("alt_m", "m")},
@@ -115,7 +115,7 @@ def test_every_file_of_the_measurements_is_mapped_right_or_not_at_all(step: str,
         mapped = {n: c for n, c in columns(channels).items() if c[0] != "?"}
         possible = {**known, **({"vehicle_speed": known["speed"]} if "speed" in known else {})}
         assert mapped.items() <= possible.items(), (path.name, mapped)
-        # What the step can use and the file holds is found, unless it is constant, which is said.
+        # Every channel that the step uses and the file contains is found; a constant one is reported.
         usable = set(load_step(step).channels()) & set(possible)
         if "angular_rate" not in known:
             constant = set(re.findall(r"# (\w+): '.*' is constant at", found.text))
@@ -225,7 +225,7 @@ def test_a_log_in_another_unit_is_a_run_with_keys_of_its_own(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("both", [False, True])
 def test_a_log_in_another_unit_belongs_to_its_logger_s_others(tmp_path: Path, both: bool) -> None:
-    """A key of a run holds for all of its loggers: not where another one has the same channel."""
+    """A key of a run applies to all its loggers, so that it is not written if another logger has the same channel."""
     paths = write_loggers(tmp_path, (0.0,) * 4, "{logger}_run{run}.csv")
     for path in paths:
         text = path.read_text()
@@ -364,7 +364,7 @@ def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> N
 
 
 def test_logs_of_a_clock_that_runs_on_have_starts(tmp_path: Path) -> None:
-    """Seconds since midnight, or since the logger was switched on; logs that all begin at zero tell nothing."""
+    """Seconds since midnight, or since the logger was switched on; logs that all begin at zero give no start times."""
     time = np.arange(600) / 10.0
     for begin, step, starts in ((62400.0, 300.5, ["0.0 s", "300.5 s"]), (0.0, 0.0, [None, None])):
         paths = [
@@ -376,7 +376,7 @@ def test_logs_of_a_clock_that_runs_on_have_starts(tmp_path: Path) -> None:
 
 
 def test_an_axis_that_varies_less_than_the_one_beside_it_is_not_decided(tmp_path: Path) -> None:
-    """A phone lies as it lies."""
+    """A phone may lie in any orientation."""
     axes = {"Speed_mph": 60 - WAVE, "Accel X_g": 0.05 * WAVE, "Accel Y_g": 0.3 * WAVE}
     found, _ = draft("coastdown", table(tmp_path / "a.csv", **{"time_s": np.arange(600) / 10.0, **axes}))
     assert "acceleration: not decided between 'Accel X [g]' by its name and 'Accel Y [g]', which varies" in found.text
@@ -485,7 +485,7 @@ def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:
 
 
 def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path) -> None:
-    """Also where the first log is a foreign one; two kinds of logs over the same time are no loggers of one run."""
+    """Also if the first log is not a run; two kinds of logs over the same time are not loggers of one run."""
     runs = [coast(tmp_path / f"run_{k}.csv", bearing, "heading") for k, bearing in enumerate((20.0, 200.0, 25.0))]
     time = np.arange(600) / 10.0
     tables = {
@@ -519,7 +519,7 @@ def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path)
 
 
 def test_each_coast_down_of_a_long_log_is_a_run(tmp_path: Path) -> None:
-    """A logger left running: away and back in one file, a brake and a rest between, each with its own heading."""
+    """A logger left running: out and back in one file, with braking and a stop between, each with its own heading."""
     legs = [np.linspace(25.0, 6.0, 400), np.linspace(6.0, 0.0, 20), np.zeros(100), np.linspace(0.0, 25.0, 80)]
     speed = np.concatenate([*legs, *legs[:3], legs[3], *legs[:3]])
     heading = np.repeat([30.0, 210.0, 30.0], [550, 600, speed.size - 1150])

@@ -1,5 +1,5 @@
-"""Writes columns of numbers as MDF 4, Parquet, MATLAB and LabVIEW files, by other libraries than the program's readers
-where there are others."""
+"""Writes columns of numbers as MDF 4, Parquet, MATLAB and LabVIEW files, if possible with other libraries than the
+program's readers use."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ FORMATS = ("mf4", "parquet", "mat", "mat73", "lvm")
 
 
 def write(kind: str, path: Path, tables: Sequence[Table], units: Mapping[str, str]) -> Path:
-    """Write tables, each on a clock of its own, in a format; one table only for Parquet.
+    """Write tables, each with its own clock, in a format; only one table for Parquet.
 
-    Skips the test where the library that writes the format is not installed.
+    Skips the test if the library that writes the format is not installed.
     """
     path = path.with_suffix({"mat73": ".mat"}.get(kind, f".{kind}"))
     {"mf4": _mf4, "parquet": _parquet, "mat": _mat, "mat73": _mat73, "lvm": _lvm}[kind](path, tables, units)

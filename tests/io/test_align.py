@@ -1,4 +1,4 @@
-"""Several loggers come onto one clock, with an honest delay, and nothing resampled in silence."""
+"""Alignment of several loggers' clocks: correct delay and standard error, and every resampling reported."""
 
 from __future__ import annotations
 
@@ -193,6 +193,6 @@ def test_real_wheel_speed_and_satellite_speed(shared_data: Path) -> None:
     delay, std = align(bus, gnss, "speed")
     assert 0.05 < delay < 0.3
     assert std < 0.02
-    # Going round three loggers must come back to where it began.
+    # The delays around three loggers must add up to zero.
     around = align(bus, wheel, "speed")[0] + align(wheel, gnss, "speed")[0] - delay
     assert abs(around) < 0.03

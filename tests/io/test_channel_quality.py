@@ -1,4 +1,4 @@
-"""Faults of a channel are found; rest, plateaus, quantisation, switches and slow sensors are not mistaken for them."""
+"""Faults of a channel are found; rest, plateaus, quantization, switches and slow sensors are not faults."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = np.arange(N) * 0.01
 
 
 def one_channel(name: str, values: Array) -> Log:
-    """A log as a reader gives it, whose first sample stands in the file's second line."""
+    """A log as read, whose first sample is on the file's second line."""
     values = np.asarray(values, dtype=float)
     source = LogSource({name: "x"}, lambda row: row + 2)
     return Log("run.csv", np.arange(values.size, dtype=float), {name: values}, source=source)
@@ -41,7 +41,7 @@ def drive(seed: int = 0) -> Array:
 
 
 def load(seed: int = 0) -> Array:
-    """A wheel load that a road shakes."""
+    """A wheel load excited by the road."""
     rng = np.random.default_rng(seed)
     return 4000.0 + 600.0 * np.sin(9.0 * T) * np.sin(1.1 * T + seed) + rng.normal(0.0, 8.0, N)
 

@@ -1,4 +1,4 @@
-"""Clocks: what does not rise is refused or left out, never sorted; gaps and jitter are said."""
+"""Clocks: rows whose time does not increase are refused or removed, never sorted; gaps and jitter are reported."""
 
 from __future__ import annotations
 

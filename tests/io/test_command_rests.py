@@ -1,4 +1,4 @@
-"""A drive torque that a logger loses or freezes is found where the car goes on; one that rests by itself is not."""
+"""A drive torque that a logger loses or freezes is found by the car's motion; a truly constant torque is not."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ T = 0.1 * np.arange(N)
 
 
 def car(seed: int = 1, brakes: bool = False) -> dict[str, Array]:
-    """An electric car's torque in steps of 0.5 N m, resting at zero now and then, and the force that it causes."""
+    """An electric car's torque in steps of 0.5 N m, constant at zero now and then, and the resulting force."""
     rng = np.random.default_rng(seed)
     wanted = 40.0 + 35.0 * np.sin(0.11 * T) + 25.0 * np.sin(0.53 * T + seed) + 8.0 * np.sin(2.1 * T)
     wanted += np.convolve(rng.normal(0.0, 6.0, N), np.ones(5) / 5.0, "same")
     coasting = (T % 60.0) > 56.0
     fade = np.clip(np.minimum(np.abs(T % 60.0 - 56.0), np.abs(T % 60.0 - 60.0)), 0.0, 1.0)
     torque = np.where(coasting, 0.0, np.round(2.0 * wanted * fade) / 2.0)
-    held = np.repeat(torque[::2], 2)  # a coarse command, resampled by straight lines
+    held = np.repeat(torque[::2], 2)  # a coarse command, interpolated linearly
     torque = np.round(np.where(np.arange(N) % 2 == 0, held, 0.5 * (held + np.roll(held, -1))), 2)
     torque[coasting] = 0.0
     speed = 15.0 + 4.0 * np.sin(0.05 * T)

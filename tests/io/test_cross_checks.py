@@ -1,4 +1,4 @@
-"""Channels that measure the same motion are held against each other; what no vehicle does is refused."""
+"""Channels that measure the same motion are compared; values impossible for a vehicle are refused."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def test_loads_that_are_not_the_weight_are_doubted_and_those_of_a_wheel_too_many
 
 
 def test_a_doubt_is_told_before_anything_else(root: Path, tmp_path: Path) -> None:
-    """A scale some per cent off is absorbed by the fit, and nothing is missed; that is no all-clear."""
+    """A scale that is wrong by some per cent is absorbed by the fit and not detected; the result is still doubtful."""
     text = (root / "configs" / "coastdown.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
     text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
     text = text.replace('{column: "Position [m]", unit: m}', '{column: "Position [m]", unit: yd}')
@@ -160,7 +160,7 @@ def known_mass(value: float) -> str:
 
 
 def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root: Path) -> None:
-    """A parameter file goes before the description; where the two contradict each other the user is told."""
+    """A parameter file has priority over the description; a contradiction between the two is reported."""
     described(tmp_path, root, "coastdown")
     text = (tmp_path / "coastdown.yaml").read_text()
     (tmp_path / "parameters.json").write_text(known_mass(1636.0))
@@ -174,7 +174,7 @@ def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root:
 
 
 def test_a_file_that_knows_causes_alone_is_taken(tmp_path: Path, root: Path) -> None:
-    """A validation publishes no parameters, but the cause that it found."""
+    """A validation publishes no parameters but names the effect that it found."""
     described(tmp_path, root, "coastdown")
     play = Estimate(1e-3, 2e-5, (9.6e-4, 1.04e-3), "rad", "free play", "backlash")
     found = Parameters(extensions={"backlash": {"backlash": play}})

@@ -1,4 +1,4 @@
-"""A file that cannot be read is refused in one clear message, with everything that is wrong in it."""
+"""A file that cannot be read is refused in one clear message with all its problems."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_a_repeated_header_asks_which(tmp_path: Path) -> None:
 
 
 def test_a_misspelled_name_of_two_columns_is_answered_with_both(tmp_path: Path) -> None:
-    """The plain name would be refused in the next round."""
+    """The remedy names columns that are accepted: the plain name would be refused again."""
     message = refused(tmp_path, "t,V [m/s],V [m/s]\n0,1,2\n1,2,3\n")
     assert "did you mean 'V [m/s]#1' or 'V [m/s]#2'?" in message
 

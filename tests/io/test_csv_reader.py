@@ -1,4 +1,4 @@
-"""Every dress in which test benches write CSV gives the same log."""
+"""All variants in which test benches write CSV give the same log."""
 
 from __future__ import annotations
 
@@ -247,7 +247,7 @@ def test_real_trips_of_an_electric_car(shared_data: Path) -> None:
         assert np.median(np.diff(log.time)) == pytest.approx(0.1)
         assert 10.0 < log["speed"].max() < 45.0
         assert 270.0 < log["outside"].min() < 310.0
-        # A road log of good sensors: nothing but values that the logger left out may be doubtful.
+        # A road log of good sensors: the only findings may be on values that the logger left out.
         assert all("has no value" in f.what or "left out" in f.remedy for f in log.findings)
 
 

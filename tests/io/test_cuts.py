@@ -35,7 +35,7 @@ def test_what_the_message_prints_keeps_the_segment() -> None:
     assert "keep: [{channel: speed, from: 20 s, to: 23.98 s}]" in filled.remedy
     (finding,) = cut_findings([row])
     assert "is constant at" in finding.what
-    assert "keep" not in finding.remedy  # a speed that is frozen while the car moves is no measurement
+    assert "keep" not in finding.remedy  # a speed that is frozen while the car moves is not a measurement
     kept = frozen(CutOrders(kept=(TimeSpan("speed", 20.0, 23.98),)))
     assert not np.isnan(kept.log["speed"]).any()
     assert kept.ledger[0].decision == "kept"

@@ -1,4 +1,4 @@
-"""A position that contradicts the speed in all runs alike: the size of the gain, and what is no gain."""
+"""A position that contradicts the speed equally in all runs: the size of the gain, and cases that are not a gain."""
 
 from __future__ import annotations
 

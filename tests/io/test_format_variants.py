@@ -1,4 +1,4 @@
-"""The shapes in which MATLAB and LabVIEW files are found, and what Parquet and MDF columns may hold."""
+"""Variants of MATLAB and LabVIEW files, and of the contents of Parquet and MDF columns."""
 
 from __future__ import annotations
 

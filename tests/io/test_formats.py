@@ -1,4 +1,4 @@
-"""Every format gives the log that the CSV of the same numbers gives; damaged, wrong and unreadable files are named."""
+"""All formats give the same log as the CSV of the same numbers; damaged, wrong and unreadable files are reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A gain that changes in the middle of a log is found in channels that physics ties, and ordinary slip is not."""
+"""A gain that changes in the middle of a log is found in physically related channels; ordinary slip is not reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A slower sensor's held values: its own rows are found, and what lies between them is neither late nor a reading."""
+"""A slower sensor's held values: its samples are found, and the values between are interpolated without delay."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def speed(time: Array) -> Array:
 
 
 def held(every: int, phase: int = 0, seed: int = 0) -> tuple[NDArray[np.intp], Array]:
-    """The sensor's own rows, and what the log holds: its last reading, of 0.01 km/h."""
+    """The rows at which the sensor was sampled, and the channel: the last reading, to 0.01 km/h."""
     own = np.arange(phase, TIME.size, every)
     noise = np.random.default_rng(seed).normal(0.0, 0.05, own.size)
     read = np.round(3.6 * speed(TIME[own]) + noise, 2) / 3.6

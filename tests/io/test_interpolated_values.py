@@ -1,4 +1,4 @@
-"""Channels that were joined by straight lines are told from those that are as they were measured."""
+"""Interpolated channels are distinguished from channels as measured."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ T = np.arange(N) * 0.02
 
 
 def day(seed: int = 0, decimals: int = 3) -> dict[str, Array]:
-    """A drive in several channels that a logger wrote with so many decimals."""
+    """A drive in several channels, written with some number of decimals."""
     rng = np.random.default_rng(seed)
     speed = 15.0 + 6.0 * np.sin(0.2 * T + seed) + 2.0 * np.sin(0.7 * T)
     clean = {
@@ -167,18 +167,18 @@ def test_a_minute_at_1_khz_takes_far_less_than_a_second() -> None:
 @pytest.mark.parametrize("wheel", [False, True])
 @pytest.mark.parametrize("held", [1, 20])
 def test_a_stop_that_a_slow_receiver_sees_as_one_step_is_no_fault(held: int, wheel: bool) -> None:
-    """1 Hz, also written at 20 Hz: the brake takes 2.8 m/s away from one reading to the next."""
+    """A speed at 1 Hz, also written at 20 Hz: braking reduces it by 2.8 m/s between two readings."""
     rng, radius = np.random.default_rng(8), 0.3 if wheel else 1.0
     falling = 3.75 + 21.0 * (1.0 - np.arange(120) / 120.0) ** 1.5 + rng.normal(0.0, 0.03, 120)
     stop = np.concatenate([falling, [0.98], np.zeros(20)])
     assert "level_step" not in failed_tests(stop / radius, held, wheel)
-    # A gain that changes while the car rolls on is found at both rates.
+    # A gain that changes while the car keeps rolling is found at both rates.
     changed = np.concatenate([falling[:60], 0.7 * falling[60:]])
     assert "level_step" in failed_tests(changed / radius, held, wheel)
 
 
 def failed_tests(values: Array, held: int, wheel: bool) -> set[str]:
-    """The tests that a speed of 1 Hz fails, each value written so many times."""
+    """The tests that a speed at 1 Hz fails if each value is written several times."""
     time = np.arange(values.size * held) / held
     log = Log("run.csv", time, {"wheel_speed" if wheel else "speed": np.repeat(values, held)})
     return {fault.test for fault in flags(log).faults}

@@ -1,4 +1,4 @@
-"""What the loggers of test drivers export: the same coast in each of their text formats."""
+"""Exports of test drivers' loggers: the same coast-down in each of their text formats."""
 
 from __future__ import annotations
 
@@ -289,7 +289,7 @@ def test_a_clock_passes_midnight_twice() -> None:
 
 
 def test_a_clock_of_several_tables_is_offered_by_its_plain_name(tmp_path: Path) -> None:
-    """Each channel of a long table has a clock of its own, all called alike: ``SECONDS`` means each channel's."""
+    """Each channel of a long table has its own clock, and all clocks are named ``SECONDS``."""
     path = tmp_path / "long.csv"
     path.write_text(LONG, encoding="utf-8")
     columns = {"time": Column("SECOND", "s", "s"), "speed": Column("Vehicle speed", "km/h", "m/s")}

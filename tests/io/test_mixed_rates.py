@@ -1,4 +1,4 @@
-"""Channels of different rates in one table: read at the rows at which they are written."""
+"""Channels of different rates in one table are read at the rows that contain their values."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_missing_values_are_no_slower_clock(lost: NDArray[np.bool_]) -> None:
 
 
 def bus(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A table with a row a message: the torque each 10 ms, the speed each 20 ms; and their times."""
+    """A table with one row per message: torque every 10 ms, speed every 20 ms; and their times."""
     torque, speed = np.arange(0.0, 20.0, 0.01), np.arange(0.0033, 20.0, 0.02)
     rows = sorted([(t, f"{t:.4f};{t:.4f};") for t in torque] + [(t, f"{t:.4f};;{30.0 - t:.4f}") for t in speed])
     path.write_text("\n".join(["t;Torque;Speed", *(row for _, row in rows)]) + "\n")

@@ -1,4 +1,4 @@
-"""The contract of a reader: what a file holds, and a log as written; checks and units are the same for all formats."""
+"""The contract of a reader: the channels of a file, and a log as recorded; checks and units are common to all."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_clock_and_channel_problems_come_in_one_message(path: Path) -> None:
 
 
 class Swapped:
-    """A format of its own: the file's name says how many samples it holds."""
+    """A test format: the file's name states its number of samples."""
 
     def matches(self, path: Path) -> bool:
         return path.suffix == ".count"

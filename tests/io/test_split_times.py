@@ -1,4 +1,4 @@
-"""Tables of split times become the instants that they state, with no sample in between."""
+"""Tables of split times are read as the instants that they state, without samples in between."""
 
 from __future__ import annotations
 

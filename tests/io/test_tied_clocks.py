@@ -1,4 +1,4 @@
-"""Clocks of two loggers from channels that physics ties: delay, drift, choice of the pair, refusals."""
+"""Clocks of two loggers from physically related channels: delay, drift, choice of the pair, refusals."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_delay_and_drift_lie_within_their_errors(first: str, second: str) -> Non
 
 
 def test_a_drift_that_a_short_log_does_not_tell_is_that_of_a_quartz_clock() -> None:
-    """A coast-down after a launch: its one bend tells the delay, and no drift."""
+    """A coast-down after a launch: its single bend determines the delay but no drift."""
     for seed in range(6):
         rng = np.random.default_rng([seed, 3])
         t = np.arange(0.0, 100.0, 0.02)

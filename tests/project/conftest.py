@@ -12,9 +12,9 @@ from tests.project.pipeline_runs import UNDIAGNOSED, run
 
 @pytest.fixture(scope="session")
 def done(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
-    """A pipeline of three quick steps that has run, in a folder of its own: ``configs`` and ``out``.
+    """A pipeline of three fast steps that has run, in its own folder: ``configs`` and ``out``.
 
-    Nothing is diagnosed: what a pipeline does with its steps is the same, at a tenth of the time.
+    Without diagnosis: the pipeline handles its steps in the same way, in a tenth of the time.
     """
     folder = tmp_path_factory.mktemp("done")
     configs = folder / "configs"
@@ -31,5 +31,5 @@ def done(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
 
 @pytest.fixture
 def day(done: Path, tmp_path: Path) -> Path:
-    """The configs of a copy of it."""
+    """The configs of a copy of that pipeline."""
     return shutil.copytree(done, tmp_path / "day", symlinks=True) / "configs"

@@ -22,7 +22,7 @@ FRICTION, STIFF, SPEED = 1.0, 12.0, 10.0
 
 
 def sweeps(folder: Path, channels: dict[str, Any], **vehicle: str) -> Path:
-    """A tire test with two sweeps of an ordinary tire under 4 kN, its columns Fx, om, I (Fx = 40 N/A times I)."""
+    """A tire test with two sweeps of an ordinary tire at 4 kN, with the columns Fx, om, I (Fx = 40 N/A times I)."""
     time = np.arange(0.0, 8.0, 0.02)
     rng = np.random.default_rng(3)
     entries = []
@@ -135,7 +135,7 @@ def test_a_wheel_speed_beside_a_speed_is_not_used_and_said_so(tmp_path: Path) ->
 
 
 def test_the_uncertainty_of_a_constant_is_in_the_intervals_as_a_scale(tmp_path: Path) -> None:
-    """A force read as current times a constant known within 2 %: so is D, B and C not at all."""
+    """A force computed as current times a constant known to 2 %: D has that error, B and C do not."""
     tire = load_step("tire")
     by_current = ScaledChannel("force_x", "motor_current", ("torque_constant",), "A force by a current.")
     step = replace(tire, scaled=(by_current,))

@@ -1,4 +1,4 @@
-"""Everything that is wrong in a description and its logs, told at once; keys that a step does not read, named."""
+"""All problems of a description and its logs are reported at once, as are keys that a step does not read."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_missing_number_of_the_vehicle_comes_in_the_same_round(tmp_path: Path)
 
 
 def test_a_missing_number_is_told_at_the_vehicle_of_the_description(tmp_path: Path) -> None:
-    """Alone, and beside what else is wrong; in the place of the step's name."""
+    """Alone and together with other problems, with the line of the description instead of the step's name."""
     assert re.search(
         r"^test\.yaml:\d+: mass \(", problems(tmp_path, titel="x", vehicle={"air_density": 1.2}), re.MULTILINE
     )

@@ -1,4 +1,4 @@
-"""``vdyn plan``: the accuracy that it expects is the one that days give, and it says what it cannot plan."""
+"""``vdyn plan``: its expected accuracy is that of simulated days, and it reports what it cannot plan."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_planned_day_is_evaluated_as_a_measured_one(step: str, tmp_path: Path)
 
 @pytest.mark.slow
 def test_the_expected_standard_error_is_that_of_days_of_the_plant(tmp_path: Path) -> None:
-    """On a vehicle of which the plan knows mass and radius, and guesses the inertia."""
+    """For a vehicle whose mass and radius are given, and whose inertia is a default of the plan."""
     vehicle = random_vehicle(8123)
     stated = []
     for seed in range(8300, 8300 + DAYS):
@@ -87,7 +87,7 @@ def test_the_expected_standard_error_is_that_of_days_of_the_plant(tmp_path: Path
 
 @pytest.mark.slow
 def test_more_runs_of_the_kind_that_is_logged_are_more_accurate(tmp_path: Path) -> None:
-    """The scatter between runs falls with the root of their number."""
+    """The effect of the scatter between runs decreases with the square root of their number."""
     path = cases.launches(random_vehicle(8124), 8124, tmp_path)
     now, later = plan(path), plan(path, runs=16)
     assert (now.basis, now.runs, later.runs) == ("logs", 4, 16)
@@ -99,7 +99,7 @@ def test_more_runs_of_the_kind_that_is_logged_are_more_accurate(tmp_path: Path) 
 
 @pytest.mark.slow
 def test_a_torque_by_motor_current_holds_the_error_of_its_constant(tmp_path: Path) -> None:
-    """One per cent of a torque that mostly drives the car is most of what turns its wheel."""
+    """One per cent of a torque that mostly drives the car is as large as most of the torque that spins up its wheel."""
     names = ("hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration")
     logged = {n: {"column": n, "unit": u} for n, u in zip(names, ("N m", "rad/s", "N", "N", "m/s^2"), strict=True)}
     logged = {"time": {"column": "t", "unit": "s"}, **logged}
@@ -162,7 +162,7 @@ def test_logs_of_which_some_are_missing_are_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("step", DESCRIPTIONS)
 def test_the_smallest_setting_gives_a_day_or_says_why_not(step: str, tmp_path: Path) -> None:
-    """A rate, a duration or a speed of zero was a bug in four of six steps."""
+    """A rate, duration or speed of zero caused a crash in four of six steps."""
     planned = load_step(step).planned
     assert planned is not None
     for quantity in (one.quantity for one in planned.settings if np.isfinite(one.quantity.lower)):

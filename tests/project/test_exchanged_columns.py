@@ -1,4 +1,4 @@
-"""A run whose columns stand under each other's names, among runs that are right."""
+"""One run with exchanged columns among correct runs."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_exchanged_columns_are_named_with_the_keys_that_correct_them(which: int)
 
 
 def test_other_drives_are_not_exchanged() -> None:
-    """Slower and faster ones, one that is at rest, and few."""
+    """No finding for slower and faster runs, for a run at rest, or with too few runs."""
     assert not list(
         exchanged_columns([drive(k, factor=f) for k, f in enumerate((1.0, 0.4, 1.5, 0.7))], COLUMNS, [{}] * 4)
     )

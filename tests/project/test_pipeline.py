@@ -1,4 +1,4 @@
-"""The order of steps, and the parameter set they fill."""
+"""The order of the steps, and the parameter set from their results."""
 
 from __future__ import annotations
 

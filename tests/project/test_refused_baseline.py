@@ -1,7 +1,7 @@
-"""Where the baseline gives no result and several effects would mend it, the result is published with one of them.
+"""If the baseline has no result and several effects would give one, the result is published with one of them.
 
-A torque that reads 5 % low, or a radius stated 3 % too large, leaves a negative inertia of the wheel. Of the second
-a linearized model says that a wheel mass that differs from the stated one explains it, which the exact model excludes.
+A torque that reads 5 % low, or a radius stated 3 % too large, gives a negative inertia of the wheel. For the second, a
+linearized model is explained by another wheel mass, which the exact model excludes.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ def test_a_negative_inertia_is_published_with_what_mends_it(fault: dict[str, flo
     assert found.interval95[1] < 1.6 * INERTIA
     for name in re.findall(r"gain of (-[\d.]+)|radius of (-[\d.]+)", diagnosis.sentence):
         assert float(max(name)) == pytest.approx(-5.0 if "torque_gain" in fault else -2.9, abs=0.6)  # %, 3 std
-    assert not result.parameters.extensions  # one of several answers does not travel with the vehicle
+    assert not result.parameters.extensions  # one of several possible effects is not stored with the vehicle
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
 def test_a_baseline_that_the_data_exclude_is_neither_value_nor_interval(tmp_path: Path) -> None:
-    """A torque that reads 4 % high makes the inertia three times too large, and nothing refuses that by itself."""
+    """A torque that reads 4 % high triples the inertia, and no check refuses such a value."""
     path = write_drives(tmp_path, 21, torque_gain=1.04)
     assert execute("inertia", path, level=None).result.parameters["wheel_inertia"].value > 2 * INERTIA
     result = execute("inertia", path).result

@@ -1,4 +1,4 @@
-"""A result that is not published: report and JSON say why and show where it fails; no later step can use it."""
+"""A result that is not published: report and JSON state why and show where it fails; no later step can use it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GAIN = -0.05  # of the hub torque: the moment balance then leaves a negative ine
 
 @pytest.fixture(scope="module")
 def gained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A wheel's drives whose torque reads 5 % low; gain and radius are collinear, and neither is to be taken in."""
+    """Drives of a wheel whose torque reads 5 % low; gain and radius are collinear; neither may be added."""
     path = cases.wheel_drives(random_vehicle(5), 5, tmp_path_factory.mktemp("gain"), {"hub_torque_gain": GAIN})
     few = "diagnose: {effects: [hub_torque_gain, wheel_radius, clock_offset], extend: never}\n"
     path.write_text(path.read_text(encoding="utf-8") + few, encoding="utf-8")

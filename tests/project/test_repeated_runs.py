@@ -1,4 +1,4 @@
-"""Copies of a recording under other names, cut, shifted or packed; and runs that only look alike."""
+"""Copies of a recording under other names, cut, shifted or packed; and runs that are only similar."""
 
 from __future__ import annotations
 

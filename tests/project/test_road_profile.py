@@ -1,4 +1,4 @@
-"""A surveyed road as the known grade of a coast-down: used, reported, in the intervals; refused where it cannot be."""
+"""A surveyed road as the known grade of a coast-down: used, reported, in the intervals, or refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pipeline on sample logs: the parameter set, what a failure costs, what is reused, and the same bytes as steps."""
+"""The pipeline on sample logs: the parameter set, failures, reuse of results, and the same bytes as single steps."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_stop_skips_what_comes_after_a_failure(day: Path) -> None:
 
 
 def test_the_makefile_says_what_the_pipeline_does(root: Path) -> None:
-    """One rule a step, with the same results handed on in the same order; hence the same bytes."""
+    """One rule per step passes on the same results in the same order, so that the bytes are the same."""
     make = shutil.which("make")
     if make is None:
         pytest.skip("make is not installed")

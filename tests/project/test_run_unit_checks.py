@@ -1,4 +1,4 @@
-"""Runs that differ from their siblings in unit or sign; one finding for one cause."""
+"""Runs that differ from the others in unit or sign; one finding for one cause."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_sign_of_one_run_is_turned(tmp_path: Path, root: Path) -> None:
 
 @pytest.mark.parametrize("witness", ["wheel_speed", "position"])
 def test_a_run_that_was_driven_slower_is_in_the_same_unit(witness: str) -> None:
-    """Three drives to 97 km/h and one to 60: another sensor saw the slower drive, too."""
+    """Three drives to 97 km/h and one to 60: another sensor also measured the lower speed."""
 
     def drive(k: int, factor: float, unit: float) -> Log:
         t = np.arange(0.0, 60.0, 0.1)
@@ -77,7 +77,7 @@ def test_a_run_that_was_driven_slower_is_in_the_same_unit(witness: str) -> None:
 
 
 def test_a_slower_drive_is_in_the_same_unit_where_its_torque_agrees() -> None:
-    """Four drives, one in a town: a car of 1200 kg gains as much speed from its torque in all of them."""
+    """Four drives, one in a town: a torque causes the same acceleration of the 1200 kg car in all of them."""
 
     def drive(k: int, factor: float, unit: float) -> Log:
         t = np.arange(0.0, 60.0, 0.1)
@@ -101,7 +101,7 @@ def logged(folder: Path, name: str, unit: str, factor: float) -> str:
 
 
 def mixed(folder: Path, more: str) -> Path:
-    """Four coasts, the third in mph by a column of its own; ``more`` is added to its run."""
+    """Four coast-downs, the third in mph in a column with another name; ``more`` is added to its run."""
     names = [logged(folder, f"c{k}.csv", *(("mph", 2.236936) if k == 2 else ("km/h", 3.6))) for k in range(4)]
     own = f', columns: {{speed: "Speed [mph]"}}{more}'
     runs = [f"{{log: {name}{own if k == 2 else ''}}}" for k, name in enumerate(names)]

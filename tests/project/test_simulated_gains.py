@@ -1,4 +1,4 @@
-"""A gain that changes in mid-run is found against the simulation, and what a model lacks is no change of a gain."""
+"""A gain that changes in mid-run is found against the simulation; a missing effect is not taken for such a change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A weather station's log beside coast-downs: what ``vdyn init`` takes from it, and what the step makes of the wind."""
+"""A weather station's log with coast-downs: the values that ``vdyn init`` takes from it, and the wind in the step."""
 
 from __future__ import annotations
 

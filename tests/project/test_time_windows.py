@@ -1,4 +1,4 @@
-"""Windows of a run whose clock counts from 1970: a time counted from the log's begin is refused with the right one."""
+"""Windows of a run whose clock counts from 1970: a time counted from the log's start is refused."""
 
 from __future__ import annotations
 

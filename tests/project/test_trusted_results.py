@@ -1,4 +1,4 @@
-"""Results in the output folder are reused only if they are whole, own, and made from the bytes that are there."""
+"""Results in the output folder are reused only if they are complete, unedited, and computed from the present inputs."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def test_page_and_parameters_are_replaced_together(
     day: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Ended between the two files: no page is left beside parameters that it does not show."""
+    """Ended between the two files: no page is left next to parameters that it does not show."""
     out = day.parent / "out"
     replace = Path.replace
 

@@ -133,7 +133,7 @@ def test_the_first_logger_has_no_delay(described: Path) -> None:
 
 
 def test_a_run_whose_logs_contradict_has_a_note(tmp_path: Path) -> None:
-    """The wheel log of the third run is that of another drive, 5 % faster."""
+    """The wheel log of the third run is from another drive, 5 % faster."""
     rng, t = np.random.default_rng(4), np.arange(0.0, 90.0, 0.05)
     for k in (1, 2, 3):
         speed = np.interp(t, [0.0, 12.0, 14.0, 90.0], [8.0, 30.0, 30.0 + 0.1 * k, 10.0])

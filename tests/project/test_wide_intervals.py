@@ -1,4 +1,4 @@
-"""An interval that is wider than its value makes the answer look doubtful; one that may have either sign does not."""
+"""An interval wider than its value makes the result doubtful, except for a parameter that may have either sign."""
 
 from __future__ import annotations
 
