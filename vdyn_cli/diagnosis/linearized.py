@@ -35,6 +35,7 @@ class LinearizedStrategy:
     relinearization: Relinearization
     _fits: NestedFits = field(init=False)
     _predictions: dict[object, FittedModel] = field(default_factory=dict, init=False)
+    _refuted: tuple[str, ...] = field(default=(), init=False)  # candidates whose own exact fit is no answer
 
     def __post_init__(self) -> None:
         self._fits = NestedFits(self.model)
@@ -80,6 +81,8 @@ class LinearizedStrategy:
         """See Strategy. The point of linearization stays; relinearized fits stay within the plausible range."""
         wide = LinearizedStrategy(with_open_range(self.model), self.relinearization)
         wide._fits.keep((), self.fitted(()))
+        for name in self._refuted:
+            wide._fits.keep((name,), None)
         return wide
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
@@ -140,6 +143,8 @@ class LinearizedStrategy:
                 there = self._linearized_at({n: fit.values[n] for n in names})
                 kept = there.fitted((name,)) if there is not None else None
             local._fits.keep((name,), None if kept is None else _weighted_like(kept, local.model.regression))
+            if fit is not None and kept is None:
+                local._refuted += (name,)
 
     def is_hopeless(self, fit: FittedModel | None, best: FittedModel) -> bool:
         """Whether a candidate leaves so much of the misfit that the best one explains that it cannot be an answer."""
