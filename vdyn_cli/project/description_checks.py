@@ -49,7 +49,7 @@ def refuse_other_test(step: Step, path: Path) -> None:
         raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
 
 
-def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location] = ()) -> list[Finding]:
+def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location]) -> list[Finding]:
     """Findings on unknown channels, wrong units, and required channels that no logger maps.
 
     Parameters

@@ -83,7 +83,7 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
     if swings and not _decided(step, logs[0]):
         body, mapped, undecided = _pendulum(logs[0], swings[:1], parts, folder)
     else:
-        body, mapped, undecided = _drives(step, *_with_station(step, logs, parts), folder)
+        body, mapped, undecided = _drives(step, *_with_station(logs, parts), folder)
     body += [f"# left out: {f.where}, {f.what}" for f in problems]
     text = "\n".join([*head, *body]) + "\n"
     left = re.findall(r'^\s*# (?:- \{log: "(.+?)"\}  # )?left out: (?:(.+?),)?', text, re.MULTILINE)
@@ -148,7 +148,7 @@ def _instead(step: Step, channel: str, log: GuessedLog) -> str:
 
 
 def _with_station(
-    step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any]
+    logs: Sequence[GuessedLog], parts: Mapping[str, Any]
 ) -> tuple[list[GuessedLog], Mapping[str, Any], StationLog | None]:
     """The logs of the runs, the step's parts, and the log of a weather station among them (None without one)."""
     stations = [log for log in logs if is_station(log.facts)] if "environment:" in parts.get("DRAFT", "") else []
@@ -310,7 +310,7 @@ def _channels(
         guess = log.guesses[channel]
         missing = [o.path.name for o in logs if o.meanings().get(channel) != log.meanings().get(channel)]
         if guess.facts is not None and not missing:
-            lines += _line(channel, guess, log)
+            lines += _line(channel, guess)
             mapped.append(channel)
             if guess.unit == "?":
                 undecided.append(f"unit of {channel}")
@@ -357,7 +357,7 @@ def _ways(step: Step, log: GuessedLog) -> list[str]:
     return list(dict.fromkeys(chosen))
 
 
-def _line(channel: str, guess: ChannelGuess, log: GuessedLog) -> list[str]:
+def _line(channel: str, guess: ChannelGuess) -> list[str]:
     assert guess.facts is not None
     info = guess.facts.info
     several = bool(info.group) and guess.facts.repeated > 1 and channel != "time"
@@ -392,7 +392,7 @@ def _pendulum(
     body += [f"  log: {_quoted(_from(folder, log.path))}", "  channels:"]
     undecided = []
     for channel in ("time", *swings):
-        body += ["  " + line for line in _line(channel, log.guesses[channel], log)]
+        body += ["  " + line for line in _line(channel, log.guesses[channel])]
         undecided += [f"unit of {channel}"] if log.guesses[channel].unit == "?" else []
     return body, ("time", *swings), tuple(undecided)
 

@@ -176,7 +176,7 @@ def fingerprints(files: Mapping[Path, str], folder: Path, known_files: Sequence[
     return {file.name if file in bare else os.path.relpath(file, folder): digest for file, digest in files.items()}
 
 
-def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None = POLICY.level) -> str:
+def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None) -> str:
     """The command that reproduces a step's result, with file names without folders; arguments as of ``execute``."""
     known = [f"--known {file.name}" for file in known_files]
     how = [] if level == POLICY.level else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]

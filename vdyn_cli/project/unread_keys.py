@@ -52,7 +52,7 @@ def _unread_parameters(step: Step, spec: TestSpec, source: YamlSource) -> Iterat
         where = source.where(("vehicle", name))
         if name in read or not where.startswith(f"{source.path.name}:"):
             continue
-        yield Finding(where, f"'vehicle.{name}' {_reason(step, name)}", "", _remedy(step, spec, name))
+        yield Finding(where, f"'vehicle.{name}' {_reason(step, name)}", "", _remedy(spec, name))
     if spec.environment.model_fields_set and not set(AIR) & read:
         what = f"'environment' is not read by '{step.name}'"
         yield Finding(source.where(("environment",)), what, "", "remove it")
@@ -76,7 +76,7 @@ def _reads(step: Step, name: str) -> bool:
     return any(one.reads is not None and name in parameters_read(one) for one in every)
 
 
-def _remedy(step: Step, spec: TestSpec, name: str) -> str:
+def _remedy(spec: TestSpec, name: str) -> str:
     """The remedy: remove the key, or state the value where the step can fix it."""
     fix = getattr(getattr(spec, "settings", None), "fix", None)
     if fix is not None and name in type(fix).model_fields:
