@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vdyn_cli.project.exact_values import exact_values, out_of_proportion
+from vdyn_cli.project.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
 
@@ -26,6 +26,6 @@ def test_a_rotating_mass_out_of_proportion_is_doubted(root: Path, tmp_path: Path
         path = tmp_path / "coast.yaml"
         vehicle = f"vehicle: {{mass: 1588 kg, rotating_mass: {rotating}, frontal_area: 2.19 m^2}}"
         path.write_text(text.replace("vehicle: vehicle.yaml", vehicle), encoding="utf-8")
-        found = out_of_proportion(gather(load_step("coastdown"), path))
+        found = implausible_rotating_mass(gather(load_step("coastdown"), path))
         assert [share in f.what for f in found if share] == ([True] if share else [])
         assert bool(found) is (share is not None)

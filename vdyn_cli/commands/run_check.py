@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.text_columns import text_columns
-from vdyn_cli.project.channel_sources import logged
+from vdyn_cli.project.channel_sources import logged_channels
 from vdyn_cli.project.check import check
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
@@ -43,7 +43,7 @@ def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell
 
         folder = Path(output)
         text = to_json(document.model_dump(mode="json", by_alias=True))
-        units = {name: channel.unit for name, channel in logged(inputs.spec.channels).items()}
+        units = {name: channel.unit for name, channel in logged_channels(inputs.spec.channels).items()}
         page = render_check(document, inputs.unsplit, units)
         write_together({folder / "check.json": text, folder / "check.html": page})
         tell(f"{folder / 'check'}.json and .html")

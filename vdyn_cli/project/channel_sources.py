@@ -64,7 +64,7 @@ def channel_maps(spec: TestSpec) -> list[tuple[Mapping[str, Channel | KnownChann
     return [(logger.channels, ("loggers", i, "channels")) for i, logger in enumerate(spec.loggers)]
 
 
-def logged(channels: Mapping[str, Channel | KnownChannel]) -> dict[str, Channel]:
+def logged_channels(channels: Mapping[str, Channel | KnownChannel]) -> dict[str, Channel]:
     """The channels that are read from a column of a log."""
     return {n: c for n, c in channels.items() if isinstance(c, Channel)}
 
@@ -120,7 +120,7 @@ def scalings(step: Step, spec: TestSpec, known: Parameters) -> tuple[Scaling, ..
     return tuple(found)
 
 
-def completed(log: Log, constants: Mapping[str, float], made: Sequence[Scaling]) -> Log:
+def with_known_channels(log: Log, constants: Mapping[str, float], made: Sequence[Scaling]) -> Log:
     """The log with its constant channels and those computed from others.
 
     Parameters

@@ -13,7 +13,7 @@ from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates
 from vdyn_cli.io.file_units import unit_problem
-from vdyn_cli.project.channel_sources import channel_maps, logged, needed_channel
+from vdyn_cli.project.channel_sources import channel_maps, logged_channels, needed_channel
 from vdyn_cli.project.run_reading import column_of, log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quality_flags import EVERY
@@ -61,12 +61,14 @@ def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Coll
     for i, logger in enumerate(spec.loggers):
         findings += check_channels(logger.channels, known, source, ("loggers", i, "channels"))
     for channels, at in channel_maps(spec):
-        columns = {n: column_of(known[n], c, source, (*at, n)) for n, c in logged(channels).items() if n in known}
+        columns = {
+            n: column_of(known[n], c, source, (*at, n)) for n, c in logged_channels(channels).items() if n in known
+        }
         findings += [f for c in columns.values() if (f := unit_problem(c, source.path.name)) is not None]
     if not spec.runs:
         return findings
     for channels, at in channel_maps(spec):
-        if "time" in channels and "time" not in logged(channels):
+        if "time" in channels and "time" not in logged_channels(channels):
             place = source.where((*at, "time"))
             findings.append(Finding(place, "the channel 'time' cannot be a constant", "", "write its column and unit"))
     mapped = {n for channels, _ in channel_maps(spec) for n in channels}
@@ -131,7 +133,7 @@ def repeated_entries(spec: TestSpec, source: YamlSource) -> list[Finding]:
 
 def wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
     """Findings on segments to cut or keep whose channel is not mapped, or that end before they begin."""
-    mapped = sorted({n for channels, _ in channel_maps(spec) for n in logged(channels)} - {"time"})
+    mapped = sorted({n for channels, _ in channel_maps(spec) for n in logged_channels(channels)} - {"time"})
     for i, run in enumerate(spec.runs):
         for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
             for k, one in enumerate(listed if isinstance(listed, list) else ()):

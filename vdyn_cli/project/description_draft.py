@@ -15,7 +15,7 @@ from typing import Any
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
-from vdyn_cli.project.left_out_logs import GuessedLog, single_coasts, usual_log, why_left_out
+from vdyn_cli.project.left_out_logs import GuessedLog, reference_log, split_coast_downs, why_left_out
 from vdyn_cli.project.logger_runs import Runs, logger_runs, unmatched
 from vdyn_cli.project.run_conditions import run_conditions
 from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
@@ -179,8 +179,8 @@ def _drives(
         facts = [[run[k].facts for run in of_loggers] for k in useful]
     else:
         falling = _instead(step, falling, logs[0])
-        logs = [part for log in logs for part in single_coasts(log, falling, drive)]
-        usual = usual_log(logs, _needed(step, logs))
+        logs = [part for log in logs for part in split_coast_downs(log, falling, drive)]
+        usual = reference_log(logs, _needed(step, logs))
         others = why_left_out(logs, usual, _needed(step, logs), falling, drive)
         kept = [log for log, other in zip(logs, others, strict=True) if not other]
         lines, mapped, undecided = _channels(step, usual, kept, required=True)
@@ -308,7 +308,7 @@ def _channels(
     needed = _needed(step, [log])
     for channel in _ways(step, log):
         guess = log.guesses[channel]
-        missing = [o.path.name for o in logs if o.meanings().get(channel) != log.meanings().get(channel)]
+        missing = [o.path.name for o in logs if o.decided_columns().get(channel) != log.decided_columns().get(channel)]
         if guess.facts is not None and not missing:
             lines += _line(channel, guess)
             mapped.append(channel)

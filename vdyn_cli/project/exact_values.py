@@ -12,7 +12,7 @@ SCALES = ("mass", "rotating_mass")  # every force of a step is proportional to t
 MOST_ROTATING = 0.25
 
 
-def out_of_proportion(inputs: Inputs) -> tuple[Finding, ...]:
+def implausible_rotating_mass(inputs: Inputs) -> tuple[Finding, ...]:
     """A warning if the rotating mass is implausibly large compared with the mass."""
     needed = {*inputs.step.needs, *(inputs.step.reads or ())}
     if not {"mass", "rotating_mass"} <= {*inputs.known.estimates} & needed:

@@ -13,9 +13,9 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.cut_changes import with_changes
-from vdyn_cli.project.exact_values import exact_values, out_of_proportion
+from vdyn_cli.project.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
-from vdyn_cli.project.inputs import Inputs, at_vehicle, gather
+from vdyn_cli.project.inputs import Inputs, gather, missing_at_vehicle
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
 from vdyn_cli.project.run_unit_checks import with_run_signs
 from vdyn_cli.project.simulated_gains import simulated_gain_findings
@@ -69,7 +69,7 @@ def execute(
     if refused:
         refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
     quality = with_changes(inputs, baseline)
-    findings = (*inputs.findings, *exact_values(inputs), *out_of_proportion(inputs), *result.findings)
+    findings = (*inputs.findings, *exact_values(inputs), *implausible_rotating_mass(inputs), *result.findings)
     result = with_warnings(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)
@@ -82,7 +82,7 @@ def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result,
     """The baseline, and the diagnosed result; both state the reasons if they cannot be published."""
     _LOG.info("fitting")
     try:
-        with at_vehicle(step, inputs.source):
+        with missing_at_vehicle(step, inputs.source):
             problem = step.prepare(inputs.spec, inputs.data, inputs.known)
     except ResultError as error:
         failed = Failure.from_error(error).refused(step.name)

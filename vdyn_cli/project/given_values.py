@@ -35,7 +35,7 @@ def read_known(file: Path) -> tuple[Parameters, str]:
     return replace(read.parameters, extensions=extensions), read.digest
 
 
-def overruled(stated: Parameters, known: Parameters, source: YamlSource) -> Iterator[Finding]:
+def contradicted_values(stated: Parameters, known: Parameters, source: YamlSource) -> Iterator[Finding]:
     """Warnings for values of the description that are not used because a parameter file contradicts them.
 
     Parameters

@@ -16,7 +16,7 @@ from vdyn_cli.effects import refused
 from vdyn_cli.io.block_means import condensed, condensing_note
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.quality.cuts import CutLog
-from vdyn_cli.project.channel_sources import Scaling, known_channels, logged, scalings, unused_sources
+from vdyn_cli.project.channel_sources import Scaling, known_channels, logged_channels, scalings, unused_sources
 from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.description_checks import (
     missing_logs,
@@ -27,12 +27,12 @@ from vdyn_cli.project.description_checks import (
     wrong_segments,
 )
 from vdyn_cli.project.exchanged_columns import exchanged_columns
-from vdyn_cli.project.given_values import given_air, given_parameters, overruled, read_known
-from vdyn_cli.project.paired_logs import with_pair_doubts
+from vdyn_cli.project.given_values import contradicted_values, given_air, given_parameters, read_known
+from vdyn_cli.project.paired_logs import with_pair_warnings
 from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.project.road_profile import road_findings, survey_note, surveyed_road
 from vdyn_cli.project.run_parts import split_runs
-from vdyn_cli.project.run_reading import log_names, read_run, ready_log, within_physics
+from vdyn_cli.project.run_reading import log_names, read_run, ready_log, within_physical_limits
 from vdyn_cli.project.run_unit_checks import contradicted_units, other_units, with_run_signs
 from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.quantities.clock_difference import ClockDifference
@@ -124,8 +124,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     clocks = tuple(clock for one in read if one is not None for clock in one[1])
     cut = tuple(replace(one[0], log=ready(one[0].log)) for one in read if one is not None)
     if not unreadable:
-        cut = tuple(one for one in cut if attempt(problems, within_physics, step, one.log) is not None)
-    cut = with_pair_doubts(clocks, cut)
+        cut = tuple(one for one in cut if attempt(problems, within_physical_limits, step, one.log) is not None)
+    cut = with_pair_warnings(clocks, cut)
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) else []
@@ -152,8 +152,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             problems += [f for f in found if not _of_dropped(f, described.dropped) and f not in problems]
         names = [name for run in spec.runs for name in log_names(run)]
         raise InputError(*in_file_order(merge_logs(with_run_signs(problems, logs), names), source.path.name))
-    findings = (*overruled(stated, known, source), *unused_sources(step, spec, source), *(s.note() for s in made))
-    findings += (*unread_keys(step, spec, source), *survey_note(road))
+    findings = (*contradicted_values(stated, known, source), *unused_sources(step, spec, source))
+    findings += (*(s.note() for s in made), *unread_keys(step, spec, source), *survey_note(road))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
 
@@ -162,7 +162,7 @@ def _exchanged(step: Step, spec: TestSpec, logs: Sequence[Log]) -> tuple[Finding
     """Problems of runs with exchanged columns; only tested if each run has one log."""
     if len(logs) != len(spec.runs) or spec.loggers or not spec.channels:
         return ()
-    mapped, known = logged(spec.channels), step.channels()
+    mapped, known = logged_channels(spec.channels), step.channels()
     columns = {n: (c.column, c.unit, known[n].unit) for n, c in mapped.items() if n in known}
     return tuple(exchanged_columns(logs, columns, [run.columns for run in spec.runs]))
 
@@ -182,12 +182,12 @@ def _of_dropped(finding: Finding, dropped: Iterable[Location]) -> bool:
 
 def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters, source: YamlSource) -> None:
     """Prepare the step, so that missing parameters are reported together with all other problems."""
-    with suppress(ResultError), at_vehicle(step, source):
+    with suppress(ResultError), missing_at_vehicle(step, source):
         step.prepare(spec, data, known)
 
 
 @contextmanager
-def at_vehicle(step: Step, source: YamlSource) -> Iterator[None]:
+def missing_at_vehicle(step: Step, source: YamlSource) -> Iterator[None]:
     """Report a parameter that a step lacks at the line of ``vehicle`` in the description, not at the step's name.
 
     Raises

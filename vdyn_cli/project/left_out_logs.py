@@ -26,7 +26,7 @@ class GuessedLog:
     guesses: Mapping[str, ChannelGuess]
     window: str = ""
 
-    def meanings(self) -> dict[str, tuple[tuple[Words, str], str]]:
+    def decided_columns(self) -> dict[str, tuple[tuple[Words, str], str]]:
         """Column, without its unit, and group of each decided channel."""
         return {channel: (without_unit(column), group) for channel, (column, group) in self.columns().items()}
 
@@ -48,7 +48,7 @@ class GuessedLog:
         }
 
 
-def single_coasts(log: GuessedLog, falling: str, drive: Collection[str]) -> list[GuessedLog]:
+def split_coast_downs(log: GuessedLog, falling: str, drive: Collection[str]) -> list[GuessedLog]:
     """The parts of a log with several coast-downs, each from a few seconds before it; else the log.
 
     Parameters
@@ -71,7 +71,7 @@ def single_coasts(log: GuessedLog, falling: str, drive: Collection[str]) -> list
     return parts
 
 
-def usual_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog:
+def reference_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog:
     """The log with which the others are compared: of those with most needed channels, one of the most frequent kind."""
     keys = [_key(log, needed) for log in logs]
     alike = Counter(keys)
@@ -98,7 +98,7 @@ def why_left_out(
 
 
 def _key(log: GuessedLog, needed: Collection[str]) -> tuple[tuple[str, tuple[tuple[Words, str], str]], ...]:
-    return tuple((n, at) for n, at in log.meanings().items() if n in needed)
+    return tuple((n, at) for n, at in log.decided_columns().items() if n in needed)
 
 
 def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:

@@ -59,9 +59,9 @@ def _kinds(logs: Sequence[GuessedLog]) -> list[list[GuessedLog]]:
 
 
 def _alike(logs: Sequence[GuessedLog], needed: Sequence[str]) -> bool:
-    first = logs[0].meanings()
+    first = logs[0].decided_columns()
     there = [n for n in needed if n in first]
-    return len(there) > 1 and all(log.meanings().get(n) == first[n] for log in logs for n in there)
+    return len(there) > 1 and all(log.decided_columns().get(n) == first[n] for log in logs for n in there)
 
 
 def _one_drive(logs: Sequence[GuessedLog]) -> bool:

@@ -21,7 +21,7 @@ RATED = ("speed", "vehicle_speed", "wheel_speed", "motor_speed")  # a single whe
 LEAST_RUNS = 3
 
 
-def with_pair_doubts(clocks: Sequence[ClockDifference], cut: Sequence[CutLog]) -> tuple[CutLog, ...]:
+def with_pair_warnings(clocks: Sequence[ClockDifference], cut: Sequence[CutLog]) -> tuple[CutLog, ...]:
     """The runs ``cut``, with a warning for each doubtful pair of logs."""
     doubts = list(doubtful_pairs(clocks, [one.log for one in cut]))
     own = [tuple(f for f in doubts if f.where == one.log.name) for one in cut]

@@ -12,11 +12,11 @@ import numpy as np
 from vdyn_cli.description.spec_loading import load_partial
 from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import YamlSource
-from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, known_channels, scalings
+from vdyn_cli.project.channel_sources import Scaling, channel_maps, known_channels, scalings, with_known_channels
 from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.description_checks import wrong_channels, wrong_effects
 from vdyn_cli.project.given_values import given_air, given_parameters, read_known
-from vdyn_cli.project.inputs import Inputs, at_vehicle, condensed_logs
+from vdyn_cli.project.inputs import Inputs, condensed_logs, missing_at_vehicle
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, in_file_order, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -54,7 +54,7 @@ class DayDescription:
         step, spec = self.step, self.spec
         assert step.planned is not None
         rng = np.random.default_rng(seed)
-        with at_vehicle(step, self.source):
+        with missing_at_vehicle(step, self.source):
             logs = step.planned.logs(DayRequest(spec, self.known, self.at, rng))
         problems: list[Finding] = []
         constants = known_channels(step, spec, self.source, problems)
@@ -65,7 +65,7 @@ class DayDescription:
         absent = sorted(mapped - {"time", *constants, *logs[0].channels, *_sources(step)} - _parts(step))
         what = "is mapped, but the simulation has no such channel; the plan does not use it"
         findings = tuple(Finding(f"channel '{name}'", what) for name in absent)
-        logs = tuple(completed(_sourced(_mapped(step, log, mapped), made), constants, ()) for log in logs)
+        logs = tuple(with_known_channels(_sourced(_mapped(step, log, mapped), made), constants, ()) for log in logs)
         used, _ = condensed_logs(logs, step.rate(spec))
         data: Any = used if step.load is None else step.load(spec, self.source.path.parent, used)[0]
         return Inputs(step, spec, self.source, data, logs, self.known, {}, findings, made)

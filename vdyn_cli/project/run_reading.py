@@ -20,7 +20,7 @@ from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.io.sample_times import impossible_clock
-from vdyn_cli.project.channel_sources import Scaling, channel_maps, completed, logged
+from vdyn_cli.project.channel_sources import Scaling, channel_maps, logged_channels, with_known_channels
 from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.road_profile import with_grade
 from vdyn_cli.quantities.clock_difference import ClockDifference
@@ -62,7 +62,7 @@ def read_run(
     problems = [f for key in ("columns", "signs", "units") for f in _unmapped(run, spec, source, ("runs", index, key))]
     read, no_unit, units = [], set[str](), dict[str, str]()
     for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
-        mapped = logged(channels)
+        mapped = logged_channels(channels)
         mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
         mapped |= {n: c.model_copy(update={"sign": c.sign * run.signs[n]}) for n, c in mapped.items() if n in run.signs}
         mapped |= {n: c.model_copy(update={"unit": run.units[n]}) for n, c in mapped.items() if n in run.units}
@@ -94,7 +94,7 @@ def read_run(
     found = _in_window(run, found, place)
     # If a torque drives the vehicle, the fit can decide which of two channels has the wrong scale.
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
-    log = summed(step, within_physics(step, log, no_unit))
+    log = with_totals(step, within_physical_limits(step, log, no_unit))
     tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
     log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
     return replace(found, log=log), clocks
@@ -130,7 +130,7 @@ def _align_on(spec: TestSpec) -> AlignOn:
 
 def _unmapped(run: Run, spec: TestSpec, source: YamlSource, at: Location) -> list[Finding]:
     """Findings on columns, signs or units of a run for channels that no logger maps."""
-    mapped = [n for channels, _ in channel_maps(spec) for n in logged(channels)]
+    mapped = [n for channels, _ in channel_maps(spec) for n in logged_channels(channels)]
     remedy = "map it, with its unit, under channels"
     return [
         Finding(source.where((*at, n)), f"channel '{n}' is not mapped", str(value), remedy)
@@ -154,7 +154,7 @@ def ready_log(
     ----------
     constants : SI value of each constant channel. made : computed channels. road : the road survey, or None.
     """
-    return with_grade(summed(step, completed(with_held_interpolated(log), constants, made)), road)
+    return with_grade(with_totals(step, with_known_channels(with_held_interpolated(log), constants, made)), road)
 
 
 def _cut_orders(run: Run) -> CutOrders:
@@ -164,7 +164,7 @@ def _cut_orders(run: Run) -> CutOrders:
     return CutOrders(run.cuts == "automatic", cut, kept)
 
 
-def within_physics(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
+def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
     """The log, if its clock and channels are possible for a vehicle; otherwise a unit is probably wrong.
 
     Parameters
@@ -204,7 +204,7 @@ def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Loca
     return Column(channel.column, unit, quantity.unit, sign, False, place, group, channel.source, channel.scale)
 
 
-def summed(step: Step, log: Log) -> Log:
+def with_totals(step: Step, log: Log) -> Log:
     """The log with totals summed from mapped parts, such as ``front_load|front_left_load+front_right_load``."""
     for entry in (*step.required, *step.optional):
         (total, *_), *ways = alternatives(entry)
