@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.interval_union import Answer, biases, widened
+from vdyn_cli.diagnosis.interval_union import OpenAnswer, biases, widened
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases, unexplained_size, walk
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -17,7 +17,7 @@ def one(value: float, half: float, source: str = "coastdown") -> Estimate:
 
 
 def test_an_interval_holds_those_of_all_answers():
-    answers = [Answer("headwind", {"a": one(3.0, 0.5)}), Answer("road_grade", {"a": one(0.0, 0.2)})]
+    answers = [OpenAnswer("headwind", {"a": one(3.0, 0.5)}), OpenAnswer("road_grade", {"a": one(0.0, 0.2)})]
     found = widened(Parameters({"a": one(1.0, 0.4), "given": one(2.0, 0.1, "given")}), answers)
     assert found["a"].value == 1.0
     assert found["a"].interval95 == pytest.approx((-0.2, 3.5))
@@ -28,8 +28,8 @@ def test_an_interval_holds_those_of_all_answers():
 
 def test_an_answer_with_a_probability_counts_by_it():
     published = Parameters({"a": one(1.0, 0.4)})
-    rare = widened(published, [Answer("brake", {"a": one(3.0, 0.5)}, probability=0.01)])["a"]
-    likely = widened(published, [Answer("brake", {"a": one(3.0, 0.5)}, probability=0.3)])["a"]
+    rare = widened(published, [OpenAnswer("brake", {"a": one(3.0, 0.5)}, probability=0.01)])["a"]
+    likely = widened(published, [OpenAnswer("brake", {"a": one(3.0, 0.5)}, probability=0.3)])["a"]
     assert rare.interval95 == pytest.approx((0.6, 1.4), abs=0.05)
     assert likely.interval95[0] == pytest.approx(0.6)
     assert 3.0 < likely.interval95[1] < 3.5
@@ -37,7 +37,7 @@ def test_an_answer_with_a_probability_counts_by_it():
 
 
 def test_a_bias_by_the_unexplained_adds_in_squares():
-    found = widened(Parameters({"a": one(1.0, 0.3)}), [Answer("baseline", {"a": one(1.0, 0.3)}, {"a": 0.4})])
+    found = widened(Parameters({"a": one(1.0, 0.3)}), [OpenAnswer("baseline", {"a": one(1.0, 0.3)}, {"a": 0.4})])
     assert found["a"].interval95 == pytest.approx((0.5, 1.5))
     assert found["a"].spans == ("unexplained",)
 

@@ -244,9 +244,9 @@ def beside_a_bent_trace(hidden: float, bent: float, seed: int) -> Scores:
 def test_a_large_bent_trace_hides_no_other_cause() -> None:
     hiding = [beside_a_bent_trace(2.0, 60.0, k) for k in range(20)]
     assert sum(s.p_value(draws=399) > 0.05 for s in hiding) >= 15
-    assert sum(s.p_value(draws=399, evened=True) > 0.05 for s in hiding) <= 1
+    assert sum(s.p_value(draws=399, scaled=True) > 0.05 for s in hiding) <= 1
 
 
 def test_an_even_footing_keeps_the_level() -> None:
-    alarms = sum(beside_a_bent_trace(0.0, 0.0, 500 + k).p_value(draws=199, evened=True) <= 0.05 for k in range(300))
+    alarms = sum(beside_a_bent_trace(0.0, 0.0, 500 + k).p_value(draws=199, scaled=True) <= 0.05 for k in range(300))
     assert 5 <= alarms <= 25

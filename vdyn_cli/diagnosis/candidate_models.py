@@ -87,7 +87,9 @@ def _likely_singles(found: Detection) -> list[str]:
     return sorted((n for n in found.testable if evidence[n] >= least), key=lambda n: -evidence[n])
 
 
-def beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
+def singles_beyond_range(
+    strategy: Strategy, tried: Sequence[CandidateModel], found: Detection
+) -> tuple[CandidateModel, ...]:
     """Candidate models of single effects with amplitudes beyond their plausible range, up to ``open_range`` times it.
 
     Parameters
@@ -95,7 +97,7 @@ def beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Det
     tried : candidate models of one effect. found : scores of the candidates beside the baseline.
     """
     names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
-    wide = strategy.beyond_range()
+    wide = strategy.with_open_range()
     models = [candidate_model(wide, (n,)) for n in names]
     return tuple(m for m in models if m is not None)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.diagnosis.detection import Detection
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
-from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.quantities.diagnosis import Detectable
 
@@ -30,7 +30,7 @@ def detectable(setup: DiagnosisSetup, found: Detection) -> tuple[Detectable, ...
         if spread.size != 1:
             continue
         unknown = next(iter(effect.unknowns))
-        least, most = quantile * float(spread[0]), reach(effect, unknown)
+        least, most = quantile * float(spread[0]), largest_plausible(effect, unknown)
         if least < most:
             entry = Detectable(effect=name, label=effect.label, amplitude=least, unit=effect.unknowns[unknown].unit)
             shares.append((least / most, entry))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import ceil, log2
 from typing import Literal
 
-from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import Scores
@@ -55,7 +55,7 @@ def detect(strategy: Strategy, at: FittedModel) -> Detection:
     names = [n for n in model.setup.candidates if n not in at.effects]
     found = model.scores(at, [*names, *model.setup.families])
     testable = tuple(n for n in names if is_testable(model, found, n))
-    chance = p_value(model, at, found, testable, evened=True)
+    chance = p_value(model, at, found, testable, scaled=True)
     if model.setup.far_off and not at.effects:  # scores mean little then, and an error is certain
         chance = min(chance, found.smallest_p())
     return Detection(
@@ -70,7 +70,7 @@ def detect(strategy: Strategy, at: FittedModel) -> Detection:
     )
 
 
-def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[str], evened: bool = False) -> float:
+def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[str], scaled: bool = False) -> float:
     """Probability of statistics as large, over three families of tests, if none of these effects were present.
 
     p = min over families of p_family / share, with the shares of the policy scaled to sum to one. Effects that vary
@@ -79,7 +79,7 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
     Parameters
     ----------
     at, found : the fitted model, and the scores beside it.
-    evened : see ``Scores.p_value``.
+    scaled : see ``Scores.p_value``.
     """
     kind = {n: model.setup.candidates[n].kind for n in names}
     within = [n for n in names if kind[n] == "within_run"]
@@ -90,11 +90,11 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
     shares["profiles"] = POLICY.profile_share if profiles else 0.0
     parts = []
     if within:
-        parts.append(found.p_value(within, evened=evened) / shares["within"])
+        parts.append(found.p_value(within, scaled=scaled) / shares["within"])
     if between:
         parts.append(model.scores(at, between, runs=True).p_value() / shares["between"])
     if profiles:
-        parts.append(found.p_value(profiles, evened=evened) / shares["profiles"])
+        parts.append(found.p_value(profiles, scaled=scaled) / shares["profiles"])
     return min(1.0, sum(shares.values()) * min(parts)) if parts else 1.0
 
 
@@ -137,7 +137,7 @@ def reachable_t(model: FullModel, found: Scores, name: str) -> float:
     effect = model.setup.candidates[name]
     spread: Sequence[float] = found.spread[name].tolist()
     each = zip(model.amplitudes(name), spread, strict=True)
-    return max((reach(effect, n) / s for n, s in each if s > 0), default=0.0)
+    return max((largest_plausible(effect, n) / s for n, s in each if s > 0), default=0.0)
 
 
 def fewest_runs(level: float) -> int:

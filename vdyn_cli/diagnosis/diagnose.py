@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.detectable import detectable
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extension import Extension, extended
 from vdyn_cli.diagnosis.judgment import Judgment, judge, resized
-from vdyn_cli.diagnosis.matters import limits_of
+from vdyn_cli.diagnosis.materiality import limits_of
 from vdyn_cli.diagnosis.next_test import next_tests
 from vdyn_cli.diagnosis.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.part_figure import part_figure

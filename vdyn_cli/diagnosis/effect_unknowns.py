@@ -49,7 +49,7 @@ def unknowns_of(
         low, high = bounds_of(effect, name)
         if name not in effect.possible and not low <= holding.get(name, low) <= high:
             low, high = (end * POLICY.open_range / POLICY.range_factor for end in (low, high))
-        std = POLICY.catalogue_prior * max((reach(effect, name), *map(abs, effect.possible.get(name, ()))))
+        std = POLICY.catalogue_prior * max((largest_plausible(effect, name), *map(abs, effect.possible.get(name, ()))))
         found.append(Unknown(name, 0.0, low, high, unit, (0.0, std) if prior else None))
     return tuple(found)
 
@@ -99,7 +99,7 @@ def coarse_starts(effect: Effect) -> tuple[float, ...]:
     return tuple(end / 1.5 / POLICY.coarse_ratio**k for end in (low, high) if end for k in range(COARSE))
 
 
-def reach(effect: Effect, name: str) -> float:
+def largest_plausible(effect: Effect, name: str) -> float:
     """The largest plausible magnitude of an unknown, in its unit."""
     quantity = effect.unknowns[name]
     return max(abs(quantity.lower), abs(quantity.upper))

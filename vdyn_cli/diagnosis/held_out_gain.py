@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vdyn_cli.diagnosis.cross_validation import CrossValidation, Fold
 from vdyn_cli.diagnosis.finding_size import explained_share
 from vdyn_cli.diagnosis.fold_selection import information, sufficient
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.gain_variance import PredictionError, day_to_day_variance, prediction_error
-from vdyn_cli.diagnosis.left_out import Fold, LeftOut
 from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, initial_values
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import scores
@@ -105,17 +105,17 @@ def held_out_gain(
     """
     priors, model = strategy.prior_values, strategy.model
     fewest = POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out
-    cut: dict[int, LeftOut] = {}
+    cut: dict[int, CrossValidation] = {}
 
-    def left_out(one: FittedModel) -> LeftOut:
-        return cut.setdefault(id(one.system), LeftOut(one.system, fewest))
+    def folds_of(one: FittedModel) -> CrossValidation:
+        return cut.setdefault(id(one.system), CrossValidation(one.system, fewest))
 
-    folds = left_out(base).folds
+    folds = folds_of(base).folds
     if folds[0][0] < 0 and len(folds) < POLICY.fewest_blocks_left_out:
         return None
 
     def with_these_folds(one: FittedModel | None, fallback: FittedModel) -> FittedModel:
-        return one if one is not None and len(left_out(one).folds) == len(folds) else fallback
+        return one if one is not None and len(folds_of(one).folds) == len(folds) else fallback
 
     answer = with_these_folds(strategy.relinearized(extended), extended)
     selecting = with_these_folds(selection.at, base)
@@ -126,17 +126,17 @@ def held_out_gain(
         chosen = extended.effects  # nondifferentiable effects cannot be selected at zero amplitude
         if set(chosen) <= set(selection.candidates):
             choice = Selection(selection.candidates, selecting)
-            chosen = _selected(strategy, choice, k, left_out(selecting), extended.effects)
+            chosen = _selected(strategy, choice, k, folds_of(selecting), extended.effects)
         at = answer if chosen == extended.effects else selecting
         rival = strategy.fitted(chosen) if at is selecting and answer is extended and len(chosen) == 1 else None
         if rival is not None and len(extended.effects) == 1:
             # One linearization misleads where an effect is large: compare its choice and the answer, each on its own.
             rival = with_these_folds(rival, answer)
-            at = min((rival, answer), key=lambda one: _misfit(one, left_out(one), k, model.with_base(one.effects)))
+            at = min((rival, answer), key=lambda one: _misfit(one, folds_of(one), k, model.with_base(one.effects)))
             chosen = at.effects
-        first, fold = left_out(without).folds[k], left_out(at).folds[k]
-        values = _values(at, left_out(at), k, model.with_base(chosen))
-        baseline = _values(without, left_out(without), k, model.base)
+        first, fold = folds_of(without).folds[k], folds_of(at).folds[k]
+        values = _values(at, folds_of(at), k, model.with_base(chosen))
+        baseline = _values(without, folds_of(without), k, model.base)
         fitted.append((_error(without, first, baseline), _error(at, fold, values)))
         if not priors:
             continue
@@ -145,7 +145,7 @@ def held_out_gain(
             simulated[chosen] = with_these_folds(strategy.predicted(answer, chosen, values), at)
         predicted = simulated[chosen]
         before.append(_error(without, first, priors, as_measured=True))
-        after.append(_error(predicted, left_out(predicted).folds[k], values, as_measured=True))
+        after.append(_error(predicted, folds_of(predicted).folds[k], values, as_measured=True))
     refits = [b for b, _ in fitted], [a for _, a in fitted]
     return _summary((before, after) if priors else refits, refits)
 
@@ -163,7 +163,7 @@ def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
 
 
 def _selected(
-    strategy: Strategy, selection: Selection, fold: int, folds: LeftOut, answer: Sequence[str]
+    strategy: Strategy, selection: Selection, fold: int, folds: CrossValidation, answer: Sequence[str]
 ) -> tuple[str, ...]:
     """The effects that the fold would have selected: one that suffices, else a pair, else by forward selection.
 
@@ -172,12 +172,12 @@ def _selected(
     """
     model, found = strategy.model, list[str]()
     every = {n: model.amplitudes(n) for n in (*selection.candidates, *model.setup.families)}
-    found_here = information(folds.rest(fold), model.base, every, list(model.setup.families))
+    found_here = information(folds.training(fold), model.base, every, list(model.setup.families))
     chosen = sufficient(found_here, selection.candidates, len(answer))
     if chosen is not None:
         return chosen
     for _ in answer:
-        rest = folds.kept(fold)
+        rest = folds.training_by_unit(fold)
         others = {n: model.amplitudes(n) for n in selection.candidates if n not in found}
         scored = scores(rest, model.with_base(found), others)
         best = scored.strongest()
@@ -186,22 +186,22 @@ def _selected(
         found.append(best)
         again = strategy.fitted(found) if strategy.nonlinear and set(found) < set(answer) else None
         if again is not None:
-            there = LeftOut(again.system, folds.fewest)
+            there = CrossValidation(again.system, folds.fewest)
             folds = there if len(there.folds) == len(folds.folds) else folds
     return tuple(sorted(found))
 
 
-def _values(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) -> dict[str, float]:
+def _values(at: FittedModel, folds: CrossValidation, fold: int, names: Sequence[str]) -> dict[str, float]:
     """Shared unknowns by a fit to all rows outside the fold."""
-    rest = folds.rest(fold)
+    rest = folds.training(fold)
     step = _least_squares(rest.of([*names, *rest.own]), rest.y)
     point = _point(at.runs)
     return {n: point[n] + move for n, move in zip(names, step.tolist(), strict=False)}
 
 
-def _misfit(at: FittedModel, folds: LeftOut, fold: int, names: Sequence[str]) -> float:
+def _misfit(at: FittedModel, folds: CrossValidation, fold: int, names: Sequence[str]) -> float:
     """Residual sum of squares of a fit to all rows outside the fold."""
-    rest = folds.rest(fold)
+    rest = folds.training(fold)
     columns = rest.of([*names, *rest.own])
     return float(np.sum((rest.y - columns @ _least_squares(columns, rest.y)) ** 2))
 

@@ -26,7 +26,7 @@ STEP = 0.1  # share of a bias, the step over which derived parameters are differ
 
 
 @dataclass(frozen=True)
-class Answer:
+class OpenAnswer:
     """One answer that the data leave open.
 
     Parameters
@@ -46,7 +46,7 @@ class Answer:
 UNEXPLAINED = "unexplained"  # marks an interval widened by an unexplained residual
 
 
-def widened(published: Parameters, answers: Sequence[Answer]) -> Parameters:
+def widened(published: Parameters, answers: Sequence[OpenAnswer]) -> Parameters:
     """The published parameters with intervals that include those of all answers; ``spans`` lists what widened them.
 
     A given parameter is not changed. ``std`` grows in proportion to the longer side of the interval.
@@ -54,7 +54,7 @@ def widened(published: Parameters, answers: Sequence[Answer]) -> Parameters:
     return replace(published, estimates={n: _widened(n, e, answers) for n, e in published.items()})
 
 
-def _widened(name: str, one: Estimate, answers: Sequence[Answer]) -> Estimate:
+def _widened(name: str, one: Estimate, answers: Sequence[OpenAnswer]) -> Estimate:
     low, high = one.interval95
     if not high > low or one.source == "given":
         return one
@@ -81,7 +81,7 @@ def _widened(name: str, one: Estimate, answers: Sequence[Answer]) -> Estimate:
     return replace(one, interval95=(begin, end), std=std, spans=tuple(dict.fromkeys(spans)))
 
 
-def _averaged(name: str, own: tuple[float, float], answers: Sequence[Answer]) -> tuple[float, ...]:
+def _averaged(name: str, own: tuple[float, float], answers: Sequence[OpenAnswer]) -> tuple[float, ...]:
     """The interval of the mixture of the published estimate and of answers with a probability; empty without any."""
     others = [(a.probability, a.parameters[name].interval95) for a in answers if a.probability and name in a.parameters]
     others = [(p, (low, high)) for p, (low, high) in others if high > low]

@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 from vdyn_cli.diagnosis.candidate_models import (
     CandidateModel,
     alternatives,
-    beyond_range,
     catalogue_falls_short,
     forward_selection,
     pairs,
     singles,
+    singles_beyond_range,
 )
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
@@ -297,7 +297,7 @@ def _with_rivals(
         return ()
     least = min(_unknowns(strategy, t) for t in answers)
     simpler = nearly_sufficient([t for t in tried if t not in answers and _unknowns(strategy, t) < least])
-    beyond = beyond_range(strategy, tried, found)
+    beyond = singles_beyond_range(strategy, tried, found)
     every = (*tried, *beyond)
     stand = not_significantly_worse(strategy.model, every) or nearly_sufficient(every)
     return (*simpler, *answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
@@ -309,7 +309,7 @@ def _unknowns(strategy: Strategy, one: CandidateModel) -> int:
 
 def _beyond_alone(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
     """The best effect that would suffice if its amplitude were not beyond its plausible range."""
-    stand = [t for t in beyond_range(strategy, tried, found) if t.sufficient]
+    stand = [t for t in singles_beyond_range(strategy, tried, found) if t.sufficient]
     return min(stand, key=lambda t: t.cost, default=None)
 
 

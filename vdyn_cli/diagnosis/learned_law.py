@@ -119,8 +119,8 @@ def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ..
     if not np.isfinite(distance):
         return None
     values = finding.fitted.solution.values
-    left = curve.beside_baseline(curve.value - size * column, values)
-    deviation = curve.beside_baseline(curve.value, values)
+    left = curve.unabsorbed(curve.value - size * column, values)
+    deviation = curve.unabsorbed(curve.value, values)
     return (size, *best), distance, float(curve.weights @ left**2), float(curve.weights @ deviation**2)
 
 

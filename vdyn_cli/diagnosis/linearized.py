@@ -77,7 +77,7 @@ class LinearizedStrategy:
             self._predictions[key] = FittedModel(tuple(effects), fitted.solution, runs, linearized_system(runs))
         return self._predictions[key]
 
-    def beyond_range(self) -> LinearizedStrategy:
+    def with_open_range(self) -> LinearizedStrategy:
         """See Strategy. The point of linearization stays; relinearized fits stay within the plausible range."""
         wide = LinearizedStrategy(with_open_range(self.model), self.relinearization)
         wide._fits.keep((), self.fitted(()))

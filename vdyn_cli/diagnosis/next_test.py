@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 from math import ceil
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner, PlannedTest
 from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.judgment import Judgment
@@ -166,7 +166,7 @@ def _more_data(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
     contrasts = []
     for effect in turning:
         unknown = model.amplitudes(effect)[0]
-        amplitude = POLICY.typical_share * reach(setup.candidates[effect], unknown)
+        amplitude = POLICY.typical_share * largest_plausible(setup.candidates[effect], unknown)
         contrasts.append(Contrast({unknown: amplitude}, _beside(model, [e for e in turning if e != effect])))
     return (first, *_planned(designer, contrasts, turning, designer.best(contrasts), AT_TYPICAL))
 

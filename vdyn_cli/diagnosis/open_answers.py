@@ -9,7 +9,7 @@ from types import MappingProxyType
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.extension import Extension, publish_with
 from vdyn_cli.diagnosis.full_model import FittedModel
-from vdyn_cli.diagnosis.interval_union import Answer, biases, widened
+from vdyn_cli.diagnosis.interval_union import OpenAnswer, biases, widened
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.learned_law import Learned
 from vdyn_cli.diagnosis.probable_answers import probable_answers
@@ -53,29 +53,29 @@ def with_open_answers(
     if judgment.verdict == "adequate":
         plain = extension.result is None and judgment.note is None
         return _averaged(strategy, judgment.base, problem, result) if plain else result
-    found: list[Answer] = []
+    found: list[OpenAnswer] = []
     others: list[Result] = []
     answer, note = judgment.answer, HOLD_ALL
     if judgment.verdict == "ambiguous" or extension.open:
         answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
         found, others = _published(strategy, answers, problem, result, known=extension.answers)
         if not extension.open:
-            found = [Answer(BASELINE, base.parameters), *found]
+            found = [OpenAnswer(BASELINE, base.parameters), *found]
     elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
         closest = [c for c in (answer or judgment.closest,) if c is not None]
         learned = answer is not None and bool(set(answer.effects) & strategy.model.setup.learned)
         explained = answer is not None and not learned and (answer.sufficient or answer.nearly_sufficient)
         known = {} if explained else _biases(strategy, judgment.base, base, problem)
         found, others = _published(strategy, closest, problem, base, not explained)
-        found = [Answer(BASELINE, base.parameters, known), *found]
+        found = [OpenAnswer(BASELINE, base.parameters, known), *found]
     elif base.contradicted and set(extension.effects) & strategy.model.setup.learned:
-        found = [Answer(BASELINE, base.parameters, _biases(strategy, judgment.base, base, problem))]
+        found = [OpenAnswer(BASELINE, base.parameters, _biases(strategy, judgment.base, base, problem))]
     elif answer is not None and answer.sufficient:
         return _averaged(strategy, answer.fitted, problem, result)
     elif answer is not None:
         near = strategy.relinearized(answer.fitted)
         more, others = _published(strategy, [one for one, _ in probable_answers(strategy, near)], problem, result)
-        found = [Answer(_label(answer), result.parameters, _biases(strategy, near, result, problem)), *more]
+        found = [OpenAnswer(_label(answer), result.parameters, _biases(strategy, near, result, problem)), *more]
         note = HOLD_REMAINDER
     if others:
         result = problem.spanning(result, others if base.refused or extension.open else (base, *others))
@@ -123,7 +123,7 @@ def _published(
     base: Result,
     unexplained: bool = False,
     known: Mapping[tuple[str, ...], Result] = NO_RESULTS,
-) -> tuple[list[Answer], list[Result]]:
+) -> tuple[list[OpenAnswer], list[Result]]:
     """The parameters with each answer in the model, and the results of those answers that the step can publish.
 
     The parameters are those of the diagnosis's fit where the step publishes no result.
@@ -139,7 +139,7 @@ def _published(
         if result is None:
             result = publish_with(problem, [candidates[e] for e in answer.effects], near.values)[0]
         bias = _biases(strategy, near, result or base, problem) if unexplained else {}
-        found.append(Answer(_label(answer), result.parameters if result else _by_fit(near, base), bias))
+        found.append(OpenAnswer(_label(answer), result.parameters if result else _by_fit(near, base), bias))
         results += [result] if result else []
     return found, results
 

@@ -54,9 +54,9 @@ class Curve:
 
     def deviation(self, values: Mapping[str, float]) -> Array:
         """(n,) the curve minus the nearest law of the baseline's form."""
-        return self.beside_baseline(self.value, values)
+        return self.unabsorbed(self.value, values)
 
-    def beside_baseline(self, curve: Array, values: Mapping[str, float]) -> Array:
+    def unabsorbed(self, curve: Array, values: Mapping[str, float]) -> Array:
         """(n,) the part of a curve that the unknowns of the baseline's law cannot follow, by weighted least squares.
 
         Parameters
@@ -191,6 +191,6 @@ def share_of_curve(curves: Sequence[tuple[Curve, Array]], values: Mapping[str, f
     ----------
     curves : each with the law's values at its points. values : of the unknowns, to linearize the baseline's law.
     """
-    left = sum(float(c.weights @ c.beside_baseline(c.value - law, values) ** 2) for c, law in curves)
+    left = sum(float(c.weights @ c.unabsorbed(c.value - law, values) ** 2) for c, law in curves)
     whole = sum(float(c.weights @ c.deviation(values) ** 2) for c, _ in curves)
     return 1.0 - float(np.sqrt(left / whole)) if whole > 0 and left < whole else 0.0

@@ -102,7 +102,7 @@ def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> Learne
         for x, v, b, h in zip(
             c.at.tolist(),
             c.value.tolist(),
-            (c.value - c.beside_baseline(c.value, base)).tolist(),
+            (c.value - c.unabsorbed(c.value, base)).tolist(),
             c.half.tolist(),
             strict=True,
         )

@@ -39,7 +39,7 @@ class Policy:
         "A family's share multiplies its p value by 1/0.4 = 2.5: with a larger smallest p value the test never "
         "rejects. Rounded up.",
     )  # fmt: skip
-    even_share: float = _threshold(
+    scaled_share: float = _threshold(
         0.1, "share of a family", "spent on statistics scaled by their own sign-flip mean",
         "Where the baseline's error is many times the noise, sign flips of one large sensitivity hide the others. A "
         "tenth costs the plain test 10 % of its level; tests/diagnosis/test_scores.py measures level and power.",

@@ -18,7 +18,7 @@ import math
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel, candidate_model
 from vdyn_cli.diagnosis.detection import is_testable
-from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -38,7 +38,7 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
         if beside.spread[name].size == 1 and is_testable(model, beside, name):
             effect = model.setup.candidates[name]
             first, std = model.amplitudes(name)[0], float(beside.spread[name][0])
-            sigma = POLICY.catalogue_prior * reach(effect, first)
+            sigma = POLICY.catalogue_prior * largest_plausible(effect, first)
             stated = model.setup.stated.get(first, sigma)
             if std < stated:  # else the stated standard deviation, which the intervals include, is the smaller one
                 odds[name] = bayes_factor(float(beside.estimate[name][0]), std, min(sigma, stated))

@@ -47,7 +47,7 @@ class RefitStrategy:
         """None: predictions use the fit itself."""
         return None
 
-    def beyond_range(self) -> RefitStrategy:
+    def with_open_range(self) -> RefitStrategy:
         """See Strategy."""
         wide = RefitStrategy(with_open_range(self.model))
         wide._fits.keep((), self.fitted(()))

@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.detectable import detectable
 from vdyn_cli.diagnosis.detection import detect, fewest_runs
 from vdyn_cli.diagnosis.diagnosis_record import not_testable
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
-from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.policy import POLICY
@@ -64,7 +64,7 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     found = detect(strategy, base)
     hidden = [u for u in untestable(model, base, found) if u.obstacle != "runs" or runs < fewest_runs(POLICY.level)]
     amplitudes = {
-        n: {next(iter(names)): POLICY.typical_share * reach(model.setup.candidates[n], next(iter(names)))}
+        n: {next(iter(names)): POLICY.typical_share * largest_plausible(model.setup.candidates[n], next(iter(names)))}
         for n in model.setup.candidates
         if len(names := model.amplitudes(n)) == 1
     }
@@ -104,10 +104,10 @@ def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple
         round(designer.times * model.runs),
         1,
     )
-    return tuple(_brought(designer, one, questions) for one in (*designer.manoeuvres[:SHOWN], again))
+    return tuple(_added_by(designer, one, questions) for one in (*designer.manoeuvres[:SHOWN], again))
 
 
-def _brought(designer: ExperimentDesigner, one: Manoeuvre, questions: Sequence[Question]) -> AddedRuns:
+def _added_by(designer: ExperimentDesigner, one: Manoeuvre, questions: Sequence[Question]) -> AddedRuns:
     """The fewest runs of a manoeuvre that separate any of the effects, or one set of runs where none does."""
     answers: list[Separation] = []
     for times in range(1, one.most + 1):

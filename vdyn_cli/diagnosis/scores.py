@@ -69,7 +69,7 @@ class Scores:
         return max(named, key=lambda n: self.evidence[n], default=None)
 
     def p_value(
-        self, among: Sequence[str] | None = None, draws: int = POLICY.sign_draws, evened: bool = False
+        self, among: Sequence[str] | None = None, draws: int = POLICY.sign_draws, scaled: bool = False
     ) -> float:
         """Probability that the strongest of these candidates would be as strong if none were present.
 
@@ -77,7 +77,7 @@ class Scores:
 
         Parameters
         ----------
-        evened : spend a part of the level on statistics divided by their own mean over flips. Otherwise, where the
+        scaled : spend a part of the level on statistics divided by their own mean over flips. Otherwise, where the
             baseline's error is many times the noise, flips of one large sensitivity hide a candidate that all units
             support.
         """
@@ -87,12 +87,12 @@ class Scores:
         by_flips = self._flipped(named, draws)
         seen = {n: self.statistic[n] for n in named}
         flipped = self._as_strong(seen, by_flips)
-        if evened:
+        if scaled:
             scale = {n: max(1.0, float(np.mean(np.append(t, seen[n]))) / self.rank[n]) for n, t in by_flips.items()}
             even = self._as_strong(
                 {n: t / scale[n] for n, t in seen.items()}, {n: t / scale[n] for n, t in by_flips.items()}
             )
-            flipped = min(flipped / (1.0 - POLICY.even_share), even / POLICY.even_share, 1.0)
+            flipped = min(flipped / (1.0 - POLICY.scaled_share), even / POLICY.scaled_share, 1.0)
         return max(flipped, self._drawn(named, max(self.evidence[n] for n in named) - 1e-9, draws))
 
     def smallest_p(self) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vdyn_cli.diagnosis.finding_size import FindingSize, explained_share, finding_size, places_of
 from vdyn_cli.diagnosis.judgment import Judgment
-from vdyn_cli.diagnosis.matters import main_output
+from vdyn_cli.diagnosis.materiality import main_output
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.quantities.diagnosis import PointChange, Remainder, Size
 from vdyn_cli.quantities.parameters import Estimate

@@ -38,7 +38,7 @@ class Strategy(Protocol):
         None where predictions use the fit itself, or where the model has no finite value.
         """
 
-    def beyond_range(self) -> Strategy:
+    def with_open_range(self) -> Strategy:
         """The strategy whose effects may exceed their plausible range up to ``open_range``."""
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:

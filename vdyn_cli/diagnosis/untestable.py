@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.diagnosis.detection import Detection, Obstacle, obstacle
-from vdyn_cli.diagnosis.effect_unknowns import reach
+from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import absorbed
@@ -44,7 +44,7 @@ def untestable(model: FullModel, base: FittedModel, found: Detection) -> tuple[U
         why = obstacle(model, found.scores, name)
         if why is None or not np.any(sensitivity):
             continue
-        amplitude = POLICY.typical_share * reach(effect, unknown)
+        amplitude = POLICY.typical_share * largest_plausible(effect, unknown)
         moved = absorbed(base.system, model.base, sensitivity) * amplitude
         bias = {
             n: float(m)

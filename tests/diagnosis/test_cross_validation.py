@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vdyn_cli.diagnosis.left_out import LeftOut
+from vdyn_cli.diagnosis.cross_validation import CrossValidation
 from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
 
 
@@ -18,10 +18,10 @@ def system(runs: int) -> LinearizedSystem:
 
 @pytest.mark.parametrize("runs", [2, 5])
 def test_the_factor_of_the_rest_has_the_products_of_its_rows(runs: int) -> None:
-    left_out = LeftOut(system(runs), 2)
+    left_out = CrossValidation(system(runs), 2)
     assert len(left_out.folds) == runs
     for k, (run, rows) in enumerate(left_out.folds):
-        rest, kept = left_out.rest(k), left_out.kept(k)
+        rest, kept = left_out.training(k), left_out.training_by_unit(k)
         assert run == k
         assert len(kept.y) == np.count_nonzero(~rows)
         for one in (rest, kept):

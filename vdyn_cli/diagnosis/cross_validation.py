@@ -17,7 +17,7 @@ Fold = tuple[int, NDArray[np.bool_]]  # the run that is left out (-1: a block), 
 
 
 @dataclass(frozen=True, eq=False)
-class LeftOut:
+class CrossValidation:
     """The folds of a system: every run is left out in turn, or every block if runs are few.
 
     Parameters
@@ -38,15 +38,15 @@ class LeftOut:
             return [(int(k), of_row == k) for k in runs]
         return [(-1, system.label == u) for u in np.flatnonzero(system.run >= 0)]
 
-    def rest(self, fold: int) -> LinearizedSystem:
+    def training(self, fold: int) -> LinearizedSystem:
         """The system without the rows of a fold; if runs are the units, compressed to one QR factor."""
         if self.system.kind == "run" and not self.system.own:
             factor = self._factors[fold]
             label, one = np.zeros(len(factor), dtype=np.int64), np.ones(1, dtype=np.int64)
             return LinearizedSystem(self.system.names, factor[:, :-1], factor[:, -1], label, 0 * one, one, "run")
-        return self.kept(fold)
+        return self.training_by_unit(fold)
 
-    def kept(self, fold: int) -> LinearizedSystem:
+    def training_by_unit(self, fold: int) -> LinearizedSystem:
         """The system without the rows of a fold, with its units."""
         system, kept = self.system, ~self.folds[fold][1]
         units, label = np.unique(system.label[kept], return_inverse=True)
