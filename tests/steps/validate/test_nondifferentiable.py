@@ -279,9 +279,9 @@ def test_play_that_was_found_before_is_weighted_by_the_car_without_it(drive: Val
     assert later.reference.whitened.setup.prior.values["backlash"] == 0.0
     (requested,) = with_best_zeros(simulated(drive, PLAY), drive.reference).torque_zeros
     assert setup.torque_zeros == pytest.approx((requested,), abs=0.2)
-    whitened = whiten_drives(setup, calm=True)
+    whitened = whiten_drives(setup, averaged=True)
     assert whitened.whitenings[0].oscillation is None, "when a gap is crossed is not known well enough for what follows"
-    assert whiten_drives(simulated(drive, PLAY), calm=True).whitenings[0].oscillation is not None
+    assert whiten_drives(simulated(drive, PLAY), averaged=True).whitenings[0].oscillation is not None
 
 
 def test_effects_of_no_size_keep_the_zeros_of_the_car_they_are_added_to(drive: ValidateProblem) -> None:

@@ -142,7 +142,7 @@ def test_its_lines_may_go_through_parameters_that_are_not_at_their_prior(root: P
 
 def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_path: Path) -> None:
     found = inputs(root, tmp_path, true_parameters(), (1,))
-    w = whiten_drives(prepared(found).baseline, calm=True)
+    w = whiten_drives(prepared(found).baseline, averaged=True)
     (one,) = w.whitenings
     rows = len(one.layout.bins.time)
     covariance = one.factor[:rows] @ one.factor[:rows].T
@@ -341,9 +341,9 @@ def test_left_and_right_torques_drive_the_same_car(root: Path, tmp_path: Path) -
     sides = Log(log.name, log.time, {**channels, "drive_torque_left": each, "drive_torque_right": each})
     one = prepared(found).baseline
     two = prepared(replace(found, data=(sides,))).baseline
-    start = 1.0 * np.r_[one.vector.theta, 0.0, np.zeros(len(one.sensors.zeroed))]
+    start = 1.0 * np.r_[one.vector.theta, 0.0, np.zeros(len(one.sensors.with_zero))]
     whole = one.simulate(0, start, slopes=False).values["speed"]
-    other = two.simulate(0, np.r_[two.vector.theta, 0.0, np.zeros(len(two.sensors.zeroed))], slopes=False).values[
+    other = two.simulate(0, np.r_[two.vector.theta, 0.0, np.zeros(len(two.sensors.with_zero))], slopes=False).values[
         "speed"
     ]
     assert whole == pytest.approx(other, abs=0.02)

@@ -42,8 +42,8 @@ def test_the_runs_are_the_drives_not_their_segments(town: ValidateProblem) -> No
 
 def test_a_segment_alone_has_the_noise_that_it_had(town: ValidateProblem) -> None:
     """Steady sources are separate from the factor: f f' + s s' is the covariance with everything in the factor."""
-    together = whiten_drives(town.baseline, calm=True).whitenings
-    apart = whiten_drives(town.baseline, calm=True, steady_apart=True).whitenings
+    together = whiten_drives(town.baseline, averaged=True).whitenings
+    apart = whiten_drives(town.baseline, averaged=True, steady_apart=True).whitenings
     for whole, one in zip(together, apart, strict=True):
         covariance = one.factor @ one.factor.T + one.steady @ one.steady.T
         np.testing.assert_allclose(covariance, whole.factor @ whole.factor.T, rtol=1e-9, atol=1e-12)
@@ -71,5 +71,5 @@ def test_four_drives_hold_four_winds_however_often_they_stop(tmp_path: Path, mon
     system = linearized_system(linearize(regression, {}, initial_values(regression)))
     known = [u.name for u in regression.shared if u.name not in headwind.unknowns]
     (spread,) = scores(system, known, {"headwind": tuple(headwind.unknowns)}).spread["headwind"]
-    wind = whiten_drives(setup, calm=True).sizes["run_wind"]
+    wind = whiten_drives(setup, averaged=True).sizes["run_wind"]
     assert spread > 0.9 * wind / np.sqrt(4)  # the noise model's response to a wind is that of bins of the speed

@@ -64,13 +64,13 @@ def with_corners(
     torque : (n,) samples with white noise of ``level``. values : (n,) denoised sample by sample.
     lines : before and after each sample.
     """
-    found = _seen(lines, float(np.median(np.diff(time))))
+    found = _corners(lines, float(np.median(np.diff(time))))
     found = _with_short_ramps(found, time, torque, lines, level)
     values, times, heights = values.copy(), [], []
     for group, least, most in _groups(found, lines, time.size):
         middle = 0.5 * (time[group] + time[group + 1])
         broken = _fit(time, torque, least, most, middle)
-        if _holds(broken, level):
+        if _is_consistent(broken, level):
             values[broken.first : broken.end] = broken.at(time[broken.first : broken.end])
             times.append(broken.corners)
             heights.append(broken.at(broken.corners))
@@ -87,7 +87,7 @@ def off_samples(at: Array, time: Array) -> NDArray[np.bool_]:
     return np.asarray(nearest > EDGE * float(np.median(np.diff(time))))
 
 
-def _seen(lines: tuple[LineFits, LineFits], spacing: float) -> Index:
+def _corners(lines: tuple[LineFits, LineFits], spacing: float) -> Index:
     """The sample before each corner: where the slopes of the lines before and after differ most."""
     before, after = lines
     turn = np.abs(after.slopes[1:] - before.slopes[:-1])
@@ -113,8 +113,8 @@ def _with_short_ramps(
     An oscillation also looks straight over so few samples, but does not begin and end on a long line.
     """
     before, after = lines
-    ends = np.flatnonzero(_leaves(time, torque, before, level))
-    starts = np.flatnonzero(_leaves(-time[::-1], torque[::-1], after.turned, level)[::-1])
+    ends = np.flatnonzero(_line_ends(time, torque, before, level))
+    starts = np.flatnonzero(_line_ends(-time[::-1], torque[::-1], after.time_reversed, level)[::-1])
     pairs = list[int]()
     for i, k in zip(ends.tolist(), np.searchsorted(starts, ends, "right").tolist(), strict=True):
         j = int(starts[k]) if k < starts.size else i
@@ -124,7 +124,7 @@ def _with_short_ramps(
     return np.sort(np.r_[found, np.array(pairs, dtype=np.int64)])
 
 
-def _leaves(time: Array, torque: Array, lines: LineFits, level: float) -> NDArray[np.bool_]:
+def _line_ends(time: Array, torque: Array, lines: LineFits, level: float) -> NDArray[np.bool_]:
     """(n,) mask of the samples at which a long line ends: the next sample is not on it."""
     steps = np.diff(time)
     beyond = lines.values[:-1] + lines.slopes[:-1] * steps
@@ -139,7 +139,7 @@ def _is_ramp(time: Array, torque: Array, ends: tuple[int, int], lines: tuple[Lin
     slope, height = np.polyfit(t - t.mean(), x, 1)
     square = float(np.sum((t - t.mean()) ** 2))
     misses = x - height - slope * (t - t.mean())
-    if not _likely(misses, level, t.size - 2):
+    if not _is_noise(misses, level, t.size - 2):
         return False
     end = level * np.sqrt(1.0 / t.size + (t[-1] - t.mean()) ** 2 / square)
     for line, k in zip(lines, ends, strict=True):
@@ -194,11 +194,11 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
     return _Broken(first, end, corners, line, torque[first:end] - line(t))
 
 
-def _holds(broken: _Broken, level: float) -> bool:
+def _is_consistent(broken: _Broken, level: float) -> bool:
     """Whether the residuals of the broken line are consistent with white noise of ``level``."""
-    return _likely(broken.misses, level, max(broken.misses.size - 2 - 2 * broken.corners.size, 1))
+    return _is_noise(broken.misses, level, max(broken.misses.size - 2 - 2 * broken.corners.size, 1))
 
 
-def _likely(misses: Array, level: float, free: int) -> bool:
+def _is_noise(misses: Array, level: float, free: int) -> bool:
     """Whether residuals with ``free`` degrees of freedom are consistent with white noise of ``level``."""
     return bool(np.sum(misses**2) / level**2 < free + LIKELY * np.sqrt(2.0 * free))

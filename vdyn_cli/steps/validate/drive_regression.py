@@ -91,7 +91,7 @@ def drive_regression(setup: SimulationSetup, varies: BetweenDriveSpread) -> Regr
     ----------
     setup : its segments are the windows; its model has the road's slope as an input.
     """
-    w = whiten_drives(_sloping(setup, varies), calm=True)
+    w = whiten_drives(_sloping(setup, varies), averaged=True)
     whole = w.regression
     runs = np.array([s.run for s in w.setup.segments])
     drives = tuple(tuple(np.flatnonzero(runs == u).tolist()) for u in np.unique(runs))

@@ -11,7 +11,7 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.prediction_band import PredictionBand
-from vdyn_cli.steps.validate.segments import MOVING, DriveSegment, driving
+from vdyn_cli.steps.validate.segments import MOVING, DriveSegment, total_drive_torque
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
@@ -47,7 +47,7 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
     )
 
 
-def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) -> tuple[Finding, ...]:
+def missed_drives(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) -> tuple[Finding, ...]:
     """A finding for each drive whose simulated speed is far off, with a remedy.
 
     rms(V_simulated - V_measured) > least max(|V_measured|), over all segments of the log, since one segment may have an
@@ -71,7 +71,7 @@ def foreign(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) ->
         miss = float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2))) / largest
         if miss > least:
             worst = own[int(np.argmax([np.nansum(e**2) for e in errors]))]
-            found.append(_foreign([setup.segments[k] for k in own], setup.segments[worst], miss))
+            found.append(_missed_drive([setup.segments[k] for k in own], setup.segments[worst], miss))
     return tuple(found)
 
 
@@ -91,15 +91,16 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
 def torque_correlation(segments: Sequence[DriveSegment]) -> float:
     """Correlation of the drive torque with the car's acceleration, of means over ``BLOCK``, at equal speed.
 
-    Both less their least-squares fit by 1, v and v^2: the road load's part. A torque of this drive accelerates the car
-    whatever the hills, the mass and the scale of either channel. NaN where torque or speed is constant.
+    Both minus their least-squares fits by 1, v and v^2, which contain the road load. The torque of the same drive is
+    correlated with the acceleration for any hills, mass and channel scales. NaN where torque or speed is constant.
     """
     found = []
     for s in segments:
         speed, bins = s.outputs["speed"], cut(s.time, BLOCK)
         there = np.isfinite(speed)
         speed = np.interp(s.time, s.time[there], speed[there])
-        found.append(np.column_stack([bins.mean(v) for v in (speed, np.gradient(speed, s.time), driving(s.inputs))]))
+        channels = speed, np.gradient(speed, s.time), total_drive_torque(s.inputs)
+        found.append(np.column_stack([bins.mean(v) for v in channels]))
     speed, *both = np.vstack(found).T
     load = np.column_stack([np.ones_like(speed), speed, speed**2])
     rate, torque = (v - load @ np.linalg.lstsq(load, v)[0] for v in both)
@@ -107,7 +108,7 @@ def torque_correlation(segments: Sequence[DriveSegment]) -> float:
     return float(rate @ torque) / size if size > 0 else float("nan")
 
 
-def _foreign(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float) -> Finding:
+def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float) -> Finding:
     """The finding of a drive, with the segment that holds most of its error."""
     several = len(segments) > 1
     name, _, times = worst.name.rpartition(", ") if several else (worst.name, "", "")

@@ -25,7 +25,7 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.broken_lines import off_samples, with_corners
 from vdyn_cli.steps.validate.line_fits import lines_after, lines_before
-from vdyn_cli.steps.validate.segments import RUN_START, DriveSegment, driving
+from vdyn_cli.steps.validate.segments import RUN_START, DriveSegment, total_drive_torque
 
 TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise excites the simulated car
@@ -105,7 +105,7 @@ class DriveInputs:
 
 
 def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float) -> SegmentTorques:
-    torques = {**s.inputs, "drive_torque": driving(s.inputs)} if "drive_torque" in inputs else s.inputs
+    torques = {**s.inputs, "drive_torque": total_drive_torque(s.inputs)} if "drive_torque" in inputs else s.inputs
     names = [n for n in NOISY_INPUTS if n in inputs]
     read = {n: s.sampled.get(n, (s.time, torques[n])) for n in names}
     rng = np.random.default_rng([SEED, run])

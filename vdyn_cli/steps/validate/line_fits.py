@@ -37,7 +37,7 @@ class LineFits:
     reach: NDArray[np.int64]
 
     @property
-    def turned(self) -> LineFits:
+    def time_reversed(self) -> LineFits:
         """The fits with reversed time."""
         values, variance, reach = self.values[::-1], self.variance[::-1], self.reach[::-1]
         return LineFits(values, variance, -self.slopes[::-1], self.slope_variance[::-1], reach)
@@ -79,7 +79,7 @@ def lines_after(time: Array, values: Array, level: float) -> LineFits:
     ----------
     time : (n,) s, rising. values : (n,). level : standard deviation of the white noise, in the unit of values.
     """
-    return lines_before(-time[::-1], values[::-1], level).turned
+    return lines_before(-time[::-1], values[::-1], level).time_reversed
 
 
 def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array, Array, Array]:

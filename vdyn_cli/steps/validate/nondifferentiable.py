@@ -76,7 +76,7 @@ class DifferentiableReference:
     @cached_property
     def whitened(self) -> WhitenedDrives:
         """The drives with the noise of their rows."""
-        return whiten_drives(self.setup, calm=True)
+        return whiten_drives(self.setup, averaged=True)
 
     @cached_property
     def _unknowns(self) -> tuple[Unknown, ...]:
@@ -135,7 +135,7 @@ class DifferentiableReference:
         at = self.setup.vector.start(run)
         means = [setup.prior.values[n] for n in setup.prior.names]
         at[: len(means)] += theta[: len(means)] - means
-        if setup.sensors.driving:
+        if setup.sensors.input_zeros:
             theta[setup.vector.torque_zero_place] = zero
             at[self.setup.vector.torque_zero_place] = zero
         seen = setup.simulate(run, theta, slopes=False)
@@ -170,7 +170,7 @@ def with_best_zeros(setup: SimulationSetup, reference: DifferentiableReference) 
     ResultError : the simulation is not finite.
     """
     sizes = {**setup.prior.values, **dict(zip(setup.vector.shared, setup.vector.theta.tolist(), strict=True))}
-    if not any(sizes.get(n) for n in setup.nondifferentiable) or not setup.sensors.driving:
+    if not any(sizes.get(n) for n in setup.nondifferentiable) or not setup.sensors.input_zeros:
         return setup
     if setup.torque_zeros and (setup.unextended is not None or not setup.extra):
         return setup  # the zeros were found before effects were added, which are still at zero amplitude
@@ -250,11 +250,13 @@ def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference
     setup : started near the estimates. reference : the car without play.
     """
     return {
-        u.name: _among(setup, reference, u) for u in setup.extra if u.name in setup.nondifferentiable and u.start > 0.0
+        u.name: _profile_estimate(setup, reference, u)
+        for u in setup.extra
+        if u.name in setup.nondifferentiable and u.start > 0.0
     }
 
 
-def _among(setup: SimulationSetup, reference: DifferentiableReference, play: Unknown) -> tuple[float, float]:
+def _profile_estimate(setup: SimulationSetup, reference: DifferentiableReference, play: Unknown) -> tuple[float, float]:
     """The estimate of one amplitude, and its standard deviation, from amplitudes about its start within its bounds."""
     sizes = np.unique(np.clip(np.multiply(AROUND, play.start), play.lower, play.upper))
 
@@ -275,11 +277,11 @@ def _among(setup: SimulationSetup, reference: DifferentiableReference, play: Unk
         best = min(tried, key=lambda one: sum(one[1]))[0]
         return play.start * (1.0 + best), play.start * widest
     least = float(np.clip(-0.5 * slopes.sum() / bends.sum(), off[0], off[-1]))
-    std = (2.0 * bends.sum()) ** -0.5 * _disagree(bends, slopes, least)
+    std = (2.0 * bends.sum()) ** -0.5 * _birge_ratio(bends, slopes, least)
     return play.start * (1.0 + least), play.start * min(widest, float(std))
 
 
-def _disagree(bends: Array, slopes: Array, least: float) -> float:
+def _birge_ratio(bends: Array, slopes: Array, least: float) -> float:
     """Birge's ratio of the drives' scores at the common minimum, shrunk towards ``DISAGREE``, at least 1."""
     scores = slopes + 2.0 * bends * least
     squares = float(np.sum(scores**2) / np.sum(2.0 * bends)) * scores.size

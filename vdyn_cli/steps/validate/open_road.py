@@ -26,7 +26,7 @@ HOLDING_KMH = (30.0, 60.0, 90.0, 120.0)  # km/h, speeds at which the resistance 
 WARM = 7200.0  # s of driving, after which tires and driveline are warm
 INSTANT = 0.1  # s, over which an acceleration is simulated
 SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
-PULL = 20.0  # N m, arbitrary, since the acceleration is linear in the torque
+TEST_TORQUE = 20.0  # N m, arbitrary, since the acceleration is linear in the torque
 STEPS = 8  # iterations of a fit to all drives except one
 FEWEST = 3  # drives from which one is held out
 
@@ -178,7 +178,7 @@ def _holding(
     simulator = Simulator(setup.model, values, names, setup.effects)
     context = {"heading": 0.0, "temperature": temperature, RUN_START: 0.0}
     seen = []
-    for torque in (0.0, PULL):
+    for torque in (0.0, TEST_TORQUE):
         inputs = {**dict.fromkeys(setup.model.inputs, 0.0), "elapsed": WARM, "run_time": WARM, "drive_torque": torque}
         inputs = {n: inputs[n] for n in setup.model.inputs}
         drive = Drive(np.array([0.0, INSTANT]), inputs, {"speed": speed}, setup.inputs.air(temperature), context)
@@ -186,8 +186,8 @@ def _holding(
         seen.append((float(one.outputs["speed"][-1] - speed), one.sensitivities["speed"][-1]))
     (coasting, coast_slopes), (pulled, pull_slopes) = seen
     per_torque = setup.prior.values["gear_ratio"] / setup.prior.values["wheel_radius"]
-    force = per_torque * PULL * coasting / (coasting - pulled)
-    gradient = per_torque * PULL * (coasting * pull_slopes - pulled * coast_slopes) / (coasting - pulled) ** 2
+    force = per_torque * TEST_TORQUE * coasting / (coasting - pulled)
+    gradient = per_torque * TEST_TORQUE * (coasting * pull_slopes - pulled * coast_slopes) / (coasting - pulled) ** 2
     return force, dict(zip(names, gradient.tolist(), strict=True))
 
 

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import span_of
 from vdyn_cli.steps.validate.prior import ParameterPrior
-from vdyn_cli.steps.validate.segments import DriveSegment, driving
+from vdyn_cli.steps.validate.segments import DriveSegment, total_drive_torque
 
 LOSS = 0.05  # plausible size over the largest drive force: the loss of a final drive
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance
@@ -32,7 +32,7 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
     segments : all simulated ones. prior : of the model's parameters, SI.
     """
     v = prior.values
-    torque = np.concatenate([driving(s.inputs) for s in segments])
+    torque = np.concatenate([total_drive_torque(s.inputs) for s in segments])
     reach = float(torque.min()), float(torque.max())
     most = v["driveline_efficiency"] * v["gear_ratio"] / v["wheel_radius"] * max(abs(reach[0]), abs(reach[1]))
     speed = span_of([s.outputs["speed"] for s in segments], 1.0)
@@ -72,7 +72,7 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
 def coordinate_values(part: Part, segments: Sequence[DriveSegment]) -> Array:
     """(n,) the values of a part's coordinate in all segments."""
     if part.coordinate == "drive_torque":
-        return np.concatenate([driving(s.inputs) for s in segments])
+        return np.concatenate([total_drive_torque(s.inputs) for s in segments])
     if part.coordinate == "speed":
         return np.concatenate([s.outputs["speed"] for s in segments])
     return np.concatenate([s.since + s.time - s.time[0] for s in segments])

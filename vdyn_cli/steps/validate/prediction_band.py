@@ -101,7 +101,7 @@ def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
 def _own_std(w: WhitenedDrives, run: int) -> Array:
     """Standard deviations of a segment's start speed and zeros."""
     sensors = w.setup.sensors
-    return np.array([w.setup.vector.start_speed(run)[1], *(sensors.zeros[n] for n in sensors.zeroed)])
+    return np.array([w.setup.vector.start_speed(run)[1], *(sensors.zeros[n] for n in sensors.with_zero)])
 
 
 def _norm(parts: Array) -> Array:

@@ -38,7 +38,7 @@ ABSOLUTE: Mapping[str, float] = {
 }
 # Parameters without an effect on a straight and level drive, or with a negligible one (side gears; the motor's
 # reaction, 0.1 % of the load): the report does not list that they are assumed.
-UNFELT = frozenset(
+INSENSITIVE = frozenset(
     {"roll_inertia", "yaw_inertia", "track_front", "track_rear", "tire_cornering_stiffness", "tire_vertical_damping",
      "tire_rest_damping", "rolling_speed", "wind_variance", "cg_to_front", "drag_area", "side_gear_inertia",
      "motor_reaction"}
@@ -149,7 +149,7 @@ def _propagated(
         for j, b in enumerate(given):
             if i != j:
                 related[i, j] = known.correlation.get(a, {}).get(b, 0.0)
-    covariance = slopes @ _positive(related) @ slopes.T
+    covariance = slopes @ _positive_definite(related) @ slopes.T
     std = np.sqrt(np.diag(covariance))
     values = {n: full.values[n] for n in wanted}
     kept = np.flatnonzero(std > 1e-9 * np.maximum(np.abs(list(values.values())), 1e-9))
@@ -157,12 +157,14 @@ def _propagated(
     names = tuple(wanted[i] for i in kept)
     sources = {n: known[n].source if n in known else "assumed" if n in assumed else "given" for n in names}
     assumptions = tuple(
-        _assumption(n, values[n], float(std[wanted.index(n)]), why) for n, why in assumed.items() if n not in UNFELT
+        _assumption(n, values[n], float(std[wanted.index(n)]), why)
+        for n, why in assumed.items()
+        if n not in INSENSITIVE
     )
-    return ParameterPrior(values, names, std[kept], _positive(inner), sources, assumptions)
+    return ParameterPrior(values, names, std[kept], _positive_definite(inner), sources, assumptions)
 
 
-def _positive(correlation: Array) -> Array:
+def _positive_definite(correlation: Array) -> Array:
     """The nearest positive definite correlation matrix: rounded or exactly dependent values make it indefinite."""
     if not correlation.size:
         return correlation
@@ -224,7 +226,7 @@ def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
     return tuple(_prior_unknown(prior, i) for i in range(len(prior.names)))
 
 
-def near_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
+def clipped_to_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
     """The values of parameters of the prior, clipped to their bounds and to 5 standard deviations.
 
     Parameters

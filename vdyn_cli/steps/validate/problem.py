@@ -30,7 +30,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
-from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, foreign, refuse_coarse, refuse_sparse
+from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse, refuse_sparse
 from vdyn_cli.steps.validate.input_torque import DriveInputs
 from vdyn_cli.steps.validate.nondifferentiable import (
     DifferentiableReference,
@@ -106,7 +106,7 @@ class ValidateProblem(SimulatedProblem):
         if s.windows:
             return shown_roads(self.logs, elevations=False) if s.windows.powered else DriveRoads()
         found, flat = shown_roads(self.logs), replace(self, level=True)
-        if not found.inputs or not foreign(flat.baseline, STEP_POLICY.hills_error):
+        if not found.inputs or not missed_drives(flat.baseline, STEP_POLICY.hills_error):
             return DriveRoads()
         less = {n: slope_reduction(flat.baseline, self.logs, found.slopes(n)) for n in found.inputs}
         return found.only([n for n, reduction in less.items() if reduction > STEP_POLICY.hills_gain])
@@ -122,7 +122,7 @@ class ValidateProblem(SimulatedProblem):
         rule = Segmentation(s.model)
         if w:
             rule = Segmentation(s.model, w.length.value, w.powered, max(w.slowest.value, SLOWEST))
-        day = _day(self)
+        day = _day_temperature(self)
         conditions = [
             RunConditions(r.direction, r.temperature.value if r.temperature else day, start)
             for r, start in zip(self.spec.runs, run_starts(self.spec.runs, self.logs), strict=True)
@@ -167,7 +167,7 @@ class ValidateProblem(SimulatedProblem):
             self.model,
             sensors.zeros.get("drive_torque", 0.0),
             prior.values["air_density"] if own_air else None,
-            _day(self),
+            _day_temperature(self),
         )
         is_vehicle = s.model == "vehicle"
         step = s.step.value if s.step else LONGEST_STEP if is_vehicle else ROAD_LOAD_STEP
@@ -215,7 +215,7 @@ class ValidateProblem(SimulatedProblem):
         Far off: the simulation misses whole drives by far more than the parameters' uncertainty explains.
         """
         whitened = None if self.spec.settings.windows else whiten_drives(self.baseline)
-        if whitened is None or not (foreign(whitened.setup) and beyond_band(bands(whitened))):
+        if whitened is None or not (missed_drives(whitened.setup) and beyond_band(bands(whitened))):
             return None
         return lambda effects, unknowns: rms_speed_error(self.baseline.with_effects(effects, unknowns))
 
@@ -273,7 +273,7 @@ class ValidateProblem(SimulatedProblem):
         zeroed = with_best_zeros(setup, self.reference)
         after = posterior(whitened if zeroed is setup else whiten_drives(zeroed))
         validation = Validation(whitened, shown, found, tests, chance, after, road)
-        missed = () if self.spec.settings.windows else foreign(whitened.setup)
+        missed = () if self.spec.settings.windows else missed_drives(whitened.setup)
         if missed and beyond_band(found):
             raise UnpublishedError(missed, result(self.spec, self.logs, validation, amplitudes, findings))
         return result(self.spec, self.logs, validation, amplitudes, [*findings, *missed])
@@ -352,7 +352,7 @@ def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
     """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
     if not on_open_road(problem):
         made = with_slip_lag(with_best_zeros(setup, problem.reference))
-        return whole_drives(made) if is_cut(made) else whiten_drives(made, calm=True).regression
+        return whole_drives(made) if is_cut(made) else whiten_drives(made, averaged=True).regression
     s = problem.spec.settings
     zeros = tuple(road.zero for road in problem.roads.felt)
     spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
@@ -382,13 +382,13 @@ def _two_motors(spec: ValidateSpec, logs: Sequence[Log]) -> bool:
     return "drive_torque" not in mapped or not any("drive_torque" in log for log in logs)
 
 
-def _moves(log: Log, channel: str) -> bool:
+def _varies(log: Log, channel: str) -> bool:
     """Whether a channel varies, or is missing: a constant reading would be mistaken for noise shared by all outputs."""
     values = log[channel] if channel in log else np.zeros(0)
     return not values.size or float(np.nanmax(values)) > float(np.nanmin(values))
 
 
-def _day(problem: ValidateProblem) -> float:
+def _day_temperature(problem: ValidateProblem) -> float:
     return problem.known.value("temperature", ROOM_TEMPERATURE)
 
 
@@ -397,7 +397,7 @@ def _sensors(problem: ValidateProblem) -> Sensors:
     s = problem.spec.settings
     has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads.felt else ("speed", "acceleration")
     there = [n for n in has if all(n in one.outputs for one in problem.segmented[0])]
-    channels = tuple(n for n in there if n == "speed" or all(_moves(log, n) for log in problem.logs))
+    channels = tuple(n for n in there if n == "speed" or all(_varies(log, n) for log in problem.logs))
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
     zeros["acceleration"] = s.zeros.acceleration.value
     if s.model == "vehicle":  # in a mass on a road it would act like a free force in every drive

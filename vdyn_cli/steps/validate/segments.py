@@ -265,7 +265,7 @@ def _parts(log: Log, cut: Segmentation, top: float, braked: Mask) -> list[tuple[
         return [(0, log.time.size - 1)]
     good = np.ones(log.time.size, dtype=bool)
     if cut.powered:
-        good &= driving(log.channels) > 0
+        good &= total_drive_torque(log.channels) > 0
     if cut.model == "road_load":
         speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
         slowest = cut.slowest if cut.length is not None else min(cut.slowest, max(SLOWEST_SHARE * top, MOVING))
@@ -292,7 +292,7 @@ def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, 
     Only the road load model excludes braking; powered windows contain none.
     """
     if cut.model == "road_load" and not cut.powered:
-        return unlogged_braking([(log.time, log.channels, driving(log.channels)) for log in logs])
+        return unlogged_braking([(log.time, log.channels, total_drive_torque(log.channels)) for log in logs])
     return tuple(UnloggedBraking(np.zeros(log.time.size, dtype=bool), (), 0.0) for log in logs)
 
 
@@ -307,7 +307,7 @@ def _braked(log: Log) -> Mask:
     return np.asarray(np.minimum(before, after) < MARGIN)
 
 
-def driving(signals: Mapping[str, Array]) -> Array:
+def total_drive_torque(signals: Mapping[str, Array]) -> Array:
     """(n,) the total drive torque, N m.
 
     Parameters
@@ -333,7 +333,7 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
     heading = {"out": 1.0, "back": -1.0}.get(note.direction or "", 0.0)
     speed = outputs["speed"]
     start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
-    marks = marked(time, speed, driving(log.channels)[part], inputs["brake_torque"])
+    marks = marked(time, speed, total_drive_torque(log.channels)[part], inputs["brake_torque"])
     made = DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end)
     return replace(made, since=float(time[0] - log.time[0]), run_start=note.start)
 

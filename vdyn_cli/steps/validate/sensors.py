@@ -35,14 +35,14 @@ class Sensors:
     gains: Mapping[str, float]
 
     @cached_property
-    def zeroed(self) -> tuple[str, ...]:
+    def with_zero(self) -> tuple[str, ...]:
         """Channels whose zero is a nuisance parameter of every segment; the drive torque, an input, comes first."""
         return tuple(n for n in ("drive_torque", *self.channels) if self.zeros.get(n, 0.0) > 0)
 
     @property
-    def driving(self) -> int:
+    def input_zeros(self) -> int:
         """Number of zeros that belong to an input: 1 for the drive torque, else 0."""
-        return int("drive_torque" in self.zeroed)
+        return int("drive_torque" in self.with_zero)
 
     @cached_property
     def gain_std(self) -> dict[str, float]:
@@ -58,8 +58,8 @@ class Sensors:
         for i, instrument in enumerate(self.gain_std):
             if name in self._reading(instrument.removesuffix("_gain")):
                 to_gains[:, i] = true
-        if name in self.zeroed:
-            to_zeros[:, self.zeroed.index(name) - self.driving] = 1.0
+        if name in self.with_zero:
+            to_zeros[:, self.with_zero.index(name) - self.input_zeros] = 1.0
         return true + to_gains @ gains + to_zeros @ zeros, (to_gains, to_zeros)
 
     def gain_unknowns(self) -> tuple[Unknown, ...]:
@@ -71,10 +71,10 @@ class Sensors:
 
     def zero_unknowns(self) -> tuple[Unknown, ...]:
         """The zeros as unknowns of each segment."""
-        far = {n: FARTHEST_ZERO * self.zeros[n] for n in self.zeroed}
+        far = {n: FARTHEST_ZERO * self.zeros[n] for n in self.with_zero}
         return tuple(
             Unknown(f"{n}_zero", 0.0, -far[n], far[n], "", (0.0, self.zeros[n]), per_run=True, nuisance=True)
-            for n in self.zeroed
+            for n in self.with_zero
         )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.residual_rows import Prewhitener, RowLayout, prewhitener
-from vdyn_cli.steps.validate.segments import DriveSegment, driving
+from vdyn_cli.steps.validate.segments import DriveSegment, total_drive_torque
 
 RAMP = 0.3  # s over which a change of the torque is measured
 CLEAR = 30.0  # noise levels of the torque, least change that excites the shafts
@@ -50,7 +50,7 @@ def shaft_oscillation(
     """
     if not p.others or p.fine.count.max() < 2:
         return None
-    torque = driving(denoised)
+    torque = total_drive_torque(denoised)
     half = RAMP / 2
     change = np.abs(np.interp(s.time + half, s.time, torque) - np.interp(s.time - half, s.time, torque))
     at = s.time[change > CLEAR * level]

@@ -21,19 +21,19 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.validate.input_torque import DriveInputs
-from vdyn_cli.steps.validate.prior import ParameterPrior, near_prior
+from vdyn_cli.steps.validate.prior import ParameterPrior, clipped_to_prior
 from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.sensors import Sensors, ideal_readings
 from vdyn_cli.steps.validate.unknowns import START, TORQUE_ZERO, UnknownVector
 
 T = TypeVar("T")
 
-UNEVEN = 3.0  # by which the longest step may exceed ``step`` where a clock has gaps
+GAP_FACTOR = 3.0  # by which the longest step may exceed ``step`` where a clock has gaps
 COARSE = 1e-3  # share of a channel's range by which half the step may change it
 SHORTEST_STEP = 0.0005  # s, the shortest step that is tried for that reason
-READ_ALIKE = 0.02  # m/s, difference of two readings of a start speed that is negligible
+SAME_READING = 0.02  # m/s, difference of two readings of a start speed that is negligible
 LEAST_SLOPE = 1e-3  # derivative of a reading to the speed, below which the reading does not determine the speed
-EASE = 1.05  # by which the jitter of a clock may exceed the step
+JITTER = 1.05  # by which the jitter of a clock may exceed the step
 
 
 @effect(
@@ -63,7 +63,7 @@ class SimulationSetup:
     inputs : the segments and their input torques.
     model : the full vehicle or the road load.
     prior : of the parameters. sensors : the compared channels, with unknown gains and zeros.
-    step : s, the longest step of the integration, except for clock jitter (``EASE``) and gaps (``UNEVEN``).
+    step : s, the longest step of the integration, except for clock jitter (``JITTER``) and gaps (``GAP_FACTOR``).
     effects, extra : corrections of the model's laws, and the unknowns of those whose amplitude is estimated.
     at : start values of parameters that do not start at their prior mean.
     torque_zeros : N m, start value of the drive torque's zero in each segment; empty: 0.
@@ -99,7 +99,7 @@ class SimulationSetup:
 
     def begun_at(self, values: Mapping[str, float]) -> SimulationSetup:
         """The setup with its parameters starting at these values, within 5 standard deviations of the prior."""
-        return replace(self, at=near_prior(self.prior, values), baseline=self.bare)
+        return replace(self, at=clipped_to_prior(self.prior, values), baseline=self.bare)
 
     @property
     def segments(self) -> tuple[DriveSegment, ...]:
@@ -251,7 +251,7 @@ def _read(
 ) -> SimulatedSegment:
     """The readings of the sensors, with derivatives to parameters (``steady``), gains, ``others`` and zeros."""
     sensors, k = setup.sensors, len(setup.prior.names)
-    gains, zeros = theta[k : k + len(sensors.gain_std)], theta[len(setup.vector.shared) + 1 + sensors.driving :]
+    gains, zeros = theta[k : k + len(sensors.gain_std)], theta[len(setup.vector.shared) + 1 + sensors.input_zeros :]
     values, derivatives = dict[str, Array](), dict[str, Array]()
     for name, value in ideal.items():
         values[name], columns = sensors.read(name, value, gains, zeros)
@@ -262,7 +262,7 @@ def _read(
 
 def _whole_simulator(setup: SimulationSetup, shared: tuple[str, ...]) -> Simulator:
     """The simulator with sensitivities to shared unknowns, start speed and zero of the drive torque."""
-    if setup.sensors.driving:
+    if setup.sensors.input_zeros:
         return _simulator(setup, (*shared, START, TORQUE_ZERO), (*setup.effects, drive_torque_zero))
     return _simulator(setup, (*shared, START), setup.effects)
 
@@ -277,8 +277,8 @@ def _simulator(setup: SimulationSetup, unknowns: tuple[str, ...], effects: tuple
 def _substeps(time: Array, step: float) -> int:
     """Number of integration steps per sample."""
     steps = np.diff(time)
-    longest = max(float(np.median(steps)), float(steps.max()) / UNEVEN)
-    return max(1, int(np.ceil(longest / step / EASE)))
+    longest = max(float(np.median(steps)), float(steps.max()) / GAP_FACTOR)
+    return max(1, int(np.ceil(longest / step / JITTER)))
 
 
 def with_read_starts(setup: SimulationSetup) -> SimulationSetup:
@@ -295,7 +295,7 @@ def with_read_starts(setup: SimulationSetup) -> SimulationSetup:
     for k, o in enumerate(setup.first):
         measured, std = setup.vector.start_speed(k)
         off, slope = measured - o.values["speed"][0], o.sensitivities["speed"][0, place]
-        agree &= bool(abs(off) < max(std, READ_ALIKE))
+        agree &= bool(abs(off) < max(std, SAME_READING))
         speeds.append(setup.vector.first_speed(k) + (off / slope if slope > LEAST_SLOPE else 0.0))
     return setup if agree else replace(setup, start_speeds=tuple(speeds))
 
@@ -315,7 +315,7 @@ def rms_speed_error(setup: SimulationSetup) -> float:
     def squares(k: int) -> tuple[float, int]:
         theta, measured = setup.vector.start(k), setup.segments[k].outputs["speed"]
         speed = setup.simulate(k, theta, slopes=False).values["speed"]
-        if theta[place] > 0.0 < speed[0] and abs(theta[place] - speed[0]) > READ_ALIKE:
+        if theta[place] > 0.0 < speed[0] and abs(theta[place] - speed[0]) > SAME_READING:
             theta[place] *= theta[place] / speed[0]
             speed = setup.simulate(k, theta, slopes=False).values["speed"]
         error = (speed - measured)[np.isfinite(measured)]

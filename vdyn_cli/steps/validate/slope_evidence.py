@@ -11,7 +11,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.noise import inertia_of
-from vdyn_cli.steps.validate.segments import DriveSegment, driving
+from vdyn_cli.steps.validate.segments import DriveSegment, total_drive_torque
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 BIN = 1.0  # s, over which forces are averaged: a car's speed decays over a minute
@@ -58,7 +58,7 @@ def _responses(s: DriveSegment, error: Array, slope: Array, values: Mapping[str,
     """(b, 6) responses of the speed to its start and to five forces, and (b,) its error, both at the ends of bins."""
     bins, inertia = cut(s.time, BIN), inertia_of(values)
     speed = bins.mean(s.inputs["speed"] if "speed" in s.inputs else np.nan_to_num(s.outputs["speed"]))
-    torque = bins.mean(driving(s.inputs)) * values.get("gear_ratio", 1.0) / values["wheel_radius"]
+    torque = bins.mean(total_drive_torque(s.inputs)) * values.get("gear_ratio", 1.0) / values["wheel_radius"]
     climb = -GRAVITY * values["mass"] * bins.mean(slope)
     forces = np.column_stack([np.zeros_like(speed), np.ones_like(speed), speed, speed**2, torque, climb]) / inertia
     kept = np.exp(-values["air_density"] * values["drag_area"] * np.maximum(speed, 0.0) / inertia * bins.width)

@@ -8,7 +8,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.jerk import JERK
 from vdyn_cli.steps.validate.prediction_band import BandTest
-from vdyn_cli.steps.validate.prior import FARTHEST, UNFELT
+from vdyn_cli.steps.validate.prior import FARTHEST, INSENSITIVE
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
@@ -102,7 +102,7 @@ def _by_chance(v: Validation) -> float:
     from scipy.special import ndtr
 
     pulls = zip(v.prior.names, v.posterior.pull, strict=True)
-    seen = [n for n, pull in pulls if np.isfinite(pull) and n not in UNFELT]
+    seen = [n for n, pull in pulls if np.isfinite(pull) and n not in INSENSITIVE]
     return float(1.0 - (1.0 - 2.0 * ndtr(-STEP_POLICY.large_pull)) ** len(seen))
 
 

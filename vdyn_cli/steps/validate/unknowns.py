@@ -52,7 +52,7 @@ class UnknownVector:
     @property
     def own(self) -> tuple[str, ...]:
         """Names of a segment's own unknowns."""
-        return (START, *(f"{name}_zero" for name in self.sensors.zeroed))
+        return (START, *(f"{name}_zero" for name in self.sensors.with_zero))
 
     @property
     def torque_zero_place(self) -> int:
@@ -68,7 +68,7 @@ class UnknownVector:
     def simulated(self) -> NDArray[np.int64]:
         """Indices of the unknowns of the simulator; gains and zeros of outputs are applied afterwards."""
         k, m = len(self.prior.names), len(self.sensors.gain_std)
-        end = len(self.shared) + 1 + self.sensors.driving
+        end = len(self.shared) + 1 + self.sensors.input_zeros
         return np.concatenate([np.arange(k), np.arange(k + m, end)]).astype(np.int64)
 
     @property
@@ -79,7 +79,7 @@ class UnknownVector:
 
     def start(self, segment: int) -> Array:
         """(shared + own,) start values of a segment's vector."""
-        local = np.array([*self.theta, self.first_speed(segment), *np.zeros(len(self.sensors.zeroed))])
+        local = np.array([*self.theta, self.first_speed(segment), *np.zeros(len(self.sensors.with_zero))])
         if self.torque_zeros:
             local[self.torque_zero_place] = self.torque_zeros[segment]
         return local

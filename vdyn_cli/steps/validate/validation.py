@@ -13,7 +13,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.open_road import RoadFindings
 from vdyn_cli.steps.validate.posterior import Posterior
 from vdyn_cli.steps.validate.prediction_band import BandTest, PredictionBand
-from vdyn_cli.steps.validate.prior import UNFELT, ParameterPrior
+from vdyn_cli.steps.validate.prior import INSENSITIVE, ParameterPrior
 from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.whitening import WhitenedDrives
 
@@ -89,4 +89,4 @@ class Validation:
     def contradicted(self) -> list[str]:
         """Parameters that the drives contradict, the worst first, except those without effect on a straight drive."""
         names, pull = self.prior.names, np.abs(np.nan_to_num(self.posterior.pull))
-        return [names[i] for i in np.argsort(-pull) if pull[i] > STEP_POLICY.large_pull and names[i] not in UNFELT]
+        return [names[i] for i in np.argsort(-pull) if pull[i] > STEP_POLICY.large_pull and names[i] not in INSENSITIVE]

@@ -19,12 +19,12 @@ from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.shaft_oscillation import ShaftOscillation, shaft_oscillation
 from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup, with_read_starts
 
-FINE_LAGS, CALM_LAGS = 10, 2  # number of fast rows from which the noise of the torque sensor is predicted
-CALM = 0.25  # s, length of a fast row that averages over oscillations of the half-shafts
+FINE_LAGS, AVERAGED_LAGS = 10, 2  # number of fast rows from which the noise of the torque sensor is predicted
+AVERAGING = 0.25  # s, length of a fast row that averages over oscillations of the half-shafts
 # Assumed standard deviation of fast rows over that of their sensors. There are thousands of rows with oscillating
 # shafts, but the model is accurate to a few per cent only. Averaged rows need less: without hidden effects, estimates
 # scatter by 0.8 to 1.4 times what the sensors' noise predicts.
-CAUTION, CALM_CAUTION = 3.0, 1.5
+CAUTION, AVERAGED_CAUTION = 3.0, 1.5
 RIDGE = 1e-14  # m^2/s^2, added to a covariance so that it can be factored
 
 
@@ -166,21 +166,21 @@ def errors(setup: SimulationSetup, run: int, outcome: SimulatedSegment) -> dict[
     return {n: outcome.values[n] - measured[n] for n in setup.sensors.channels if n in measured}
 
 
-def whiten_drives(setup: SimulationSetup, calm: bool = False, steady_apart: bool = False) -> WhitenedDrives:
+def whiten_drives(setup: SimulationSetup, averaged: bool = False, steady_apart: bool = False) -> WhitenedDrives:
     """Simulate at the start values and estimate the noise of every row, with all unknowns free.
 
     Parameters
     ----------
-    calm : average the fast rows over ``CALM``, longer than an oscillation of the shafts. Otherwise the noise of the
-        torque sensor, which excites the simulated shafts as no real torque does, biases a fit towards more damping and
-        inertia, since the squares of such noise do not average out.
+    averaged : average the fast rows over ``AVERAGING``, longer than an oscillation of the shafts. Otherwise the noise
+        of the torque sensor, which excites the simulated shafts as no real torque does, biases a fit towards more
+        damping and inertia, since the squares of such noise do not average out.
     steady_apart : exclude from the factor what lasts for a whole drive, and keep its response in ``steady``.
 
     Raises
     ------
     ResultError : the simulation is not finite.
     """
-    finest, lags, caution = (CALM, CALM_LAGS, CALM_CAUTION) if calm else (FINEST, FINE_LAGS, CAUTION)
+    finest, lags, caution = (AVERAGING, AVERAGED_LAGS, AVERAGED_CAUTION) if averaged else (FINEST, FINE_LAGS, CAUTION)
     setup = with_read_starts(setup)
     radius, values = setup.prior.values["wheel_radius"], setup.prior.values
     first, perturbed = setup.first, setup.perturbed
@@ -191,7 +191,7 @@ def whiten_drives(setup: SimulationSetup, calm: bool = False, steady_apart: bool
     levels = tuple(_torque_level(s) for s in setup.segments)
     sizes = _noise_sizes(setup, layouts, levels)
     # With free play, the instants of impacts are too uncertain to fit the oscillation that follows.
-    oscillating = calm and not setup.nondifferentiable_prior
+    oscillating = averaged and not setup.nondifferentiable_prior
     whitenings = []
     for k, (s, p, level) in enumerate(zip(setup.segments, layouts, levels, strict=True)):
         slow = noise.slow_noise(s, p, p.bins, values, level)

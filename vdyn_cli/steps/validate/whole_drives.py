@@ -73,7 +73,7 @@ def whole_drives(setup: SimulationSetup) -> Regression:
     ------
     ResultError : the simulation is not finite.
     """
-    w = whiten_drives(setup, calm=True, steady_apart=True)
+    w = whiten_drives(setup, averaged=True, steady_apart=True)
     runs = np.array([s.run for s in w.setup.segments])
     drives = tuple(tuple(np.flatnonzero(runs == u).tolist()) for u in np.unique(runs))
     names = tuple(w.setup.segments[d[0]].name.rpartition(", ")[0] or w.setup.segments[d[0]].name for d in drives)
