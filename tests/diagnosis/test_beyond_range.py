@@ -65,7 +65,7 @@ def test_a_fit_may_hold_an_amplitude_beyond_its_range() -> None:
 def test_it_replaces_a_contradicted_baseline_only_where_it_removes_a_doubt(
     monkeypatch: pytest.MonkeyPatch, left: int
 ) -> None:
-    """An amplitude that no vehicle has may take the place of another law, and leaves as many doubts as before."""
+    """An impossible amplitude may imitate another law, and then removes no doubt."""
 
     def doubted(data: Campaign, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
         result = estimate(data, effects, unknowns)

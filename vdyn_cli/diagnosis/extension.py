@@ -36,6 +36,7 @@ class Extension:
     biased : by effect and published parameter, the value without that effect minus the value with it.
     failed : why the model could not be extended.
     open : whether the effects are one of several answers, used because the baseline has no result or is excluded.
+    answers : by the names of their effects, the results of all answers, if ``open``.
     """
 
     effects: tuple[str, ...] = ()
@@ -48,7 +49,7 @@ class Extension:
 
     @property
     def labels_end(self) -> str:
-        """What follows the effects' labels in a sentence: that they are one of several answers."""
+        """The end of the list of labels in a sentence, which states that they are one of several answers."""
         return f", one of {len(self.answers)} answers" if len(self.answers) > 1 else ""
 
 
@@ -148,8 +149,8 @@ def _with_open_answer(
 def _less_doubtful(result: Result | None, base: Result) -> bool:
     """Whether a result with an effect beyond its plausible range replaces the baseline's: it must remove a doubt.
 
-    Such an effect can take the place of another law, such as a brake that fades that of the air drag: the parameters
-    are then physically wrong, and the noise takes in what is left.
+    Such an effect can imitate another law, as a fading brake does the air drag: the parameters are then physically
+    wrong, and the noise estimate absorbs the residual.
     """
     return result is not None and len(result.fit.warnings) < len(base.fit.warnings)
 

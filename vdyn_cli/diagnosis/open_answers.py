@@ -89,9 +89,7 @@ def _beside_others(result: Result, others: Sequence[Result]) -> Result:
     rms = sorted(one.fit.rms for one in others)
     errors = f"{rms[0]:.3g}" if len(rms) == 1 else f"{rms[0]:.3g} to {rms[-1]:.3g}"
     which = "the other answer" if len(rms) == 1 else f"each of the {len(rms)} other answers"
-    what = (
-        f"with {which} in its place, the simulation is off by {errors} {result.fit.unit} rms ({result.fit.rms:.3g} now)"
-    )
+    what = f"with {which} instead, the simulation is off by {errors} {result.fit.unit} rms ({result.fit.rms:.3g} now)"
     return replace(result, findings=(*result.findings, Finding("diagnosis", what, minor=True)))
 
 

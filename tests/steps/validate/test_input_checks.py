@@ -1,4 +1,4 @@
-"""Whether a torque belongs to a speed, and what is said of a simulation that misses the drive."""
+"""Whether a torque belongs to a speed, and the message on a simulation that misses the drive."""
 
 from __future__ import annotations
 

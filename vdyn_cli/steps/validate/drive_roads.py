@@ -44,7 +44,7 @@ class DriveRoads:
         return DriveRoads(self.felt if FELT_SLOPE in inputs else (), self.elevated if ELEVATION_SLOPE in inputs else ())
 
     def slopes(self, name: str) -> list[Array]:
-        """(n,) of each log, uphill, by one input."""
+        """The slope of one input for each log, (n,) each, uphill positive."""
         return [road.slope for road in self.felt] if name == FELT_SLOPE else [road.grade for road in self.elevated]
 
 

@@ -16,7 +16,7 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
 SPARSE = 2.0  # s between samples
-BLOCK = 4.0  # s: shorter ones are noisy where the speed comes once per second, in longer ones the driver has corrected
+BLOCK = 4.0  # s, of the means: shorter ones are noisy for a speed at 1 Hz, in longer ones the driver has corrected
 UNIT = "check the unit of time: milliseconds?"
 
 
@@ -109,7 +109,7 @@ def torque_correlation(segments: Sequence[DriveSegment]) -> float:
 
 
 def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float) -> Finding:
-    """The finding of a drive, with the segment that holds most of its error."""
+    """The finding on a drive of these segments; ``worst`` is the one with the largest error."""
     several = len(segments) > 1
     name, _, times = worst.name.rpartition(", ") if several else (worst.name, "", "")
     correlation = torque_correlation(segments)

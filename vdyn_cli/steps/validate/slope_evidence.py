@@ -1,4 +1,4 @@
-"""How much of a simulated speed's error a sensor's slope explains beside errors of the load and of the torque."""
+"""The share of a simulated speed's error that a measured slope explains, beside errors of road load and torque."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vdyn_cli.steps.validate.noise import inertia_of
 from vdyn_cli.steps.validate.segments import DriveSegment, total_drive_torque
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
-BIN = 1.0  # s, over which forces are averaged: a car's speed decays over a minute
+BIN = 1.0  # s, over which forces are averaged; short compared with the decay of a speed change, about a minute
 
 
 def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Array]) -> float:
-    """By which share a sensor's slope lowers the rms error of the speed that other errors leave.
+    """The share by which a measured slope reduces the rms error of the speed, beside errors of road load and torque.
 
     A small force x(t) changes the speed by S with S' = x / M - p S, p = rho c A v / M. The error of the speed is
     fitted by least squares with the responses to x = 1, v, v^2 and the drive torque (errors of road load, mass and
@@ -30,7 +30,7 @@ def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequenc
 
     Returns
     -------
-    1 - rms with / rms without; zero where the slope would have to act downhill.
+    1 - rms with / rms without; zero where the fitted slope has the wrong sign.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequenc
     columns, error = columns[there] / np.maximum(np.abs(columns[there]).max(axis=0), 1e-12), error[there]
     without = error - columns[:, :-1] @ np.linalg.lstsq(columns[:, :-1], error)[0]
     share = np.linalg.lstsq(columns, error)[0]
-    if share[-1] > 0.0:  # the simulation without the hill is too slow uphill
+    if share[-1] > 0.0:  # wrong sign: the simulation without the hill would be too slow uphill
         return 0.0
     rest = error - columns @ share
     return float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
