@@ -129,7 +129,7 @@ def test_merging_says_delay_error_and_resampling() -> None:
     text = said(merged)
     delay, std = align(ours, theirs, "speed")
     assert f"theirs: clock is {delay:+.4f} s +- {std:.4f} s (standard error) from that of ours" in text
-    assert "'altitude' resampled to its clock (straight lines between samples)" in text
+    assert "'altitude' resampled to its clock (linear interpolation)" in text
     there = np.isfinite(merged["altitude"])
     assert there.mean() > 0.98
     np.testing.assert_allclose(merged["altitude"][there], 3.0 * (ours.time[there] + delay), atol=1e-6)

@@ -112,7 +112,7 @@ def test_channels_of_other_clocks_are_resampled_and_the_log_says_so(kind: str, t
     inside = log.time >= 0.003
     assert np.allclose(log["height"][inside][:5000], (log.time[inside][:5000] - 0.003) / 0.1)
     (found,) = [f for f in log.findings if "resampled" in f.what]
-    assert found.what == "resampled to the sampling times of 'speed': 'height' (straight lines between samples)"
+    assert found.what == "resampled to the sampling times of 'speed': 'height' (linear interpolation)"
 
 
 def test_the_group_of_time_chooses_the_clock(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from vdyn_cli.quantities.quantity import Given
 AlignOn = str | tuple[str, str] | None
 """A channel that both loggers recorded, or the reference's channel and the other's; None: chosen automatically."""
 
-LINES = "straight lines between samples"  # how a slower logger's channel is resampled
+LINES = "linear interpolation"  # how a slower logger's channel is resampled
 
 
 def merge(

@@ -31,7 +31,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 
-STATE_DELAY = "state this logger's 'delay' where it is known (0 s: one clock)"
+STATE_DELAY = "state this logger's 'delay' if it is known (0 s: one clock)"
 _OTHERS = f"name other channels with 'align_on', or {STATE_DELAY}"
 _WIDTHS = (2.0, 8.0, 32.0, 128.0, 512.0)  # smoothing, in steps of the slower logger
 _BLOCKS = 16

@@ -146,7 +146,7 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         findings.append(Finding(where, what))
     if uneven > 0.1 * usual:
         what = f"uneven clock: 90 % of the steps lie between {low:.4g} s and {high:.4g} s"
-        remedy = "the times are used as written, without resampling"
+        remedy = "the times are used as recorded, without resampling"
         findings.append(Finding(where, what, remedy=remedy, minor=True))
     if usual > 10.0 or usual < 1e-5:
         what = f"the typical step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"

@@ -268,7 +268,7 @@ def _written(listed: Sequence[StoredChannel]) -> list[str]:
 
 
 def _clock(listed: Sequence[StoredChannel], stored: StoredChannel, time: Column, name: str) -> StoredChannel:
-    """The clock of a channel: the column named ``time`` in its table, the table's master, or one with as many rows.
+    """The clock of a channel: the column mapped as time in its table, the table's master, or one with as many rows.
 
     Raises
     ------

@@ -98,7 +98,7 @@ def wrong_effects(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Fi
         for i, name in enumerate(names):
             what, remedy = "", ""
             if name not in known:
-                what, remedy = f"not a candidate effect for '{step.name}'", did_you_mean(name, known, _there_are(known))
+                what, remedy = f"not a candidate effect for '{step.name}'", did_you_mean(name, known, _listed(known))
             elif name in names[:i]:
                 what, remedy = "is listed twice", "remove one"
             elif key == "extend" and isinstance(requested.effects, list) and name not in requested.effects:
@@ -107,8 +107,8 @@ def wrong_effects(step: Step, spec: TestSpec, source: YamlSource) -> Iterator[Fi
                 yield Finding(source.where(("diagnose", key, i)), f"'diagnose.{key}': {what}", name, remedy)
 
 
-def _there_are(names: Iterable[str]) -> str:
-    return f"there are {', '.join(names)}"
+def _listed(names: Iterable[str]) -> str:
+    return f"candidate effects: {', '.join(names)}"
 
 
 def repeated_entries(spec: TestSpec, source: YamlSource) -> list[Finding]:

@@ -139,7 +139,7 @@ def with_warnings(result: Result) -> Result:
     if not wide:
         return replace(result, fit=replace(fit, warnings=tuple(warnings)))
     verdict = result.diagnosis.verdict if result.diagnosis else ""
-    left = ", and the diagnosis leaves the model open" if verdict in ("unknown", "not_testable", "ambiguous") else ""
+    left = ", and the diagnosis is not conclusive" if verdict in ("unknown", "not_testable", "ambiguous") else ""
     doubt = f"the 95 % interval is wider than the value: {', '.join(wide)}; these runs do not determine it{left}"
     warnings.insert(0, doubt)
     return replace(result, sentence=f"Doubtful, {doubt}. {result.sentence}", fit=replace(fit, warnings=tuple(warnings)))

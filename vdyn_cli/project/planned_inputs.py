@@ -157,7 +157,7 @@ def _settings(
     """
     wanted = [one.quantity.name for one in day.settings]
     for name in (n for n in spec.plan if n not in wanted):
-        remedy = did_you_mean(name, wanted, f"keys are {', '.join(wanted)}")
+        remedy = did_you_mean(name, wanted, f"known keys: {', '.join(wanted)}")
         problems.append(Finding(source.where(("plan", name)), f"unknown key '{name}' under plan", remedy=remedy))
     found: dict[str, float] = {}
     for one in day.settings:
@@ -166,7 +166,7 @@ def _settings(
             value = attempt(problems, one.default, spec, known)
             found |= {name: value} if value is not None else {}
             continue
-        where, example = source.where(("plan", name)), f"write a number in {quantity.unit or '1'} or another unit of it"
+        where, example = source.where(("plan", name)), f"write a number in {quantity.unit or '1'}, or with its unit"
         try:
             found[name] = parse(spec.plan[name], quantity.unit).value
         except UnitError as error:

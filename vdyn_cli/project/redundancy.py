@@ -204,10 +204,10 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> Tie
     use = _finite(x, y) & (np.maximum(np.nan_to_num(x), np.nan_to_num(y)) > own)
     shown = first if scale == 1.0 else first + TIMES_RADIUS
     if use.sum() < FEWEST:
-        return _pair(log, shown, second, "not determined: hardly moves")
+        return _pair(log, shown, second, "not determined: the car hardly moves")
     low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
     if high - low > 2.0 * NOTICED:
-        return _pair(log, shown, second, f"not judged: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
+        return _pair(log, shown, second, f"not compared: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
     if scale == 1.0:
         return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)
     error = MEDIAN_ERROR * (high - low) / max(1.0, use.mean() * log.duration / WINDOW) ** 0.5

@@ -128,7 +128,7 @@ def road_findings(road: RoadSurvey | None, spec: TestSpec, logs: Sequence[Log]) 
     if road is None:
         return
     if any("grade" in channels for channels, _ in channel_maps(spec)):
-        what = "channel 'grade' is mapped, and 'road: {profile: ...}' gives the grade too"
+        what = "channel 'grade' is mapped, but 'road: {profile: ...}' also gives the grade"
         yield Finding("channels.grade", what, remedy="remove one of them")
         return
     for log in logs:

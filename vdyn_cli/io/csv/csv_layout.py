@@ -362,7 +362,7 @@ def _no_table(
     text = next((r for r in records if any(f.strip() for f in r.fields)), None)
     got = repr(_decoded(delimiter.join(text.fields), encoding)[:60]) if text else ""
     if name.endswith((".yaml", ".yml")):
-        return InputError(Finding(name, "is a description, not a log", remedy="leave it out of the list of logs"))
+        return InputError(Finding(name, "is a description, not a log", remedy="remove it from the list of logs"))
     return InputError(
         Finding(name, "contains no numbers, at most a header", got, "export the log again, with its data")
     )

@@ -91,7 +91,7 @@ def gain_finding(gain: CommonGain, material: bool) -> Finding:
     material : it shifts the result by more than its intervals allow, so that the finding is a fault, not a note.
     """
     remedy = (
-        f"add 'scale: {gain.value:.4f}' to the channel of the speed (or correct wheel_radius by it); where the "
+        f"add 'scale: {gain.value:.4f}' to the channel of the speed (or correct wheel_radius by it); if the "
         f"position is wrong, add 'scale: {1.0 / gain.value:.4f}' to the channel position"
     )
     what = gain.fact if material else f"{gain.fact}; the result's intervals include this error"

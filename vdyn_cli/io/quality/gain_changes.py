@@ -61,7 +61,7 @@ def gain_change_findings(log: Log) -> Iterator[Finding]:
     for one in gain_changes(log):
         what = (
             f"{one.what}: the ratio changes by {100 * (one.factor - 1.0):+.1f} % at {one.at:.1f} s: "
-            "the gain of one changed"
+            "the gain of one of them changed"
         )
         remedy = f"cut the run with from_time or to_time: {one.at:.1f} s, or remove the wrong channel"
         yield Finding(log.name, what, "", remedy, fault=True, doubt=True)
