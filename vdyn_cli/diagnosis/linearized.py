@@ -51,7 +51,7 @@ class LinearizedStrategy:
         base = set(self.model.base)
         return {u.name: u.prior[0] for u in self.model.regression.shared if u.prior and u.name in base}
 
-    def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
+    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """See Strategy. None also where a linear fit moves a scale out of its possible range."""
         made = self._fits.fitted(effects)
         return None if made is None or _leaves_range(self.model.setup, made) else made

@@ -32,7 +32,7 @@ class NestedFits:
     secants: Callable[[Sequence[str]], Mapping[str, float]] = lambda effects: {}
     _made: dict[tuple[str, ...], FittedModel | None] = field(default_factory=dict)
 
-    def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
+    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """The fit with these effects; None where the data do not determine it, or it exceeds the plausible range.
 
         Raises

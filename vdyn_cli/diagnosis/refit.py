@@ -35,7 +35,7 @@ class RefitStrategy:
         """Empty: predictions use fitted values."""
         return NO_VALUES
 
-    def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
+    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """See Strategy."""
         return self._fits.fitted(effects)
 

@@ -26,7 +26,7 @@ class Strategy(Protocol):
     def prior_values(self) -> Mapping[str, float]:
         """Values at which predictions hold the parameters, whatever a fit gives; empty where they use fitted ones."""
 
-    def fitted(self, effects: Sequence[str] = ()) -> FittedModel | None:
+    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """The fit with these effects; None where it fails. If the fit of the baseline fails, it raises instead."""
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
