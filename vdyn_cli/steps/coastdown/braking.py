@@ -2,7 +2,8 @@
 
 All segments share one law of deceleration over speed, c(direction) + k V^2, fitted with least absolute deviations,
 which tolerates outliers in up to half of the points. Parts that decelerate or accelerate more than that are cut off; a
-run of which too little is left is rejected. A deviation that all runs of a direction share is a slope or a wind.
+run of which too little is left is rejected. A deviation that all runs of a direction share is a slope or a wind, and
+one that the runs of both directions repeat at a place, where the position is logged, is a hill.
 """
 
 from __future__ import annotations
@@ -14,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.steps.coastdown.input_checks import HEADING
 from vdyn_cli.steps.coastdown.late_clutch import RELEASED
+from vdyn_cli.steps.coastdown.repeated_slope import PlacedExcess, repeated_slope
+from vdyn_cli.steps.coastdown.road_position import first_place
 from vdyn_cli.steps.coastdown.segments import (
     CoastSegment,
     Mask,
@@ -150,8 +154,28 @@ def _windows_between(segment: CoastSegment, outliers: Mask, shortest: float) -> 
 def _compared(
     segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
 ) -> list[_ExcessDeceleration]:
-    """The excess deceleration of each segment over the law that all segments share."""
+    """The excess deceleration of each segment over the law that all segments share and the hills of the road."""
     seen = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
+    found = _over_common_law(segments, seen, directions)
+    places = [_places(s, d, f.time) for s, d, f in zip(segments, directions, found, strict=True)]
+    placed = [k for k, place in enumerate(places) if place is not None]
+    excess = [PlacedExcess(HEADING[directions[k]], np.asarray(places[k]), found[k].excess) for k in placed]
+    hills = dict(zip(placed, repeated_slope(excess), strict=True))
+    if not any(np.any(hill) for hill in hills.values()):
+        return found
+    level = [(time, speed, value - hills.get(k, 0.0)) for k, (time, speed, value) in enumerate(seen)]
+    return _over_common_law(segments, level, directions)
+
+
+def _over_common_law(
+    segments: Sequence[CoastSegment], seen: Sequence[tuple[Array, Array, Array]], directions: Sequence[str | None]
+) -> list[_ExcessDeceleration]:
+    """The excess of each segment's deceleration over the law c(direction) + k V^2 that all segments share.
+
+    Parameters
+    ----------
+    seen : of each segment, time, speed and deceleration, (b,) s, m/s, m/s^2.
+    """
     speeds, values = [s[1] for s in seen], [s[2] for s in seen]
     counts = {d: directions.count(d) for d in directions}
     ways = sorted({str(d) for d in directions})
@@ -194,6 +218,18 @@ def _deceleration(segment: CoastSegment, known: Array) -> tuple[Array, Array, Ar
     time, speed, pushed = bins.time, bins.mean(segment.log["speed"]), bins.mean(known)
     middles = [0.5 * (x[1:] + x[:-1]) for x in (time, speed, pushed)]
     return middles[0], middles[1], middles[2] - np.diff(speed) / np.diff(time)
+
+
+def _places(segment: CoastSegment, direction: str | None, time: Array) -> Array | None:
+    """Road coordinates of a run at times (b,) s, m; None where its position on the road is not logged."""
+    log = segment.log
+    if "position" not in log:
+        return None
+    heading = HEADING[direction]
+    first = first_place(log.time, log["speed"], log["position"], heading)
+    if first is None:
+        return None
+    return first + heading * np.interp(time, log.time, cumulative_integral(log.time, log["speed"]))
 
 
 def _least_absolute_deviations(design: Array, values: Array) -> Array:
