@@ -24,10 +24,13 @@ pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 SEED = 2
 VEHICLE = random_vehicle(SEED)
 KNOWN = given({**plant.known(VEHICLE), "tire_vertical_stiffness": VEHICLE.tire_vertical_stiffness})
+DELAYS = ("clock_offset", "acceleration_delay")
 NOISE = {"Fz": 12.0, "Accel": 0.05, "Rate": float(np.radians(0.05)), "Speed": 0.03}
 SHOWN = (
     Hidden("clock_offset", 0.02),
     Hidden("clock_offset", 0.12),
+    Hidden("acceleration_delay", 0.02),
+    Hidden("acceleration_delay", 0.06),
     Hidden("road_grade", 0.01),
     Hidden("unsprung_mass", 80.0),
     Hidden("pitch_axis", 0.1),
@@ -63,7 +66,7 @@ def fitted(hidden: Hidden, noise: float) -> Result:
 @pytest.mark.parametrize("hidden", SHOWN, ids=str)
 def test_its_size_is_found_and_the_parameters_are_the_truths(hidden: Hidden) -> None:
     result = fitted(hidden, 1.0)
-    near = 0.01 if hidden.plant == "clock_offset" else 0.35  # the others are seen at six to ten standard deviations
+    near = 0.01 if hidden.plant in DELAYS else 0.35  # the others are seen at six to ten standard deviations
     compare(result, hidden, plant.truth(VEHICLE), hidden.size, near)
     assert result.fit.rms < 1.05 * result.fit.noise_floor
 
@@ -74,8 +77,8 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
     # A second derivative, an angle integrated from its rate, and what only the drag tells are that much less exact;
     # a gain is found to 0.002.
-    near = {"clock_offset": 2e-3, "road_grade": 1e-3, "wheel_force_gain": 0.2}.get(hidden.plant, 0.1)
-    assert found == pytest.approx(hidden.size, rel=near)
+    near = dict.fromkeys(DELAYS, 2e-3) | {"road_grade": 1e-3, "wheel_force_gain": 0.2}
+    assert found == pytest.approx(hidden.size, rel=near.get(hidden.plant, 0.1))
     for name, truth in plant.truth(VEHICLE).items():
         assert result.parameters[name].value == pytest.approx(truth, rel=2e-3), name
 

@@ -21,8 +21,8 @@ CANDIDATES = {
         progressive_spring rear_load_delay speed_error suspension_friction tire_damping tire_enveloping
     """,
     "cg": """
-        accelerometer_offset accelerometer_tilt aero_lift clock_offset pitch_axis road_grade unsprung_mass
-        wheel_force_gain
+        acceleration_delay accelerometer_offset accelerometer_tilt aero_lift clock_offset pitch_axis road_grade
+        unsprung_mass wheel_force_gain
     """,
     "coastdown": """
         accelerometer_gain accelerometer_offset accelerometer_tilt brake_drag brake_drag_fading

@@ -114,7 +114,8 @@ def _readings(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float] | N
     front = (gain + q["wheel_force_gain_front"]) * (loads.front + q["crosstalk"] * front_share * loads.force)
     rear = gain * (loads.rear + q["crosstalk"] * (1.0 - front_share) * loads.force)
     lever = vehicle.antenna_height - vehicle.cg_height
-    felt = true.acceleration - lever * true.pitch_acceleration
+    push = run.ride(vehicle, effects, q["acceleration_delay"]) if q["acceleration_delay"] else true
+    felt = push.acceleration - lever * push.pitch_acceleration
     felt = felt + q["accelerometer_offset"] + GRAVITY * np.sin(q["accelerometer_tilt"])
     return {
         "Time [s]": run.times,

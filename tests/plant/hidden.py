@@ -155,6 +155,7 @@ LOADED: Mapping[str, float] = {
     "accelerometer_offset": 0.1,
     "wheel_force_gain": 0.01,
     "clock_offset": 0.005,
+    "acceleration_delay": 0.005,
     "road_grade": 0.01,
     "aero_lift": 0.3,
     "unsprung_mass": 80.0,

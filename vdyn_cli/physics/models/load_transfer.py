@@ -16,7 +16,7 @@ GIVEN = (
     *("tire_vertical_stiffness", "slope_felt", "contact_lead"),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
-MOMENTS = ("loads", "motion")  # their sum is zero where loads and motion agree
+MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
 SPEED_RATE = "speed_rate"  # m/s^2, acceleration corrected for gravity, to compare with the logged speed
 CARRIED = "carried"  # N, upward force of road and air on the vehicle: the weight, except for heave
 UNIT = "unit"  # N, true load per newton read, to compare the moments with the loads' noise
@@ -31,7 +31,9 @@ def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
 
 
 def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
-    """Both moments as separate sensors, because loads and motion may come from loggers with different clocks.
+    """The moments as separate sensors, because loads, pitch and acceleration may come from loggers with other clocks.
+
+    ``inertial`` is the share of the logged acceleration in the moment of the motion.
 
     ``front``, ``rear`` N are the upward forces on the axles, including lift; their bends, N/s^2, are second derivatives
     of the loads, which deflect the tires. ``slope_felt`` is 1 where the accelerometer measures gravity along the road,
@@ -58,25 +60,25 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     read = e("acceleration", value=u.acceleration) - p.acceleration_zero
     rate = read - p.slope_felt * weight / p.mass
     e.sensor(SPEED_RATE, rate)
-    e.sensor(
-        MOMENTS[1],
-        e(
-            motion_moment,
-            acceleration=rate,
-            pitch=u.pitch,
-            pitch_rate=u.pitch_rate,
-            pitch_acceleration=u.pitch_acceleration,
-            climb=weight,
-            drag=e(air, speed=u.speed, wind=0.0, drag_area=p.drag_area, air_density=p.air_density),
-            drag_height=p.drag_height,
-            mass=p.mass,
-            cg_height=p.cg_height,
-            pitch_inertia=p.pitch_inertia,
-            antenna_height=p.antenna_height,
-            antenna_offset=p.antenna_offset,
-            spin=p.spin,
-        ),
+    inertial = (p.mass * p.cg_height + p.spin) * rate
+    motion = e(
+        motion_moment,
+        acceleration=rate,
+        pitch=u.pitch,
+        pitch_rate=u.pitch_rate,
+        pitch_acceleration=u.pitch_acceleration,
+        climb=weight,
+        drag=e(air, speed=u.speed, wind=0.0, drag_area=p.drag_area, air_density=p.air_density),
+        drag_height=p.drag_height,
+        mass=p.mass,
+        cg_height=p.cg_height,
+        pitch_inertia=p.pitch_inertia,
+        antenna_height=p.antenna_height,
+        antenna_offset=p.antenna_offset,
+        spin=p.spin,
     )
+    e.sensor(MOMENTS[1], motion - inertial)
+    e.sensor(MOMENTS[2], inertial)
 
 
 def _both(e: ModelBuilder, u: Signals) -> None:

@@ -218,7 +218,7 @@ class LoadFit:
         partial = self._partials(slopes, windows)
         factor = factored(balance_covariance(windows, partial, heave))
         residual = whitened(factor, balance)
-        channels = true_channels(windows, partial, weighed(factor, residual), _load_delay(self, theta))
+        channels = true_channels(windows, partial, weighed(factor, residual), _delays(self, theta))
         true = _balance_inputs(windows, {**channels, **driven}, TRUE_SPAN)
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
@@ -233,7 +233,7 @@ class LoadFit:
             added = sum((moving[n] - quiet[n] for n in self.simulators.turned.outputs), np.zeros(1))
             columns = (-1, *[1] * (added.ndim - 1))
             per_rate = windows.integral(added) / windows.width.reshape(columns)
-            whole = windows.integral(quiet[MOMENTS[0]] + quiet[MOMENTS[1]])
+            whole = windows.integral(np.asarray(sum(quiet[n] for n in MOMENTS)))
             return whole + per_rate * change.reshape(columns), per_rate
 
         balance, per_rate = integrated(still.outputs, turning.outputs)
@@ -264,12 +264,18 @@ def _driven(fit: LoadFit, at: Array, heave: Array) -> Sequence[Mapping[str, Arra
     return driven_channels(fit.runs, fit.known["antenna_height"] - float(at[0]))  # the height comes first
 
 
-def _load_delay(fit: LoadFit, theta: Array) -> float:
-    """Delay of the logged loads at these unknowns, s."""
+def _delays(fit: LoadFit, theta: Array) -> dict[str, float]:
+    """Delays of the logged loads and of the acceleration at these unknowns, s."""
     values = dict(zip(fit.simulators.unknowns, theta.tolist(), strict=False))
+    loads, _, acceleration = (_delay(fit, f"{n}_clock", values) for n in MOMENTS)
+    return {"front_load": loads, "rear_load": loads, "acceleration": acceleration}
+
+
+def _delay(fit: LoadFit, clock_law: str, values: Mapping[str, float]) -> float:
+    """The time shift of a moment's clock with the effects of the fit, s."""
     clock: Law = attrgetter("value")
     for effect in fit.effects:
-        if (law := effect.laws.get(f"{MOMENTS[0]}_clock")) is not None:
+        if (law := effect.laws.get(clock_law)) is not None:
             own = {n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns}
             clock = _corrected(law, clock, Signals(**own))
     return float(clock(Signals(value=0.0)))

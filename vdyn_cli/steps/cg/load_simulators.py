@@ -20,7 +20,7 @@ class LoadSimulators:
 
     Parameters
     ----------
-    moments : outputs the moments of loads and motion, and the true load per newton read.
+    moments : outputs all moments, and the true load per newton read.
     turned : outputs the moments that a pitch acceleration changes.
     corrected : outputs the corrected acceleration, and the load of both axles where both are logged.
     """
@@ -48,7 +48,7 @@ def load_simulators(
     def of(*outputs: str) -> Simulator:
         return Simulator(replace(model, outputs=outputs), values, unknowns, effects)
 
-    turned, corrected = (MOMENTS[1:], (SPEED_RATE, CARRIED)) if both_axles else (MOMENTS, (SPEED_RATE,))
+    turned, corrected = (MOMENTS[1:2], (SPEED_RATE, CARRIED)) if both_axles else (MOMENTS[:2], (SPEED_RATE,))
     return LoadSimulators(of(*MOMENTS, UNIT), of(*turned), of(*corrected))
 
 

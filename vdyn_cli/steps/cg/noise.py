@@ -36,7 +36,7 @@ def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave
 
 
 def true_channels(
-    windows: LoadWindows, partial: Mapping[str, Array], multiplier: Array, delay: float
+    windows: LoadWindows, partial: Mapping[str, Array], multiplier: Array, delays: Mapping[str, float]
 ) -> dict[str, Array]:
     """The most probable true channels (n,) that fulfill the balance, given the measured ones; smoothed.
 
@@ -44,12 +44,12 @@ def true_channels(
 
     Parameters
     ----------
-    multiplier : V^-1 g, (k,). delay : of the logged loads, s.
+    multiplier : V^-1 g, (k,). delays : of the logged loads and acceleration, s.
     """
     true = dict(windows.channels)
     for name in (*windows.loads, "acceleration"):
         change = windows.noise[name] ** 2 * windows.spread(partial[name] * multiplier)
-        if name in windows.loads and delay:  # the reading that entered the balance was taken that much later
+        if delay := delays[name]:  # the reading that entered the balance was taken that much later
             change = np.interp(windows.time - delay, windows.time, change, 0.0, 0.0)
         true[name] = true[name] - change
     ends = np.zeros(windows.time.size)
