@@ -62,7 +62,7 @@ def simulate(
     """One run by the program; ``values`` may hold more than the model has, and are where the unknowns start."""
     model = road_load("torque" if day.powered else "coasting", located=True)
     own = {name for effect in effects for name in effect.unknowns}
-    names = {*model.parameters, *own} & {*values, "driveline_efficiency"}
+    names = {*model.parameters, *own} & {*values, "driveline_efficiency", "recuperation_loss"}
     parameters = {name: values.get(name, 1.0) for name in names}
     time, heading = plan.samples[run], float(plan.heading[run])
     inputs = {"grade": 0.0, "wind_speed": 0.0, "elapsed": plan.start[run] + time}

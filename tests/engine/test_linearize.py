@@ -38,6 +38,7 @@ ROAD = {
     "gear_ratio": 3.0,
     "wheel_radius": 0.3,
     "driveline_efficiency": 0.95,
+    "recuperation_loss": 1.0,
 }
 
 

@@ -75,6 +75,7 @@ OTHERS = _named(
         Q("torque_constant", "N m/A", "torque of a motor per ampere of its torque-producing current", "kt", 1e-4, 100),
         Q("gear_ratio", "", "turns of the torque sensor's shaft per turn of the wheel", "i", 0.05, 100),
         Q("driveline_efficiency", "", "share of the torque that the driveline transmits", "eta", 0.3, 1),
+        Q("recuperation_loss", "", "loss of the driveline under recuperation over that while driving", "q", -3, 3),
         Q(
             "driveline_inertia",
             "kg m^2",

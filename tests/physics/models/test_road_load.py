@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 GRAVITY = 9.80665
 PAPER = {"mass": 1588.0, "rolling_resistance": 0.014, "drag_area": 0.25 * 2.19, "air_density": 1.225}
 NOTHING = {"rotating_mass": 0.0, "rolling_speed": 0.0, "wind_variance": 0.0}
-TORQUE = {"gear_ratio": 3.267, "wheel_radius": 0.308, "driveline_efficiency": 1.0}
+TORQUE = {"gear_ratio": 3.267, "wheel_radius": 0.308, "driveline_efficiency": 1.0, "recuperation_loss": 0.0}
 
 
 def simulate(time: Array, start: float, **changed: float | Array) -> Array:

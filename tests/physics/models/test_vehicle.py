@@ -62,7 +62,7 @@ def test_under_power_the_loads_shift_by_height_spin_and_rolling() -> None:
 
 def road_load_speed(time: Array, torque: Array, car: dict[str, float]) -> Array:
     names = ("mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
-    values = {n: car[n] for n in (*names, "gear_ratio", "wheel_radius", "driveline_efficiency")}
+    values = {n: car[n] for n in (*names, "gear_ratio", "wheel_radius", "driveline_efficiency", "recuperation_loss")}
     turning = 4 * car["wheel_inertia"] + car["driveline_inertia"]
     values["rotating_mass"] = turning / car["wheel_radius"] ** 2
     inputs = {"drive_torque": torque, "grade": 0.0, "wind_speed": 0.0, "elapsed": 0.0}
@@ -228,11 +228,11 @@ def test_any_axle_may_drive(driven: str, tipped_in: Simulated) -> None:
 
 def test_every_parameter_moves_something() -> None:
     time = clock(4.0, 2e-3)
-    inputs = pedals(time, (0, 0, 0), (0.2, 400, 0), (2, 400, 0), (2.2, 0, 3000), (4, 0, 3000))
+    inputs = pedals(time, (0, 0, 0), (0.2, 400, 0), (2, 400, 0), (2.2, -100, 3000), (4, -100, 3000))
     way = {"wind_speed": 3.0, "grade": 0.02, "road_fl": bump_heights(10 * time - 5.0)}
     run = drive(time, {"speed": 10.0}, **way, **inputs)
     for model in (vehicle("front"), vehicle("both")):
-        values = parameters(wind_variance=0.3, rolling_speed=1e-5)
+        values = parameters(wind_variance=0.3, rolling_speed=1e-5, driveline_efficiency=0.95)
         found = Simulator(model, values, model.parameters, substeps=2)(run, [values[n] for n in model.parameters])
         moved = sum(np.abs(s).max(axis=0) / np.abs(found.outputs[n]).max() for n, s in found.sensitivities.items())
         for k, name in enumerate(model.parameters):

@@ -31,7 +31,13 @@ def parameters(car: Vehicle = REFERENCE, **changed: float) -> dict[str, float]:
     found |= {"roll_inertia": 0.3 * car.pitch_inertia, "yaw_inertia": 1.1 * car.pitch_inertia, "air_density": 1.225}
     found |= {"tire_vertical_damping": 200.0, "tire_load_sensitivity": 2e-5, "tire_cornering_stiffness": 18.0}
     found |= {"tire_rest_damping": 1.0}
-    found |= {"rolling_speed": 0.0, "wind_variance": 0.0, "driveline_efficiency": 1.0, "brake_share_front": 0.65}
+    found |= {
+        "rolling_speed": 0.0,
+        "wind_variance": 0.0,
+        "driveline_efficiency": 1.0,
+        "recuperation_loss": 0.0,
+        "brake_share_front": 0.65,
+    }
     found |= {"hub_swing": 1.0, "driveline_pitch": 1.0, "motor_reaction": 1.0 / car.gear_ratio}
     return found | changed
 

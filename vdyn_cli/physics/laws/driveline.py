@@ -9,20 +9,21 @@ from vdyn_cli.engine.model_builder import Number, Signals
 def drive(s: Signals) -> Number:
     """Drive force at the tire contacts, N.
 
-    F = eta T i / r for T >= 0, T i / (eta r) for T < 0
+    F = eta T i / r for T >= 0, (1 + q (1/eta - 1)) T i / r for T < 0
 
     Parameters
     ----------
     s : drive_torque T in N m at the driveline's input, gear_ratio i (turns of the sensor's shaft per turn of the
-        wheel), wheel_radius r in m, driveline_efficiency eta.
+        wheel), wheel_radius r in m, driveline_efficiency eta, recuperation_loss q.
 
     Notes
     -----
     eta includes the losses of gears and bearings under load, which take from the power that enters: from the motor's
-    while it drives, from the wheels' under recuperation. The sensor then shows less torque than the wheels give.
+    while it drives, from the wheels' under recuperation (q = 1: F = T i / (eta r)). Torques estimated by a controller
+    often hold eta for both signs (q = -1: F = eta T i / r to first order in 1 - eta).
     """
-    force, eta = s.drive_torque * s.gear_ratio / s.wheel_radius, s.driveline_efficiency
-    return where(s.drive_torque < 0, force / eta, force * eta)
+    force, loss = s.drive_torque * s.gear_ratio / s.wheel_radius, 1.0 / s.driveline_efficiency - 1.0
+    return force * where(s.drive_torque < 0, 1.0 + s.recuperation_loss * loss, s.driveline_efficiency)
 
 
 def spin_loss(s: Signals) -> Number:

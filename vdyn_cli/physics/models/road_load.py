@@ -22,7 +22,7 @@ FORWARD = 1.0
 DriveSignal = Literal["coasting", "torque", "force"]
 
 CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
-DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency")
+DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency", "recuperation_loss")
 ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
@@ -109,6 +109,7 @@ def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number
             gear_ratio=ratio,
             wheel_radius=radius,
             driveline_efficiency=e.p.driveline_efficiency,
+            recuperation_loss=e.p.recuperation_loss,
             whole=1.0,
         )
         return force - e(spin_loss, viscous=0.0, speed=speed, wheel_radius=radius) / radius

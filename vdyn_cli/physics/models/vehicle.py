@@ -34,7 +34,7 @@ TIRES = (
     *("tire_cornering_stiffness", "tire_rest_damping", "rolling_resistance", "rolling_speed"),
 )
 AIR = ("drag_area", "drag_height", "air_density", "wind_variance")
-AXLE_TORQUE = ("gear_ratio", "driveline_efficiency")
+AXLE_TORQUE = ("gear_ratio", "driveline_efficiency", "recuperation_loss")
 DRIVELINE = (
     *("driveline_inertia", "motor_reaction", "shaft_stiffness_left", "shaft_stiffness_right"),
     *("shaft_damping_left", "shaft_damping_right", "brake_share_front", "hub_swing", "driveline_pitch"),
@@ -177,6 +177,7 @@ def _drive_torques(e: ModelBuilder, u: Signals, torque: Torque, wheels: int) -> 
         gear_ratio=p.gear_ratio,
         wheel_radius=p.wheel_radius,
         driveline_efficiency=p.driveline_efficiency,
+        recuperation_loss=p.recuperation_loss,
     )
     loss = e(spin_loss, viscous=0.0, speed=e.state("speed"), wheel_radius=p.wheel_radius)
     loss = loss + e(dry_loss, dry_loss=0.0, sense=turned(e.state("speed")))

@@ -4,12 +4,12 @@ A car of mass M with rotating parts of mr = sum J/r^2 decelerates according to::
 
     (M + mr) V' = F - 1/2 rho Cd A (V + w)|V + w| - frr M g cos(grade) - M g sin(grade)
 
-with F = 0 in neutral, or the drive force (torque x gear_ratio x driveline_efficiency / wheel_radius; a negative torque
-is divided by the efficiency) where it is measured and no brake is used. The simulated speed is fitted to the measured
-one; every run's start speed is unknown. A gust changes the speed, and the change persists, so the residuals are
-whitened with the covariance of gusts, of wind and rolling resistance that differ from run to run, and of the sensor.
-The amplitudes of this noise are estimated from the data (restricted maximum likelihood). Wind of zero mean adds 1/2 rho
-Cd A var(w), which the model includes.
+with F = 0 in neutral, or the drive force (torque x gear_ratio x driveline_efficiency / wheel_radius; for
+``recuperation_loss`` see ``laws.driveline``) where it is measured and no brake is used. The simulated speed is fitted
+to the measured one; every run's start speed is unknown. A gust changes the speed, and the change persists, so the
+residuals are whitened with the covariance of gusts, of wind and rolling resistance that differ from run to run, and of
+the sensor. The amplitudes of this noise are estimated from the data (restricted maximum likelihood). Wind of zero mean
+adds 1/2 rho Cd A var(w), which the model includes.
 Intervals follow from the scatter between runs. ``noise: white`` uses plain least squares instead, as in the paper.
 
 Where an accelerometer (specific force f = V' + g sin(grade)) is mapped, M f + mr V' = F - Fd - Rr holds without the

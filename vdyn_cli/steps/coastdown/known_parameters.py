@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference import Unknown
-from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.physics.models.road_load import DRIVELINE, DriveSignal
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -17,6 +17,7 @@ from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 
 ROTATING_SHARE, ROTATING_STD = 0.035, 0.01  # of the mass, for four wheels, where nothing is given
 SCALE_ERROR = 0.02  # standard deviation of the accelerometer's gain: the body pitches when the car accelerates
+RECUPERATION_STD = 1.0  # 1: the gears' loss; -1: a torque that holds the efficiency of driving
 PRIOR_REACH = 8.0  # prior standard deviations by which a value may move: beyond, the given value is wrong
 ROAD_LOAD = {  # start, lower and upper bound, unit
     "rolling_resistance": (0.012, 5e-4, 0.1, ""),
@@ -40,7 +41,8 @@ def known_parameters(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters
     area = ("frontal_area",) if fix.drag_coefficient else ()
     known.require("mass", "air_density", *(("gear_ratio", "wheel_radius") if torque else ()), *area, where="coastdown")
     given = {n: Given(e.value, e.std) for n, e in known.items() if n not in ("rolling_resistance", "drag_area")}
-    given.setdefault("driveline_efficiency", Given(1.0))
+    efficiency = given.setdefault("driveline_efficiency", Given(1.0))
+    given.setdefault("recuperation_loss", Given(0.0, RECUPERATION_STD if torque and efficiency.value < 1.0 else 0.0))
     given.setdefault("rotating_mass", _rotating_mass(given))
     air = spec.environment
     if air.temperature and air.pressure and not given["air_density"].std:
@@ -76,7 +78,7 @@ def assumptions(known: Parameters) -> tuple[Finding, ...]:
 def model_values(known: Mapping[str, Given], use: AccelerometerUse, drive: DriveSignal) -> dict[str, float]:
     """A value for every parameter of the road load model, SI; start values of those that are estimated."""
     names = ["mass", "rotating_mass", "air_density"]
-    names += ["gear_ratio", "wheel_radius", "driveline_efficiency"] if drive == "torque" else []
+    names += DRIVELINE if drive == "torque" else ()
     values = {n: known[n].value for n in names}
     values |= {n: known[n].value if n in known else ROAD_LOAD[n][0] for n in ROAD_LOAD}
     sensor = ("accelerometer_zero", "accelerometer_scale", "road_slope") if use != "none" else ()
@@ -100,7 +102,8 @@ def campaign_unknowns(
     for name in values:
         if name in known and known[name].std > 0:
             mean, std = known[name].value, known[name].std
-            low, high = max(mean - PRIOR_REACH * std, 0.1 * mean), mean + PRIOR_REACH * std
+            low, high = mean - PRIOR_REACH * std, mean + PRIOR_REACH * std
+            low = max(low, 0.1 * mean) if mean > 0 else low
             found.append(Unknown(name, mean, low, high, "", (mean, std), nuisance=True))
     if use == "with_speed":
         found.append(Unknown("accelerometer_zero", 0.0, -3.0, 3.0, "m/s^2", nuisance=True))

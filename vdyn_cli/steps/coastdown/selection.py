@@ -256,5 +256,5 @@ def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Ar
     if drive == "torque":
         torque, efficiency = log["drive_torque"], known["driveline_efficiency"].value
         per_torque = known["gear_ratio"].value / known["wheel_radius"].value
-        return force + per_torque * torque * np.where(torque < 0, 1 / efficiency, efficiency)
+        return force + per_torque * torque * np.where(torque < 0, 1.0, efficiency)
     return force + log["drive_force"] if drive == "force" else force

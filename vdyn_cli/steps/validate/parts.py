@@ -10,6 +10,7 @@ from vdyn_cli.engine.model_builder import Number, Signals
 from vdyn_cli.physics.laws.air_drag import air
 from vdyn_cli.physics.laws.driveline import drive
 from vdyn_cli.physics.laws.rolling_resistance import rolling
+from vdyn_cli.physics.models.road_load import DRIVELINE
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.free_part import Part
@@ -21,7 +22,6 @@ LOSS = 0.05  # plausible size over the largest drive force: the loss of a final 
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance
 RESISTANCES = ("air", "gust_drag", "rolling", "brake")  # laws that also act as a force over speed and time
 ROAD = ("rolling_resistance", "rolling_speed", "drag_area")
-DRIVELINE = ("driveline_efficiency", "wheel_radius")
 
 
 def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tuple[Part, ...]:
@@ -39,7 +39,7 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
     time = span_of([s.since + s.time - s.time[0] for s in segments], 1.0)
 
     def driven(at: float, values: Mapping[str, float]) -> Mapping[str, float]:
-        return {"whole": 1.0, **{n: values.get(n, v[n]) for n in (*DRIVELINE, "gear_ratio")}}
+        return {"whole": 1.0, **{n: values.get(n, v[n]) for n in DRIVELINE}}
 
     def rolled(at: float, values: Mapping[str, float]) -> Mapping[str, float]:
         return {n: values.get(n, v[n]) for n in (*ROAD, "mass", "air_density")}

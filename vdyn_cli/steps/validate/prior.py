@@ -35,16 +35,17 @@ ABSOLUTE: Mapping[str, float] = {
     "tire_load_sensitivity": 2e-5,  # 1/N: friction falls by 0 to 4 % per kN
     "tire_rest_damping": 0.3,  # s/m: 0 to 20 % of critical damping of a braked car that rocks on its tires
     "tire_vertical_damping": 100.0,  # N s/m: a few per cent of critical for the wheel hop
+    "recuperation_loss": 1.0,  # 1: the gears' loss; -1: a torque that holds the efficiency of driving
 }
 # Parameters without an effect on a straight and level drive, or with a negligible one (side gears; the motor's
 # reaction, 0.1 % of the load): the report does not list that they are assumed.
 INSENSITIVE = frozenset(
     {"roll_inertia", "yaw_inertia", "track_front", "track_rear", "tire_cornering_stiffness", "tire_vertical_damping",
      "tire_rest_damping", "rolling_speed", "wind_variance", "cg_to_front", "drag_area", "side_gear_inertia",
-     "motor_reaction"}
+     "motor_reaction", "recuperation_loss"}
 )  # fmt: skip
 
-SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed")  # may be negative
+SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed", "recuperation_loss")  # may be negative
 FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
 LEAST = 0.02  # lower bound of a positive parameter over its prior mean
 NEAR = 5.0  # standard deviations about the prior mean, bounds of a point of linearization
@@ -138,6 +139,8 @@ def _propagated(
     base = {n: e.value for n, e in known.items()}
     given = {n: e.std for n, e in known.items() if e.std > 0}
     added = {n: spread for n in assumed if n not in DERIVED and (spread := _assumed_std(n, full.values[n])) > 0}
+    if full.values.get("driveline_efficiency") == 1.0:  # without a loss its sign has no effect
+        added.pop("recuperation_loss", None)
     slopes = np.zeros((len(wanted), len(given) + len(added)))  # per standard deviation
     for j, name in enumerate((*given, *added)):
         step = STEP * (added[name] if name in added else given[name])
