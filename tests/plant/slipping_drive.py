@@ -46,7 +46,7 @@ def drives(
 ) -> Mapping[str, Array]:
     """time (n,) s, torque (count, n) N m of the motor, speed and wheel speed u (count, n) m/s, at 1 kHz.
 
-    Of drives there and back.
+    ``felt`` (count, n) m/s^2 is the specific force, v' + g slope. Of drives there and back.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def drives(
     slopes = [_road(rng, undulation) for _ in range(count)]
     v = rng.uniform(8.0, 16.0, count)
     u, x = v.copy(), np.zeros(count)
-    speed, wheel = np.empty((count, n)), np.empty((count, n))
+    speed, wheel, felt = np.empty((count, n)), np.empty((count, n)), np.empty((count, n))
     slope = np.zeros(count)
     for k in range(n):
         speed[:, k], wheel[:, k] = v, u
@@ -74,9 +74,11 @@ def drives(
         air = v + gust[:, k]
         rolling = car.rolling * (1.0 + cold * np.exp(-(seconds * np.arange(count) + time[k]) / 600.0))
         lost = car.mass * G * (rolling + slope) + 0.5 * car.density * car.drag_area * air * np.abs(air)
-        v = v + STEP / car.mass * (grip * (u - v) - lost)
+        rate = (grip * (u - v) - lost) / car.mass
+        felt[:, k] = rate + G * slope
+        v = v + STEP * rate
         x = x + STEP * v
-    return {"time": time, "torque": torque, "speed": speed, "wheel": wheel}
+    return {"time": time, "torque": torque, "speed": speed, "wheel": wheel, "felt": felt}
 
 
 def _torque(car: Car, rng: np.random.Generator, count: int, n: int) -> Array:

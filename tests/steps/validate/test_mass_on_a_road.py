@@ -18,16 +18,23 @@ CAR = Car()
 EVERY = 20  # samples of the plant to one of the log: 50 Hz
 
 
-def diagnosed(folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, seed: int = 0) -> Diagnosis:
-    """The diagnosis of logs of a car described as ``CAR``, whose speed channel repeats values for some rows."""
+def diagnosed(
+    folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, seed: int = 0, zero: float | None = None
+) -> Diagnosis:
+    """The diagnosis of logs of a car described as ``CAR``, whose speed channel repeats values for some rows.
+
+    ``zero`` : m/s^2, of an accelerometer; None: there is none.
+    """
     rng = np.random.default_rng(seed)
     time = logs["time"][::EVERY]
     for k, (torque, speed) in enumerate(zip(logs["torque"][:, ::EVERY], logs["speed"][:, ::EVERY], strict=True)):
         read = np.round(3.6 * speed + rng.normal(0.0, 0.06, speed.size), 2)
         read = read[np.arange(read.size) // held * held]
-        rows = np.column_stack([time, np.round(torque + rng.normal(0.0, 0.1, torque.size), 1), read])
-        lines = (f"{a:.2f},{b:.1f},{c:.2f}\n" for a, b, c in rows)
-        (folder / f"drive_{k}.csv").write_text("t [s],T [N m],v [km/h]\n" + "".join(lines), encoding="utf-8")
+        columns = [time, np.round(torque + rng.normal(0.0, 0.1, torque.size), 1), read]
+        if zero is not None:
+            columns.append(logs["felt"][k, ::EVERY] + zero + rng.normal(0.0, 0.05, torque.size))
+        head = ",".join(["t [s]", "T [N m]", "v [km/h]", "a [m/s^2]"][: len(columns)])
+        np.savetxt(folder / f"drive_{k}.csv", np.column_stack(columns), "%.3f", ",", header=head, comments="")
     vehicle = {
         "mass": f"{CAR.mass} +- 4 kg",
         "rotating_mass": f"{CAR.turning} +- 2 kg",
@@ -38,11 +45,13 @@ def diagnosed(folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, 
         "drag_area": f"{CAR.drag_area} +- 0.012 m^2",
         "air_density": f"{CAR.density} kg/m^3",
     }
-    columns = {"time": ("t [s]", "s"), "drive_torque": ("T [N m]", "N m"), "speed": ("v [km/h]", "km/h")}
+    units = {"time": ("t [s]", "s"), "drive_torque": ("T [N m]", "N m"), "speed": ("v [km/h]", "km/h")}
+    if zero is not None:
+        units["acceleration"] = ("a [m/s^2]", "m/s^2")
     description = {
         "test": "validate",
         "vehicle": vehicle,
-        "channels": {n: {"column": c, "unit": u} for n, (c, u) in columns.items()},
+        "channels": {n: {"column": c, "unit": u} for n, (c, u) in units.items()},
         "runs": [{"log": f"drive_{k}.csv", "direction": ("out", "back")[k % 2]} for k in range(len(logs["torque"]))],
         "settings": {"model": "road_load"},
     }
@@ -77,6 +86,17 @@ def test_a_speed_of_driven_wheels_is_named(tmp_path: Path) -> None:
     assert [c.effect for c in found.causes] == ["driven_wheel_slip"]
     low, high = found.causes[0].unknowns["driven_wheel_slip"].interval95
     assert low <= 1.0 / (CAR.stiffness * CAR.driven) <= high
+
+
+def test_a_wrong_zero_of_the_accelerometer_is_named(tmp_path: Path) -> None:
+    """Far beyond the 0.02 m/s^2 of its prior; a tilt shifts the reading by as much."""
+    found = diagnosed(tmp_path, CAR, drives(CAR, 6), seed=6, zero=0.25)
+    (answers,) = found.ambiguous
+    assert set(answers) == {"accelerometer_offset", "accelerometer_tilt"}
+
+
+def test_a_small_zero_of_the_accelerometer_is_no_finding(tmp_path: Path) -> None:
+    assert diagnosed(tmp_path, CAR, drives(CAR, 7), seed=7, zero=0.02).verdict == "adequate"
 
 
 def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:

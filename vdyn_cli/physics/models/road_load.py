@@ -33,6 +33,7 @@ def road_load(
     located: bool = False,
     felt: bool = False,
     elevated: bool = False,
+    specific_force: bool = False,
 ) -> Model:
     """The longitudinal model.
 
@@ -52,10 +53,11 @@ def road_load(
         error would shift the hills.
     felt, elevated : an accelerometer (input ``felt_slope``) or a logged elevation (input ``elevation_slope``) gives the
         slope beyond the known grade.
+    specific_force : a second output is the specific force V' + g sin(grade) of the simulated motion.
 
     Returns
     -------
-    Model with outputs speed (m/s) and, with accelerometer, acceleration (m/s^2).
+    Model with outputs speed (m/s) and, with accelerometer or specific_force, acceleration (m/s^2).
 
     Notes
     -----
@@ -81,19 +83,17 @@ def road_load(
         )
         e.integrate(speed=rate)
         e.sensor("speed", state, rate, pull=(force - e.p.rotating_mass * rate) / (e.p.mass * GRAVITY))
+        specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
         if accelerometer:
-            specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
             e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero)
+        elif specific_force:
+            e.sensor("acceleration", specific)
 
     drive_input = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}[driven]
     return Model(
         name="road load",
         assemble=assemble,
-        parameters=(
-            *CAR,
-            *(DRIVELINE if driven == "torque" else ()),
-            *(ACCELEROMETER if accelerometer else ()),
-        ),
+        parameters=(*CAR, *(DRIVELINE if driven == "torque" else ()), *(ACCELEROMETER if accelerometer else ())),
         inputs=("grade", "wind_speed", "elapsed", *drive_input, *(("speed",) if accelerometer else ()), *road),
         context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )

@@ -140,7 +140,9 @@ class ValidateProblem(SimulatedProblem):
         """The model that simulates the drives; its laws can read the start time of the run."""
         s = self.spec.settings
         if s.model == "road_load":
-            return _timed(road_load("torque", felt=bool(self.roads.felt), elevated=bool(self.roads.elevated)))
+            felt, elevated = bool(self.roads.felt), bool(self.roads.elevated)
+            compared = "acceleration" in _sensors(self).channels
+            return _timed(road_load("torque", felt=felt, elevated=elevated, specific_force=compared))
         if _two_motors(self.spec, self.logs) and s.differential == "locked":
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))

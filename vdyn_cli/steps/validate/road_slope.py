@@ -103,7 +103,7 @@ def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
     return grade(s) + q.drive_slope
 
 
-def _lag(channel: str, on: str, sign: float) -> Effect:
+def _lag(channel: str, on: str | tuple[str, ...], sign: float) -> Effect:
     """An apparent lag of a channel: drivers react to a hill at once, while its measured slope is smoothed."""
     name = f"{channel}_timing"
 
@@ -119,5 +119,5 @@ def _lag(channel: str, on: str, sign: float) -> Effect:
 
 
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
-SPEED_LAG = _lag("speed", "speed_clock", -1.0)
+SPEED_LAG = _lag("speed", ("speed_clock", "acceleration_clock"), -1.0)  # the car lags, not a sensor
 APPARENT_LAGS = (_lag("torque", "drive_torque_lead", 1.0), SPEED_LAG)

@@ -11,8 +11,7 @@ import numpy as np
 from vdyn_cli.engine.simulate import Simulated
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.validate.segments import OUTPUTS, DriveSegment
+from vdyn_cli.steps.validate.segments import OUTPUTS
 
 GAINS = ("speed", "shaft_torque", "acceleration")
 FARTHEST_GAIN = 0.5  # from a gain of one: bounds of the fit
@@ -78,19 +77,7 @@ class Sensors:
         )
 
 
-def ideal_readings(seen: Simulated, s: DriveSegment) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Readings of perfect sensors in a simulated segment, (n,), and the derivatives, (n, k), by output.
-
-    Parameters
-    ----------
-    seen : the simulated segment; k unknowns. s : the segment with its inputs, for the specific force.
-    """
+def ideal_readings(seen: Simulated) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Readings of perfect sensors in a simulated segment, (n,), and their derivatives to the unknowns, (n, k)."""
     names = [n for n in OUTPUTS if n in seen.outputs]
-    values = {n: seen.outputs[n] for n in names}
-    slopes = {n: seen.sensitivities[n] for n in names}
-    if "acceleration" not in seen.outputs and s.time.size > 2:
-        # The specific force of a mass on a road: the rate of its speed plus gravity along the road.
-        grade = s.inputs["grade"]
-        values["acceleration"] = np.gradient(values["speed"], s.time) + GRAVITY * grade / np.sqrt(1 + grade**2)
-        slopes["acceleration"] = np.gradient(slopes["speed"], s.time, axis=0)
-    return values, slopes
+    return {n: seen.outputs[n] for n in names}, {n: seen.sensitivities[n] for n in names}

@@ -226,7 +226,7 @@ class SimulationSetup:
         """
         drive = (self.inputs.perturbed_drives if perturbed else self.inputs.drives)[segment]
         seen = self.simulator(drive, theta[self.vector.simulated], sensitivities=slopes)
-        values, derivatives = ideal_readings(seen, self.segments[segment])
+        values, derivatives = ideal_readings(seen)
         if not slopes:
             return _read(self, values, {}, {}, theta)
         k = len(self.prior.names)
@@ -237,7 +237,7 @@ class SimulationSetup:
 def _first_by_chord(setup: SimulationSetup, segment: int) -> SimulatedSegment:
     theta, k = setup.vector.start(segment), len(setup.prior.names)
     seen = setup.chord_simulator(setup.inputs.drives[segment], theta[setup.vector.simulated][k:])
-    values, derivatives = ideal_readings(seen, setup.segments[segment])
+    values, derivatives = ideal_readings(seen)
     bare = {n: d[:, :k] for n, d in setup.bare.first[segment].sensitivities.items()}
     return _read(setup, values, bare, derivatives, theta)
 
@@ -358,7 +358,7 @@ def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], .
     secant = _secant(setup)
 
     def added(segment: int) -> dict[str, Array]:
-        without, slopes = ideal_readings(secant.adding(secant.drive(segment), secant.start), setup.segments[segment])
+        without, slopes = ideal_readings(secant.adding(secant.drive(segment), secant.start))
         for i in secant.sizes:
             for n, column in secant.column(segment, i, without).items():
                 slopes[n][:, i] = column
@@ -382,9 +382,7 @@ def _with_other_secants(setup: SimulationSetup, seen: Sequence[SimulatedSegment]
 
     def changed(segment: int) -> SimulatedSegment:
         outcome = seen[segment]
-        without = ideal_readings(
-            secant.adding(secant.drive(segment), secant.start, sensitivities=False), setup.segments[segment]
-        )[0]
+        without = ideal_readings(secant.adding(secant.drive(segment), secant.start, sensitivities=False))[0]
         slopes = {n: d.copy() for n, d in outcome.sensitivities.items()}
         for i in secant.sizes:
             for n, column in secant.column(segment, i, without).items():
@@ -419,7 +417,7 @@ class _Secant:
         size = self.sizes[index]
         moved = self.start + size * (np.arange(self.start.size) == index)
         seen = self.adding(self.drive(segment), moved, sensitivities=False)
-        values = ideal_readings(seen, self.setup.segments[segment])[0]
+        values = ideal_readings(seen)[0]
         return {n: (value - without[n]) / size for n, value in values.items()}
 
 
