@@ -6,11 +6,14 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
+
 from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis import model_selection
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.judgment import judge
-from vdyn_cli.diagnosis.model_selection import may_be_zero, nearly_sufficient, simplest
+from vdyn_cli.diagnosis.model_selection import may_be_zero, nearly_sufficient, simplest, worse_than_alone
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 
@@ -93,3 +96,28 @@ def test_a_learned_law_that_leaves_most_of_the_misfit_is_not_the_cause_of_it():
     """Four fifths of the squares must be explained: 0.447 of the rms may remain."""
     assert left("law", 0.44, True).explains_most
     assert not left("law", 0.94, True).explains_most
+
+
+@pytest.mark.parametrize(("error", "worse"), [(0.3, False), (1.8, True)])
+def test_an_answer_of_two_effects_predicts_about_as_well_as_one_of_them_alone(
+    error: float, worse: bool, monkeypatch: pytest.MonkeyPatch
+):
+    """Where the baseline is far off; ``error`` is the rms error of the exact fit of both effects."""
+    errors = {("slip",): 2.6, ("drag",): 0.29, ("slip", "drag"): error}
+
+    class Strategy:
+        def __init__(self, far_off: bool) -> None:
+            self.model = SimpleNamespace(setup=SimpleNamespace(far_off=far_off))
+
+        def fitted(self, effects: tuple[str, ...]) -> Any:
+            return SimpleNamespace(effects=effects)
+
+        def relinearized(self, fitted: Any) -> Any:
+            return SimpleNamespace(runs=errors[fitted.effects])
+
+    monkeypatch.setattr(model_selection, "rms_of", lambda runs: runs)
+    answer: Any = SimpleNamespace(effects=("slip", "drag"), fitted=SimpleNamespace(effects=("slip", "drag")))
+    far: Any = Strategy(far_off=True)
+    near: Any = Strategy(far_off=False)
+    assert worse_than_alone(far, answer) is worse
+    assert not worse_than_alone(near, answer)

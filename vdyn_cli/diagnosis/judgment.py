@@ -33,6 +33,7 @@ from vdyn_cli.diagnosis.model_selection import (
     nearly_sufficient,
     not_significantly_worse,
     simplest,
+    worse_than_alone,
 )
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -279,6 +280,7 @@ def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel
     two = pairs(strategy, tried, found)
     answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)
     answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
+    answers = tuple(a for a in answers if not worse_than_alone(strategy, a))
     if answers:
         return answers, tried
     chain = forward_selection(strategy, found)

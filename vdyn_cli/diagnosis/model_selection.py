@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 from scipy.special import chdtrc
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.detection import Detection
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategy import Strategy
 
 
 def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:
@@ -67,6 +70,19 @@ def simplest(
     ]
     least = min((t.cost for t in close), default=0.0)
     return tuple(t for t in close if not _significantly_worse(t, least)) or tuple(answers)
+
+
+def worse_than_alone(strategy: Strategy, answer: CandidateModel) -> bool:
+    """Whether an answer of several effects misses the main channel by far more than one of them does alone.
+
+    Only where the baseline is far off. The noise estimated with an answer contains what the answer leaves unexplained,
+    and such a fit may trade the drift of a drive for its transients: further effects are then needed.
+    """
+    if len(answer.effects) == 1 or not strategy.model.setup.far_off:
+        return False
+    alone = [one for e in answer.effects if (one := strategy.fitted((e,))) is not None]
+    least = min((rms_of(strategy.relinearized(one).runs) for one in alone), default=inf)
+    return rms_of(strategy.relinearized(answer.fitted).runs) > POLICY.far_worse * least
 
 
 def _significantly_worse(one: CandidateModel, least: float) -> bool:
