@@ -40,6 +40,17 @@ def test_a_mass_on_a_road_is_simulated_where_it_moves_and_nobody_brakes() -> Non
     assert all(not s.inputs["brake_torque"].any() for s in found)
 
 
+def test_parts_of_one_log_belong_to_it() -> None:
+    """A cut made two runs of the log, which are divided into windows."""
+    parts = [
+        Log(f"a.csv, {span} s", TIME, {"speed": SPEED, "drive_torque": TORQUE, "brake_torque": BRAKE})
+        for span in ("0.0 to 60.0", "70.0 to 130.0")
+    ]
+    found, _ = drive_segments(parts, [RunConditions(), RunConditions()], Segmentation("road_load", 10.0, True))
+    assert {s.run for s in found} == {0, 1}
+    assert {s.log for s in found} == {"a.csv"}
+
+
 def test_powered_windows_follow_one_another() -> None:
     found, _ = drive_segments([log()], [RunConditions()], Segmentation("road_load", 10.0, True))
     assert len(found) == 2

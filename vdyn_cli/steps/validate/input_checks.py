@@ -62,7 +62,7 @@ def missed_drives(setup: SimulationSetup, least: float = STEP_POLICY.foreign_err
     ResultError : the simulation is not finite.
     """
     found = []
-    logs = [s.name.partition(", ")[0] for s in setup.segments]
+    logs = [s.log for s in setup.segments]
     for log in dict.fromkeys(logs):
         own = [k for k, name in enumerate(logs) if name == log]
         speeds = [setup.segments[k].outputs["speed"] for k in own]

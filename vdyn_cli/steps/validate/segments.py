@@ -95,6 +95,11 @@ class DriveSegment:
         return {n: white_level(v, t) for n, (t, v) in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
 
     @property
+    def log(self) -> str:
+        """Name of the log, without the times of a cut part or a segment of it."""
+        return self.name.partition(", ")[0]
+
+    @property
     def duration(self) -> float:
         """Time from the first to the last sample, s."""
         return float(self.time[-1] - self.time[0])

@@ -24,10 +24,10 @@ def short_name(log: str) -> str:
 
 
 def sentence(v: Validation) -> str:
-    """The error of the speed over all drives, and whether model and parameters agree with the drives."""
-    drives = len({s.run for s in v.segments})
+    """The error of the speed over all logs, and whether model and parameters agree with the drives."""
+    logs = len({s.log for s in v.segments})  # a cut divides one into several runs
     rms = float(np.sqrt(np.mean(v.errors("speed") ** 2)))
-    start = f"Over {drives} drive{'s' if drives > 1 else ''} the simulated speed is off by {3.6 * rms:.2f} km/h rms"
+    start = f"Over {logs} log{'s' if logs > 1 else ''} the simulated speed is off by {3.6 * rms:.2f} km/h rms"
     if v.outside:
         worst = max(v.outside, key=lambda n: v.tests[n].share)
         test, names = v.tests[worst], ", ".join(words(n) for n in v.outside[:4])
