@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.detectable import detectable
 from vdyn_cli.diagnosis.detection import detect
@@ -10,6 +12,7 @@ from vdyn_cli.diagnosis.strategy_choice import open_strategy
 CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
 
 
+@pytest.mark.slow  # a Monte Carlo run or several fits
 def test_the_stated_amplitude_is_detected_about_nine_times_in_ten() -> None:
     found = []
     for seed in range(300, 320):

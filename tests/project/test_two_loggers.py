@@ -95,6 +95,7 @@ def test_two_channels_are_named_by_a_list(described: Path) -> None:
     assert "write 'align_on: [speed, acceleration]'" in str(refused.value)
 
 
+@pytest.mark.slow  # a delay fitted beside a road load
 def test_a_stated_delay_is_taken_with_its_uncertainty(described: Path) -> None:
     stated = described.with_name("stated.yaml")
     stated.write_text(TEXT.replace("runs:\n", "    delay: 80 +- 20 ms\nruns:\n"))

@@ -10,6 +10,8 @@ import yaml
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.result import Result
 
+pytestmark = pytest.mark.slow  # two diagnoses of 4 s
+
 DESCRIPTION = {
     "test": "validate",
     "vehicle": {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.coast_cases import known, log_of, solve_day, spec_of
 from tests.plant import coast
@@ -42,6 +43,7 @@ def test_finer_steps_are_more_exact() -> None:
     assert rms[1] < 0.5 * rms[0]
 
 
+@pytest.mark.slow  # a Monte Carlo run or several fits
 def test_an_elevation_that_no_run_feels_changes_nothing() -> None:
     vehicle, random = random_vehicle(3), np.random.default_rng(9)
     plain = solve_day(vehicle, 3)

@@ -271,7 +271,7 @@ def test_an_effect_that_does_not_exist_is_refused_with_those_that_do(tmp_path: P
     assert code == 2
     assert text == ""
     assert "gremlins" in error
-    assert "headwind" in error.split("there are")[1]
+    assert "headwind" in error.split("candidate effects:")[1]
 
 
 def test_no_effects_is_no_diagnosis(tmp_path: Path) -> None:

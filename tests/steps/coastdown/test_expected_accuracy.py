@@ -41,6 +41,7 @@ def test_the_least_widening_that_does_is_proposed() -> None:
     assert better.lower <= window[1]
 
 
+@pytest.mark.slow  # a Monte Carlo run or several fits
 def test_what_is_expected_is_what_comes_out() -> None:
     level = {"road": {"roughness": "0 %"}}  # what is expected is that of a level road
     results = [solve_day(REFERENCE, seed, coast.DAY, settings=level) for seed in range(4)]

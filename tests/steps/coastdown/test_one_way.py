@@ -32,6 +32,7 @@ def test_a_stated_road_is_known(one_way):
     assert 0.5 * (high - low) < 0.004
 
 
+@pytest.mark.slow  # a Monte Carlo run or several fits
 def test_runs_there_and_back_are_as_before():
     case = messy_day.drive(41, messy_day.drawn_day("clean", 41))
     found = prepared(case, False).problem.publish()

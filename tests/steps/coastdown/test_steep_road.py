@@ -12,6 +12,7 @@ from vdyn_cli.project.execute import execute
 LARGE = pytest.param(TRUCK, marks=[pytest.mark.slow, pytest.mark.thorough])  # a diagnosis of half a minute
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 @pytest.mark.parametrize("car", [LARGE, KART], ids=["truck", "kart"])
 def test_two_runs_each_way_on_a_slope_of_one_per_cent(car: Coaster, tmp_path: Path) -> None:
     result = execute("coastdown", write_day(tmp_path, car, 0.010, 3)).result

@@ -62,6 +62,7 @@ def diagnosed(
     return found
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 @pytest.mark.parametrize(("seed", "held"), [(1, 1), (2, 5)])
 def test_slip_an_uneven_road_and_a_held_speed_are_no_findings(tmp_path: Path, seed: int, held: int) -> None:
     assert diagnosed(tmp_path, CAR, drives(CAR, seed), held).verdict == "adequate"
@@ -73,6 +74,7 @@ def test_tires_that_hardly_slip_are_no_finding(tmp_path: Path) -> None:
     assert diagnosed(tmp_path, car, drives(car, 60), seed=60).verdict == "adequate"
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 def test_gears_that_take_their_share_under_recuperation_are_no_finding(tmp_path: Path) -> None:
     """The stated efficiency holds in both directions: the wheels then give more force than the torque shows."""
     car = replace(CAR, efficiency=0.94, recuperated=0.06)
@@ -88,6 +90,7 @@ def test_a_speed_of_driven_wheels_is_named(tmp_path: Path) -> None:
     assert low <= 1.0 / (CAR.stiffness * CAR.driven) <= high
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 def test_a_wrong_zero_of_the_accelerometer_is_named(tmp_path: Path) -> None:
     """Far beyond the 0.02 m/s^2 of its prior; a tilt shifts the reading by as much."""
     found = diagnosed(tmp_path, CAR, drives(CAR, 6), seed=6, zero=0.25)
@@ -99,6 +102,7 @@ def test_a_small_zero_of_the_accelerometer_is_no_finding(tmp_path: Path) -> None
     assert diagnosed(tmp_path, CAR, drives(CAR, 7), seed=7, zero=0.02).verdict == "adequate"
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)
     found = diagnosed(tmp_path, car, drives(car, 3), 5)
