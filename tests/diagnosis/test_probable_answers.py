@@ -47,6 +47,17 @@ def test_what_the_description_knows_better_than_the_data_is_no_answer(stated: fl
     assert bool(probable_answers(strategy, answer.fitted)) == probable
 
 
+def test_an_answer_with_an_impossible_parameter_is_not_probable(monkeypatch: pytest.MonkeyPatch):
+    strategy = open_strategy(Campaign(11, hidden={"wave": 5.0, "slope": 4.0}).setup(cause("slope"), cause("wave")))
+    answer = candidate_model(strategy, ("wave",))
+    more = candidate_model(strategy, ("wave", "slope"))
+    assert answer is not None
+    assert more is not None
+    impossible = replace(more, unphysical="wheel_inertia")
+    monkeypatch.setattr("vdyn_cli.diagnosis.probable_answers.candidate_model", lambda *_: impossible)
+    assert probable_answers(strategy, answer.fitted) == []
+
+
 def test_a_stated_standard_deviation_is_in_the_unit_of_the_effect():
     known = Parameters({n: Estimate.given(PARAMETERS[n], 20.0, 0.1) for n in ("wheel_mass", "wheel_radius")})
     assert stated_errors((wheel_mass, wheel_radius, headwind), known) == pytest.approx(

@@ -153,37 +153,57 @@ def stated_errors(effects: Sequence[Effect], known: Parameters) -> dict[str, flo
     return found
 
 
-def relaxed(regression: Callable[..., Regression], wide: bool = False) -> Callable[..., Regression]:
+def relaxed(regression: Callable[..., Regression]) -> Callable[..., Regression]:
     """A step's regression with relaxed bounds, since a model error often drives a baseline's unknown to its bound.
 
-    Unknowns with a prior lose their bounds. The others may leave their physical range by its width; ``physical`` keeps
-    the range, and an answer with an unknown outside of it is not sufficient.
+    Unknowns with a prior lose their bounds. The others may leave theirs by the width between them; ``physical`` keeps
+    these, unless the step states a narrower range, and an answer with an unknown outside of it is not sufficient.
 
     Parameters
     ----------
     regression : (effects, unknowns, start) -> the step's regression; ``unknowns`` of effects keep their bounds.
-    wide : give unknowns without a prior one as wide as their range, for baselines that the data do not determine.
     """
+    return _with_baseline(regression, _unbounded)
+
+
+def with_wide_priors(regression: Callable[..., Regression]) -> Callable[..., Regression]:
+    """The relaxed regression with priors as wide as the physical range, for baselines that the data do not determine.
+
+    Parameters
+    ----------
+    regression : of a step, relaxed or not; unknowns of effects and those with a prior keep theirs.
+    """
+    return _with_baseline(regression, _with_wide_prior)
+
+
+def _with_baseline(
+    regression: Callable[..., Regression], changed: Callable[[Unknown], Unknown]
+) -> Callable[..., Regression]:
+    """The regression with the unknowns of the baseline ``changed``."""
 
     def of(
         effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
         full, kept = regression(effects, unknowns, start=start), {u.name for u in unknowns}
-        free = (u if u.name in kept else _unbounded(u, wide) for u in full.unknowns)
-        return replace(full, unknowns=tuple(free))
+        return replace(full, unknowns=tuple(u if u.name in kept else changed(u) for u in full.unknowns))
 
     return of
 
 
-def _unbounded(u: Unknown, wide: bool) -> Unknown:
+def _unbounded(u: Unknown) -> Unknown:
     if u.prior is not None:
         return replace(u, lower=-inf, upper=inf)
-    low, high = u.physical or (u.lower, u.upper)
-    width = high - low
+    width = u.upper - u.lower
     if not isfinite(width):
         return u
-    prior = (u.start, UNIFORM * width) if wide else None
-    return replace(u, lower=low - width, upper=high + width, prior=prior, physical=(low, high))
+    return replace(u, lower=u.lower - width, upper=u.upper + width, physical=u.physical or (u.lower, u.upper))
+
+
+def _with_wide_prior(u: Unknown) -> Unknown:
+    u = u if u.physical else _unbounded(u)
+    if u.prior is not None or u.physical is None:
+        return u
+    return replace(u, prior=(u.start, UNIFORM * (u.physical[1] - u.physical[0])))
 
 
 def refuse_unknown(prepared: PreparedStep) -> None:

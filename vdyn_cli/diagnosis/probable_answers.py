@@ -29,7 +29,8 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
 
     Parameters
     ----------
-    published : the fit of the named answer, or of the baseline. Only testable candidates of one amplitude are added.
+    published : the fit of the named answer, or of the baseline. Only testable candidates of one amplitude are added,
+        and none with which a parameter is significantly outside its physical range.
     """
     model = strategy.model
     beside = model.scores(published, [n for n in model.setup.candidates if n not in published.effects])
@@ -47,7 +48,7 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
     for name, factor in odds.items():
         if factor > POLICY.open_probability * total:
             tried = candidate_model(strategy, (*published.effects, name))
-            if tried is not None:
+            if tried is not None and not tried.unphysical:
                 found.append((tried, factor / total))
     return found
 

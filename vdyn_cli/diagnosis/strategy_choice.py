@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, relaxed
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, with_wide_priors
 from vdyn_cli.diagnosis.linearized import open_linearized
 from vdyn_cli.diagnosis.refit import open_refit
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -24,7 +24,7 @@ def open_strategy(setup: DiagnosisSetup) -> Strategy:
     try:
         return _opened(setup)
     except RefusedFitError:
-        return _opened(replace(setup, regression=relaxed(setup.regression, wide=True)))
+        return _opened(replace(setup, regression=with_wide_priors(setup.regression)))
 
 
 def _opened(setup: DiagnosisSetup) -> Strategy:

@@ -27,7 +27,7 @@ class Unknown:
     prior_stated : True: the user stated the prior, such as a drawing's value; False: the program estimated it.
     per_run : every run has its own value.
     nuisance : a nuisance parameter: not reported, and ignored in the choice of the independent units.
-    physical : the range that a published value must lie in, where ``lower`` and ``upper`` are relaxed.
+    physical : the range of an answer of the diagnosis, in which ``lower`` and ``upper`` are relaxed; None: these two.
     """
 
     name: str

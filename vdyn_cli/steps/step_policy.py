@@ -219,6 +219,14 @@ class StepPolicy:
         3.5, "standard deviations", "between road and pendulum, beyond which both are doubted",
         "By chance once in 2 000 tests.",
     )  # fmt: skip
+    least_rim_share: float = threshold(
+        0.2, "m r^2", "inertia of a wheel of mass m and rolling radius r, below which no wheel has it",
+        "A disk of half the radius has 0.125, and the tire alone adds some 0.3; wheels have 0.45 to 0.8.",
+    )  # fmt: skip
+    most_rim_share: float = threshold(
+        1.1, "m r^2", "inertia of a wheel of mass m and rolling radius r, above which no wheel has it",
+        "A hoop has 1; the tread lies outside the rolling radius by up to 5 %.",
+    )  # fmt: skip
     work_correlation: float = threshold(
         5.0, "standard errors", "of the correlation of work and kinetic energy, beyond which its sign is certain",
         "By chance less than once in 10 000 logs, including its long tails.",

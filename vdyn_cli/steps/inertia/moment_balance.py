@@ -28,6 +28,7 @@ from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Index = NDArray[np.intp]
 STANDSTILL = 1.0  # rad/s, below which friction is not defined
@@ -164,6 +165,15 @@ class MomentBalance:
         ordinary = RIM_SHARE * self.wheel.get("wheel_mass", 20.0) * self.wheel.get("wheel_radius", 0.3) ** 2
         return self.plain_inertia if self.plain_inertia > 0 else ordinary
 
+    def possible_inertias(self, inertia: float) -> tuple[float, float] | None:
+        """The least and the most inertia of a wheel of the stated mass and radius, kg m^2.
+
+        None for a free wheel, and where ``inertia`` lies outside: the stated mass is then not that of the wheel.
+        """
+        hoop = self.wheel.get("wheel_mass", 0.0) * self.wheel.get("wheel_radius", 0.0) ** 2
+        low, high = STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
+        return (low, high) if low <= inertia <= high else None
+
     def negative_inertia(self) -> tuple[Finding, ...]:
         """The finding of a negative plain inertia; empty where it is positive."""
         inertia = self.plain_inertia
@@ -198,7 +208,10 @@ class MomentBalance:
         """
         zero = self.torque_zero
         every = (
-            Unknown("wheel_inertia", inertia, 0.01 * inertia, 100 * inertia, "kg m^2"),
+            Unknown(
+                *("wheel_inertia", inertia, 0.01 * inertia, 100 * inertia, "kg m^2"),
+                physical=self.possible_inertias(inertia),
+            ),
             *self.drag,
             *unknowns,
             Unknown("hub_torque_zero", 0.0, -50 * zero, 50 * zero, "N m", (0.0, zero), per_run=True, nuisance=True),
