@@ -99,7 +99,11 @@ def weight_contradiction(
     if abs(share) > STEP_POLICY.weight_refused:
         raise InputError(Finding(place, what, got, remedy))
     what += f": all loads are scaled by {1 / (1 + share):.3f}"
-    answers = f"cg_height and cg_to_rear are correct in either case; pitch_inertia is {off} off if the mass is wrong"
+    one_axle = f"{abs(share) * vehicle.values['wheelbase'] / 2:.2g} m"
+    answers = (
+        f"cg_height and cg_to_rear are correct, unless only one axle's loads are wrong (cg_to_rear is then {one_axle} "
+        f"off); pitch_inertia is {off} off if the mass is wrong"
+    )
     return share, (Finding(place, f"{what}; {answers}, which its interval includes", got, remedy, doubt=True),)
 
 
