@@ -18,3 +18,10 @@ def test_an_inertia_beyond_that_of_disk_and_hoop_is_impossible(inertia: float, p
 
 def test_a_free_wheel_has_no_stated_mass():
     assert MomentBalance((), {}, 1.0, WHEEL_SPIN).possible_inertias(1.1) is None
+
+
+@pytest.mark.parametrize(("inertia", "doubted"), [(1.1, False), (0.3, True), (2.5, True)])
+def test_an_inertia_that_no_wheel_has_is_doubted(inertia: float, doubted: bool):
+    found = MomentBalance((), WHEEL, 1.0, WHEEL_SPIN).doubted_inertia(inertia)
+    assert bool(found) is doubted
+    assert all(f.doubt and "0.36 to 2 kg m^2 are possible" in f.what for f in found)

@@ -174,6 +174,18 @@ class MomentBalance:
         low, high = STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
         return (low, high) if low <= inertia <= high else None
 
+    def doubted_inertia(self, inertia: float) -> tuple[Finding, ...]:
+        """A doubt about an inertia (kg m^2) that no wheel of the stated mass and radius has; empty otherwise."""
+        hoop = self.wheel.get("wheel_mass", 0.0) * self.wheel.get("wheel_radius", 0.0) ** 2
+        if not hoop or self.possible_inertias(inertia):
+            return ()
+        low, high = STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
+        what = f"no wheel of this mass and radius has it: {low:.2g} to {high:.2g} kg m^2 are possible"
+        remedy = (
+            "check wheel_radius (loaded), wheel_mass, and the gains of torque and force"
+        )
+        return (Finding("wheel_inertia", what, f"{inertia:.3g} kg m^2", remedy, doubt=True),)
+
     def negative_inertia(self) -> tuple[Finding, ...]:
         """The finding of a negative plain inertia; empty where it is positive."""
         inertia = self.plain_inertia

@@ -186,17 +186,19 @@ class InertiaProblem(SimulatedProblem):
         pendulum = self.pendulum
         road: RoadInertia | None = None
         failed: tuple[Finding, ...] = ()
+        doubts: tuple[Finding, ...] = ()
         if self.balance is not None:
             gain_std = self._gain_std
             try:
                 road = road_inertia(self.balance, self.known, gain_std, effects, unknowns)
+                doubts = self.balance.doubted_inertia(float(road.solution.values["wheel_inertia"]))
             except ResultError as error:
                 failed = self.balance.negative_inertia() or error.findings
                 if pendulum is None:
                     raise self._unpublished(error, failed, effects, unknowns) from None
         recording = self.data.recording
         of_pendulum = (*(recording.findings if recording else ()), *(pendulum.findings if pendulum else ()))
-        return inertia_result(road, pendulum, (*self.findings, *failed, *of_pendulum), unknowns)
+        return inertia_result(road, pendulum, (*self.findings, *failed, *doubts, *of_pendulum), unknowns)
 
     def _unpublished(
         self,
