@@ -33,7 +33,6 @@ HIDDEN = (
     Hidden("hub_torque_gain", 0.02),
     Hidden("hub_torque_offset", 15.0),
     Hidden("clock_offset", 0.03),
-    Hidden("acceleration_delay", 0.03),
     Hidden("wheel_radius", 0.02),
     Hidden("wheel_mass", 4.0),
 )

@@ -31,8 +31,8 @@ CANDIDATES = {
         torque_gain torque_lag torque_offset wheel_radius
     """,
     "inertia": """
-        acceleration_delay bearing_drag brake_drag brake_drag_fading clock_offset hub_torque_gain hub_torque_offset
-        wheel_mass wheel_radius
+        bearing_drag brake_drag brake_drag_fading clock_offset hub_torque_gain hub_torque_offset wheel_mass
+        wheel_radius
     """,
     "shaft": """
         backlash series_compliance

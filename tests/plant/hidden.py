@@ -177,7 +177,6 @@ SPUN: Mapping[str, float] = {
     "hub_torque_gain": 0.01,
     "hub_torque_offset": 3.0,
     "clock_offset": 0.002,
-    "acceleration_delay": 0.005,
     "wheel_radius": 0.01,
     "wheel_mass": 2.0,
 }

@@ -39,7 +39,6 @@ EFFECTS = {
     "hub_torque_gain": "1: the torque channel reads (1 + q) times the torque",
     "hub_torque_offset": "N m on the torque channel",
     "clock_offset": "s by which torque and forces are read late",
-    "acceleration_delay": "s by which the car's acceleration is read late",
     "wheel_radius": "1: the true radius is (1 + q) times the one that the tester knows",
     "wheel_mass": "kg by which the wheel is heavier than the tester knows",
     "drag_bump": "N m at 45 rad/s, 3 rad/s wide: a pad that rubs at one speed; in no catalogue, for controls",
@@ -64,9 +63,7 @@ SENSORS: dict[str, Sensor] = {
     "Accel [m/s^2]": ACCELEROMETER,
     "Speed [km/h]": GROUND_SPEED,
 }
-LATE = dict.fromkeys(("Hub Torque [N m]", "Hub Fx [N]", "Hub Fz [N]"), "clock_offset") | {
-    "Accel [m/s^2]": "acceleration_delay"
-}
+LATE = ("Hub Torque [N m]", "Hub Fx [N]", "Hub Fz [N]")
 DECIMALS = {"Time [s]": 5, "Hub Torque [N m]": 1, "Wheel Speed [rad/s]": 2, "Hub Fx [N]": 0, "Hub Fz [N]": 0,
             "Speed [km/h]": 2}  # fmt: skip
 
@@ -130,8 +127,9 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
     signals = (torque, turning, force - heavy * acceleration, load - heavy * GRAVITY, acceleration, speed)
+    late = drive.times - effects.get("clock_offset", 0.0)
     return {
-        header: np.interp(drive.times - effects.get(LATE.get(header, ""), 0.0), clock, signal)
+        header: np.interp(late if header in LATE else drive.times, clock, signal)
         for header, signal in zip(SENSORS, signals, strict=True)
     }
 
