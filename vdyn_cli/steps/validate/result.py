@@ -84,6 +84,7 @@ def _oscillations(
         "wind_variance": 0.0,
         "gear_ratio": 1.0,
         "driveline_efficiency": 1.0,
+        "recuperation_loss": 0.0,
         "side_gear_inertia": SIDE_GEAR_INERTIA,
     }
     values = {**alone, **v.prior.values}
