@@ -39,6 +39,17 @@ def test_a_law_that_differs_with_the_sign_in_every_run_is_no_sensor() -> None:
     assert not list(simulated_gain_findings([run(f"run_{k}.csv", bend=0.1, seed=k) for k in range(5)]))
 
 
+def test_a_simulated_speed_whose_error_grows_within_seconds_is_no_sensor() -> None:
+    """In one of five drives the simulation without a loss runs ahead, within 1.5 of 12 s."""
+    runs = []
+    for k in range(5):
+        true = 15.0 + 5.0 * np.sin(np.pi * T / 1.5 + k)
+        ahead = 1.0 + 0.1 / (1.0 + np.exp(-(T - 6.0) / 0.3)) * (k == 2)
+        noise = np.random.default_rng(k).normal(0.0, 0.02, N)
+        runs.append(Comparison(f"run_{k}.csv", "speed", "m/s", T, "time in s", true + noise, true * ahead))
+    assert not list(simulated_gain_findings(runs))
+
+
 def test_a_single_run_tells_no_sensor_from_a_law_that_differs_with_the_sign() -> None:
     assert not list(simulated_gain_findings([run("run.csv", 1.1)]))
     there_and_back = 1000.0 * np.sin(np.pi * T / 1.5)

@@ -13,6 +13,7 @@ import numpy as np
 
 from vdyn_cli.io.quality.gain_changes import GainChange, drifting, likely_change, stepped_share
 from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.result import Comparison
 
@@ -65,10 +66,29 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
     large = abs(h / g - 1.0) >= QUALITY.least_gain_change and t >= QUALITY.gain_change_t
     if not large or share > QUALITY.simulated_share:
         return change, ""
-    drift = stepped_share(y, x, k, drifting(x))
+    drift = stepped_share(y, x, k, drifting(x)) if _steps_at_once(y, x, k, (g, h)) else np.inf
     if not alone:
         return change, "abrupt" if drift <= QUALITY.abrupt_share else ""
     law = np.column_stack([x, x * (x > 0.0), x * np.abs(x)])
     if stepped_share(y, x, k, law) > QUALITY.single_run_abrupt_share:
         return change, ""
     return change, "abrupt" if drift <= QUALITY.single_run_abrupt_share else "gradual"
+
+
+def _steps_at_once(y: Array, x: Array, k: int, gains: tuple[float, float]) -> bool:
+    """Whether the gain changes within a fiftieth of the run, by regressions of y on x just before and after index k.
+
+    A simulated speed integrates its errors: over a drive its ratio to the measured one changes within seconds, and
+    two means may fit that well. False where less than ``near_change`` of the change is near, beyond three standard
+    errors.
+    """
+    width = max(x.size // 50, 5)
+    near = slice(max(k - width, 0), k), slice(k, k + width)
+    squares = [float(x[s] @ x[s]) for s in near]
+    if min(squares) <= 0.0:
+        return True
+    local = float(x[near[1]] @ y[near[1]]) / squares[1] - float(x[near[0]] @ y[near[0]]) / squares[0]
+    residual = y - np.where(np.arange(x.size) < k, *gains) * x
+    error = 3.0 * float(np.sqrt(np.mean(residual**2) * sum(1.0 / s for s in squares)))
+    whole = gains[1] - gains[0]
+    return bool(local * np.sign(whole) + error > QUALITY.near_change * abs(whole))

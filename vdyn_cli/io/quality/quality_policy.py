@@ -216,6 +216,10 @@ class QualityPolicy:
         "A change of the gain by a tenth is far above the noise of any sensor, so that it explains most of the "
         "residual of a fit with one gain.",
     )  # fmt: skip
+    near_change: float = threshold(
+        0.6, "share of the change", "of a channel's gain over its simulation, that a fiftieth of the run must show",
+        "A sensor changes at once. Speeds simulated without a loss or an inertia showed 0.2 to 0.36 in three drives.",
+    )  # fmt: skip
     single_run_abrupt_share: float = threshold(
         0.75, "ratio of sums of squares", "for a test of one run: largest residual with a step of the gain, relative "
         "to that with a gain that drifts (cubic in time) or depends on the sign or size of the channel",
