@@ -7,15 +7,13 @@ from itertools import combinations
 
 import numpy as np
 
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
 FEWEST = 3  # other runs, least number that shows what is usual
-LEAST_RATIO = 3.0  # ratio of the distance to its own channel over that to the other; some ten for exchanged columns
-OUTLYING = 3.0  # times the largest distance of another run from the median of the runs
-LEAST_DISTANCE = 1.0  # distance; a factor of e in size counts as one, and so does a change of sign
 _ROUND = 1e-6  # of a channel's size, least roughness
 
 
@@ -67,4 +65,7 @@ def _exchanged(first: Array, second: Array, k: int) -> bool:
 
     own, crossed = apart(k, usual, usual_second), apart(k, usual_second, usual)
     spread = max(apart(int(i), usual, usual_second) for i in np.flatnonzero(others))
-    return own > max(OUTLYING * spread, LEAST_DISTANCE) and own > LEAST_RATIO * crossed
+    return (
+        own > max(QUALITY.exchanged_outlying * spread, QUALITY.exchanged_distance)
+        and own > QUALITY.exchanged_ratio * crossed
+    )

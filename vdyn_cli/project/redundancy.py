@@ -19,8 +19,9 @@ from math import atan, degrees
 import numpy as np
 
 from vdyn_cli.io.clock_estimate import clock_difference
-from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_ACCELERATION_STD, LEAST_DISTANCE, NOTICED, WHEEL_DIFFERENCE
+from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.tied_channels import tie_of
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
@@ -53,16 +54,16 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         yield _change(log, speed)
     for left, right in AXLES:
         if left in log and right in log:
-            yield _ratio(log, left, right, 1.0, WHEEL_DIFFERENCE)
+            yield _ratio(log, left, right, 1.0, QUALITY.axle_speeds)
     if speed is not None and "wheel_radius" in known.estimates:
         radius = known["wheel_radius"]
-        limit = min(NOTICED, CHECK.rolling_slip + CHECK.agreeing * radius.std / radius.value)
+        limit = min(QUALITY.reported_scale, CHECK.rolling_slip + CHECK.agreeing * radius.std / radius.value)
         for wheel in ("wheel_speed", *WHEEL_SPEEDS):
             if wheel in log:
                 yield _ratio(log, wheel, speed, radius.value, limit)
     if {"front_load", "rear_load"} <= set(log.channels) and "mass" in known.estimates:
         total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
-        good = abs(total - 1.0) <= NOTICED
+        good = abs(total - 1.0) <= QUALITY.reported_scale
         yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
 
 
@@ -135,7 +136,7 @@ def _distance(log: Log, speed: str) -> TiedPair:
     ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
     straight = distance_gain(time, v, place)
     gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1]) if straight is None else straight
-    good = abs(gain - 1.0) <= NOTICED
+    good = abs(gain - 1.0) <= QUALITY.reported_scale
     delay = _delay(log, "position", speed) if good else None
     return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain, delay=delay)
 
@@ -166,7 +167,7 @@ def _change(log: Log, speed: str) -> TiedPair:
     if use.sum() < FEWEST:
         return _pair(log, first, second, "too short")
     x, y = x[use], y[use]
-    lively = float(np.nanstd(log["acceleration"])) >= LEAST_ACCELERATION_STD
+    lively = float(np.nanstd(log["acceleration"])) >= QUALITY.least_acceleration_std
     likeness = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
     if not lively or abs(likeness) < CHECK.least_likeness:
         offset = float(np.mean(y - x))
@@ -180,7 +181,9 @@ def _change(log: Log, speed: str) -> TiedPair:
     delay = _delay(signed, first, speed)
     what = f"gain {gain:.3f}, offset {offset:+.3f} m/s^2"
     what += ", opposite signs" if gain < 0.0 else ""
-    return _pair(log, first, second, what, abs(gain - 1.0) <= NOTICED, gain=gain, offset=offset, delay=delay)
+    return _pair(
+        log, first, second, what, abs(gain - 1.0) <= QUALITY.reported_scale, gain=gain, offset=offset, delay=delay
+    )
 
 
 def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
@@ -206,7 +209,7 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> Tie
     if use.sum() < FEWEST:
         return _pair(log, shown, second, "not determined: the car hardly moves")
     low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
-    if high - low > 2.0 * NOTICED:
+    if high - low > 2.0 * QUALITY.reported_scale:
         return _pair(log, shown, second, f"not compared: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
     if scale == 1.0:
         return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)

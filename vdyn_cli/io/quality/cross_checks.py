@@ -7,25 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 
-NOTICED, REFUSED = 0.03, 0.25  # relative difference of two scales that is reported, and that is refused
-# Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 % of g.
-NOTICED_TILTED = 0.15
 LEAST_DISTANCE = 20.0  # m, least distance over which position and speed are compared
 INTERVAL = 1.0  # s over which accelerations are compared
 AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
 SIDES = (*AXLES, ("shaft_torque_left", "shaft_torque_right"))
 LEAST_WHEEL_SPEED = 5.0  # rad/s, above which wheel speeds are compared
 FEWEST = 100  # samples
-WHEEL_DIFFERENCE = 0.01  # relative difference of the median speeds of an axle's wheels: tires differ by less
-BEND_DIFFERENCE, MOST_BENDS = (
-    0.2,
-    0.05,
-)  # relative difference in a bend, and largest share of time in bends
-LEAST_ACCELERATION_STD = 0.8  # m/s^2, least of the acceleration for a check of its scale: slopes cause less
 
 
 def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log:
@@ -48,7 +40,7 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
     findings = []
     for first, second, ratio in _ratios(log):
         off = abs(ratio - 1.0)
-        if off <= (NOTICED_TILTED if tilts and first == "acceleration" else NOTICED):
+        if off <= (QUALITY.reported_tilted_scale if tilts and first == "acceleration" else QUALITY.reported_scale):
             continue
         what = (
             f"{first} and {second} contradict each other: according to {second}, {first} is {ratio:.3g} times as large"
@@ -57,7 +49,7 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
         finding = Finding(
             log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
         )
-        if refuse and off > REFUSED:
+        if refuse and off > QUALITY.refused_scale:
             raise InputError(finding, *(f for f in log.findings if f.fault))
         findings.append(finding)
     findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
@@ -86,15 +78,15 @@ def _apart(log: Log, left: str, right: str) -> list[Finding]:
     if np.count_nonzero(moving) < FEWEST:
         return []
     a, b = np.abs(a[moving]), np.abs(b[moving])
-    differ = np.abs(a - b) > BEND_DIFFERENCE * np.maximum(a, b)
+    differ = np.abs(a - b) > QUALITY.bend_speeds * np.maximum(a, b)
     ratio = float(np.median(a[~differ] / b[~differ])) if np.any(~differ) else float(np.median(a) / np.median(b))
-    if differ.mean() > MOST_BENDS:
+    if differ.mean() > QUALITY.most_bends:
         first, share = log.time[moving][np.argmax(differ)], differ.mean()
         what = (
-            f"{left} and {right} differ by more than {100 * BEND_DIFFERENCE:.0f} % for {100 * share:.0f} % of "
+            f"{left} and {right} differ by more than {100 * QUALITY.bend_speeds:.0f} % for {100 * share:.0f} % of "
             f"the time, first at {first:.1f} s"
         )
-    elif abs(ratio - 1.0) > WHEEL_DIFFERENCE:
+    elif abs(ratio - 1.0) > QUALITY.axle_speeds:
         what = f"{left} is {ratio:.3f} times {right} in the whole log"
     else:
         return []
@@ -129,7 +121,7 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
     """Signed ratio of speed changes to integrals of acceleration, rms over intervals of a second; None if uncertain."""
     good = np.isfinite(speed) & np.isfinite(acceleration)
-    if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < LEAST_ACCELERATION_STD:
+    if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < QUALITY.least_acceleration_std:
         return None
     time, speed, change = time[good], speed[good], cumulative_integral(time[good], acceleration[good])
     ends = np.searchsorted(time, np.arange(time[0], time[-1], INTERVAL))

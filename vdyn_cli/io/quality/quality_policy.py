@@ -216,6 +216,46 @@ class QualityPolicy:
         "A change of the gain by a tenth is far above the noise of any sensor, so that it explains most of the "
         "residual of a fit with one gain.",
     )  # fmt: skip
+    reported_scale: float = threshold(
+        0.03, "share", "difference of the scales of two channels of one motion, above which it is reported",
+        "Speeds, positions and accelerometers agree within 1 to 2 %; a wrong unit or gain differs by more.",
+    )  # fmt: skip
+    reported_tilted_scale: float = threshold(
+        0.15, "share", "the same where the accelerometer tilts with the body",
+        "Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 %.",
+    )  # fmt: skip
+    refused_scale: float = threshold(
+        0.25, "share", "difference of two scales, above which the log is refused",
+        "No sensor is that wrong: it is a unit (the least ratio of two units of speed is 1.15) or another channel.",
+    )  # fmt: skip
+    axle_speeds: float = threshold(
+        0.01, "share", "difference of the median speeds of an axle's wheels, above which it is reported",
+        "Tires of one axle differ in radius by less.",
+    )  # fmt: skip
+    bend_speeds: float = threshold(
+        0.2, "share", "difference of the speeds of an axle's wheels at one instant, above which the car is in a bend",
+        "Bends at their tightest (a radius of 8 m at 1.6 m of track) give as much; straight driving some percent.",
+    )  # fmt: skip
+    most_bends: float = threshold(
+        0.05, "share", "of the samples in such bends, above which it is reported",
+        "A turn-around takes a few percent of a test; more is a wheel that slips or a wrong channel.",
+    )  # fmt: skip
+    least_acceleration_std: float = threshold(
+        0.8, "m/s^2", "scatter of the acceleration, from which its scale is checked by the speed",
+        "Slopes of 1 to 2 % add 0.1 to 0.2 m/s^2, which shifts the scale of a livelier drive by less than 3 %.",
+    )  # fmt: skip
+    exchanged_ratio: float = threshold(
+        3.0, "", "ratio of a column's distance from its own channel to that from another, at which two are exchanged",
+        "Some ten for exchanged columns; channels that look alike have about 1.",
+    )  # fmt: skip
+    exchanged_outlying: float = threshold(
+        3.0, "times", "the largest distance of another run from the median of the runs, at least for exchanged columns",
+        "The largest of a few healthy runs is seldom exceeded threefold by another.",
+    )  # fmt: skip
+    exchanged_distance: float = threshold(
+        1.0, "", "least distance: a factor of e in size counts as one, and so does a change of sign",
+        "Healthy runs of one test differ by less in size.",
+    )  # fmt: skip
     near_change: float = threshold(
         0.6, "share of the change", "of a channel's gain over its simulation, that a fiftieth of the run must show",
         "A sensor changes at once. Speeds simulated without a loss or an inertia showed 0.2 to 0.36 in three drives.",
