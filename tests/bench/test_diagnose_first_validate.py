@@ -45,6 +45,7 @@ def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> 
     assert low < 0.6 < high
 
 
+@pytest.mark.thorough
 @pytest.mark.slow  # eight whole diagnoses
 def test_losses_of_another_law_than_the_catalogue_s_are_named_with_the_driveline_s_curve(tmp_path: Path) -> None:
     """The plant's gears lose in proportion to |T|^0.8, the catalogue's to |T|: the curve holds most of it."""

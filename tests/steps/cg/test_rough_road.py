@@ -61,6 +61,7 @@ def test_a_clean_day_is_adequate_and_holds_the_truth() -> None:
         assert low < truth < high, name
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_a_clock_that_is_off_is_still_named() -> None:
     found = result(late=0.05)

@@ -47,6 +47,7 @@ def test_a_speed_with_gaps_is_not_compared() -> None:
     assert speed_change(Log("a.csv", TIME, {"acceleration": PUSH})) is None
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, TILT])
 def test_a_tilt_of_a_sensor_in_the_body_is_found_beside_a_speed(tilt: float) -> None:

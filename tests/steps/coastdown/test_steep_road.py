@@ -31,6 +31,7 @@ def test_one_dragging_run_of_two_is_left_out_on_a_slope_as_on_the_flat(slope: fl
     assert runs == ("run0.csv", "run1.csv", "run3.csv")
 
 
+@pytest.mark.thorough
 @pytest.mark.slow  # a diagnosis of 4 s
 def test_runs_that_stop_slowing_down_on_the_way_back_are_used(tmp_path: Path) -> None:
     """Down 2 % the car rolls on at 90 km/h, a third of the speed window."""

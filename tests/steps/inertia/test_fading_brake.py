@@ -10,6 +10,7 @@ from tests.plant.plain_wheel import INERTIA, RADIUS, write_drives
 from vdyn_cli.project.execute import execute
 
 
+@pytest.mark.thorough
 @pytest.mark.slow  # a diagnosis of 4 s
 def test_brakes_that_let_go_slowly_are_named_at_one_wheel(tmp_path: Path) -> None:
     result = execute("inertia", write_drives(tmp_path, 21, fading=25.0)).result

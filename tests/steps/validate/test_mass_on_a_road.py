@@ -109,6 +109,7 @@ def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
     assert [c.effect for c in found.causes] == ["extra_drag_area"]
 
 
+@pytest.mark.thorough
 @pytest.mark.slow  # twelve minutes of driving
 def test_tires_that_warm_up_over_the_day_are_found_where_no_start_is_stated(tmp_path: Path) -> None:
     """Each log begins at zero: the drives follow one another in their listed order. Two of three days are named.

@@ -50,6 +50,7 @@ def test_the_extended_car_stays_within_its_band(reported: dict[str, Any]) -> Non
     assert reported["validation"]["verdict"] == "inside"
 
 
+@pytest.mark.thorough
 def test_a_wide_belief_does_not_hide_it(root: Path, tmp_path: Path) -> None:
     """With a wide prior, the required change is still implausible, so that the effect is named, too."""
     data = yaml.safe_load((root / "configs" / "puzzle.yaml").read_text(encoding="utf-8"))
