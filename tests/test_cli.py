@@ -92,6 +92,7 @@ def test_the_steps_give_the_json_on_stdout_alone(vdyn_process: Run) -> None:
     assert done.stderr == ""
 
 
+@pytest.mark.slow  # a diagnosis twice
 def test_same_inputs_give_the_same_bytes_in_another_process(vdyn: Run, vdyn_process: Run, tmp_path: Path) -> None:
     for folder, run in (("a", vdyn), ("b", vdyn_process)):
         assert run("inertia", "configs/inertia.yaml", "-o", tmp_path / folder).returncode == 0

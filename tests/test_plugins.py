@@ -150,6 +150,7 @@ def test_each_keeps_its_contract(name: str, said: dict[str, Said]) -> None:
     assert len(out.splitlines()) >= 5
 
 
+@pytest.mark.slow  # a contract test in a process of its own
 def test_a_broken_contract_is_exit_1_and_says_which(tmp_path: Path, root: Path) -> None:
     install(tmp_path, EXAMPLE)
     file = tmp_path / "spin_down" / "seal_drag.py"
@@ -174,6 +175,7 @@ def broken(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow  # six processes
 def test_a_broken_package_is_named_and_stops_no_other_command(broken: Path, tmp_path: Path, root: Path) -> None:
     refused = (("ruinstep", "configs/tire.yaml"), ("explain", "ruineffect"), ("test-plugin", "ruinreader", "x"))
     tire = ("tire", "configs/tire.yaml", "--no-diagnose", "-o", tmp_path / "out")

@@ -121,6 +121,7 @@ KNOWN: dict[str, tuple[str, int, int] | None] = {
 }
 
 
+@pytest.mark.slow  # reads some thirty files
 def test_every_file_of_the_measurements_is_described_or_refused(shared_data: Path) -> None:
     paths = [p for p in sorted(shared_data.glob("*/*")) if p.suffix in (".csv", ".gz", ".txt", ".xlsx")]
     assert len(paths) > 20

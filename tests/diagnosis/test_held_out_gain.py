@@ -184,6 +184,7 @@ def test_the_share_is_of_what_is_above_the_noise() -> None:
     assert 0.2 < part.share < 0.8
 
 
+@pytest.mark.slow  # simulated campaigns
 def test_the_interval_holds_on_new_logs_of_the_same_car() -> None:
     inside, seen = 0, 30
     for seed in range(seen):
@@ -277,6 +278,7 @@ def fresh_fall(campaign: Campaign, size: float) -> float:
     return float(before - after)
 
 
+@pytest.mark.slow  # simulated campaigns
 def test_a_model_of_the_noise_steadies_the_interval_of_few_drives() -> None:
     """Three drives that agree by chance do not imply that the next three will."""
     inside, widths, seen = 0, {True: [], False: []}, 30

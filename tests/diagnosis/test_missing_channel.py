@@ -24,6 +24,7 @@ def described(folder: Path, **diagnose: object) -> Path:
     return path
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 def test_hills_without_a_position_are_listed_with_the_channel_that_they_need(tmp_path: Path) -> None:
     found = execute("coastdown", described(tmp_path)).document["diagnosis"]
     (hills,) = [e for e in found["not_testable"] if e["effect"] == "grade_profile"]

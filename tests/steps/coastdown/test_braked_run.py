@@ -25,6 +25,7 @@ def test_a_braked_run_is_out_whatever_the_window(window: tuple[str, str]) -> Non
     assert "run_2.csv" not in estimated(braked(case), False, speed_window=window).fit.runs
 
 
+@pytest.mark.slow  # a day of runs, estimated
 @pytest.mark.parametrize("kind", ["undulating", "late"])
 def test_hills_and_a_late_clutch_above_the_window_are_no_brakes(kind: str) -> None:
     case = drive(4, drawn_day(kind, 4))

@@ -118,7 +118,8 @@ HILLY = {"grade_profile": 0.01}
 FELT = coast.DAY.but(acceleration=sensors.ACCELEROMETER)
 
 
-@pytest.mark.parametrize("seed", [1, MORE[0]])
+@pytest.mark.slow  # two fits with gusts
+@pytest.mark.parametrize("seed", [1, 2])
 def test_an_accelerometer_takes_the_slope_out(seed: int) -> None:
     both = ("speed", "acceleration")
     blind = solve_day(REFERENCE, seed, FELT, HILLY, settings=WINDOW)
@@ -187,6 +188,7 @@ def test_times_agree_with_the_fitted_force(sample: Result) -> None:
         assert float(row[-2]) == pytest.approx(float(row[-1]), rel=0.04)
 
 
+@pytest.mark.slow  # six fits
 def test_uncertain_mass_widens_the_interval() -> None:
     runs = coast.campaign(REFERENCE, 9)
     sure = known(REFERENCE)

@@ -201,6 +201,7 @@ def test_too_few_are_never_given_a_name(runs: int, tmp_path: Path) -> None:
     assert "coasts" in test["manoeuvre"]
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 def test_a_wind_along_runs_of_one_direction_stands_beside_what_imitates_it(tmp_path: Path) -> None:
     told = document(described(tmp_path, {"headwind": 2.0}, EIGHT.but(one_way=True)))["diagnosis"]
     assert told["verdict"] == "ambiguous"

@@ -26,7 +26,8 @@ def split_table(log: Log, levels: Array) -> Log:
     return Log(log.name, np.array(times) - times[0], {"speed": levels})
 
 
-@pytest.mark.parametrize("seed", [41, pytest.param(42, marks=pytest.mark.slow)])
+@pytest.mark.slow  # a fit of the whole log each
+@pytest.mark.parametrize("seed", [41, 42])
 def test_six_levels_give_the_answer_of_the_whole_log(seed: int) -> None:
     vehicle = random_vehicle(seed)
     runs = coast.campaign(vehicle, seed)

@@ -83,6 +83,7 @@ def test_stated_c_and_e_determine_a_curve_whose_peak_was_not_reached() -> None:
     assert np.isfinite(result.fit.rms)
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 def test_unlike_peaks_are_told_where_one_curve_is_fitted() -> None:
     def told(friction: float, **settings: str) -> bool:
         found = estimated(settings, effects={"braking_friction": friction}).findings

@@ -68,6 +68,7 @@ def test_slip_an_uneven_road_and_a_held_speed_are_no_findings(tmp_path: Path, se
     assert diagnosed(tmp_path, CAR, drives(CAR, seed), held).verdict == "adequate"
 
 
+@pytest.mark.slow  # a diagnosis of 3 s
 def test_tires_that_hardly_slip_are_no_finding(tmp_path: Path) -> None:
     """With the stiff tires of light vehicles, or with all wheels driven, the speed does not lag."""
     car = replace(CAR, stiffness=2000.0)
