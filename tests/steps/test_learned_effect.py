@@ -18,7 +18,8 @@ from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.law_definition import CurveDefinition, LawDefinition
 from vdyn_cli.quantities.parameter_json import read_parameters
 from vdyn_cli.quantities.parameters import FORMAT, Estimate, Parameters, to_document
-from vdyn_cli.steps.learned_effect import learned_effects
+from vdyn_cli.steps.free_part import Part
+from vdyn_cli.steps.learned_effect import learned_effect, learned_effects
 
 NAME = "learned_damper_rear"
 
@@ -70,3 +71,21 @@ def test_it_is_nothing_at_zero() -> None:
         q = Signals(**{n: 0.005 if n.endswith("width") else 0.0 for n in effect.unknowns})
         s = Signals(damping=1000.0, stroke_rate=0.1, place="_rear", share=1.0)
         assert float(effect.law(damper, s, q)) == 100.0
+
+
+@pytest.mark.parametrize(("order", "anchored"), [(5, True), (4, False)])
+def test_a_table_of_few_cosines_is_the_addition_of_its_part(order: int, anchored: bool) -> None:
+    """Where the data are few points, such as split times, a part has fewer cosines."""
+    part = Part("damper", "rear", "stroke_rate", (-2.0, 2.0), 100.0, "N", "m/s", "", "", 0.005, anchored, order=order)
+    count = len(part.unknowns)
+    curve = CurveDefinition(
+        place="rear", coordinate="stroke_rate", coordinate_unit="m/s", unit="N", factor="", span=(-2.0, 2.0),
+        scale=0.005, anchored=anchored, form="table", unknowns=tuple(f"c{k}" for k in range(count)),
+        basis=tuple(tuple(float(i == k) for i in range(count)) for k in range(count)),
+    )  # fmt: skip
+    law = LawDefinition(element="damper", label="", tags=(), curves=(curve,))
+    values = dict(zip(curve.unknowns, np.linspace(30.0, 80.0, count).tolist(), strict=True))
+    made = learned_effect(NAME, law, {n: (v, -100.0, 100.0) for n, v in values.items()})
+    s = Signals(damping=1000.0, stroke_rate=0.1, place="_rear", share=1.0)
+    expected = float((part.basis(np.array([0.1])) @ np.array(list(values.values())))[0])
+    assert np.isclose(float(made.law(damper, s, Signals(**values))), 100.0 + expected)

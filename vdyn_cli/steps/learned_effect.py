@@ -142,11 +142,12 @@ def _addition(element: str, curve: CurveDefinition) -> Callable[[Any, Sequence[A
     if curve.form != "table":
         form = LAW_FORMS[curve.form]
         return lambda x, values: values[0] * form.law(x, values[1:], curve)
+    basis = np.array(curve.basis)
+    order = len(basis) if curve.anchored else len(basis) - 1  # below that of most parts where the data are few points
     part = Part(
         element, curve.place, curve.coordinate, curve.span, 1.0, curve.unit, curve.coordinate_unit, "", "",
-        curve.scale, curve.anchored,
+        curve.scale, curve.anchored, order=order,
     )  # fmt: skip
-    basis = np.array(curve.basis)
 
     def table(x: Any, values: Sequence[Any]) -> Any:
         # The weights of the cosines do not change in time, so that a simulation computes them once.
