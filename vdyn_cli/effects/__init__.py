@@ -20,6 +20,9 @@ from vdyn_cli.quantities.parameter_json import in_si
 from vdyn_cli.quantities.parameters import Estimate, Extensions
 from vdyn_cli.quantities.quantity import Quantity, UnitError
 
+# The file of an effect needs no other imports of the package than these.
+__all__ = ["Effect", "Law", "Number", "Quantity", "Signals", "candidates", "catalogue", "effect", "enlarged", "reads"]
+
 Kind = Literal["within_run", "between_run"]
 GROUP = "vdyn.effects"
 EffectLaw = Callable[[Law, Signals, Signals], Number]

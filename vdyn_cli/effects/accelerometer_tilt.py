@@ -1,12 +1,6 @@
-"""An accelerometer that is tilted nose-up."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect, reads
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
 from vdyn_cli.engine.maths import cos, sin
-from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.quantities.quantity import Quantity
 
 
 @effect(

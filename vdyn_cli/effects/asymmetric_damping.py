@@ -1,12 +1,6 @@
-"""Dampers that resist rebound more than compression."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import tanh
-from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.physics.laws.suspension import of_axle
-from vdyn_cli.quantities.quantity import Quantity
 
 CORNER = 2e-3  # m/s, over which the two slopes meet; far below the stroke rates of a bump
 

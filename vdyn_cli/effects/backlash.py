@@ -1,11 +1,5 @@
-"""Free play in the half-shafts."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import sqrt
-from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.quantities.quantity import Quantity
 
 CORNER = 2e-5  # rad, over which the flanks come into contact
 APART = 1e-5  # rad of play above which flanks can separate

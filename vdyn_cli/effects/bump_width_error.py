@@ -1,10 +1,4 @@
-"""A bump that is longer or shorter along the road than described."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
-from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 
 @effect(

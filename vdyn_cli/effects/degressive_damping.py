@@ -1,12 +1,6 @@
-"""Dampers whose rate falls, or rises, with the stroke rate."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import exp, log, soft_abs
-from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.physics.laws.suspension import of_axle
-from vdyn_cli.quantities.quantity import Quantity
 
 LOW_SPEED = 0.2  # m/s, end of the low-speed range of a damper, where its valves begin to open: 0.05 to 0.3 m/s
 CORNER = 2e-3  # m/s, over which the magnitude of the rate is rounded; far below the stroke rates of a bump

@@ -1,11 +1,5 @@
-"""Friction that decreases with sliding speed."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import tanh
-from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.quantities.quantity import Quantity
 
 CORNER = 0.05  # m/s, over which |vs| is smoothed
 

@@ -1,11 +1,5 @@
-"""A road that rises and falls."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import fabs, fmax
-from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.quantities.quantity import Quantity
 
 KNOTS = 36  # over the road: resolve dips and crests of a twentieth of it and longer
 SLOPES = tuple(f"grade_{k}" for k in range(1, KNOTS + 1))

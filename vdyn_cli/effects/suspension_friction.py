@@ -1,12 +1,6 @@
-"""Dry friction in the struts."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import soft_abs, sqrt, tanh
-from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.physics.laws.suspension import of_axle
-from vdyn_cli.quantities.quantity import Quantity
 
 STICK = 2e-4  # m of stroke until a strut slips
 FASTEST = 2.5e-3  # s, in which friction changes its sign in the fastest strokes

@@ -1,10 +1,4 @@
-"""A tire with a contact patch of finite length."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
-from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 # Gauss and Legendre's nodes and weights for a mean over [-1/2, 1/2], the nodes in pairs about the middle.
 NODES = ((0.119309593041598, 0.467913934572691), (0.330604693233132, 0.360761573048139),

@@ -1,11 +1,5 @@
-"""Inertia of axles that move vertically on their tires."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
-from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.quantities.quantity import Quantity
 
 
 @effect(

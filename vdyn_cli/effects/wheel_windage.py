@@ -1,11 +1,5 @@
-"""Windage of a turning wheel."""
-
-from __future__ import annotations
-
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 from vdyn_cli.engine.maths import fabs
-from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.quantities.quantity import Quantity
 
 
 @effect(
