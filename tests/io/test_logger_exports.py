@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.log_formats import read_log
-from vdyn_cli.io.reader import Column, clock_units
+from vdyn_cli.io.reader import Column
 from vdyn_cli.io.written_times import is_instant, seconds_of_digits, since_first, written_seconds
 from vdyn_cli.quantities.errors import InputError
 
@@ -140,7 +140,7 @@ def test_a_spreadsheet_counts_days_since_1900(tmp_path: Path) -> None:
     path = tmp_path / "serial.csv"
     path.write_text("Timestamp,v\n" + "".join(f"{46154 + t / 86400:.9f},{t}\n" for t in TIME))
     (clock,) = [f for f in survey(path) if f.state == "clock"]
-    assert clock_units(clock.info.rate, clock.lowest) == ["day"]
+    assert (clock.info.unit, clock.info.unit_from) == ("day", "rate")
 
 
 def test_an_index_without_a_name_is_a_clock(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_a_clock_counts_nanoseconds_since_1970(tmp_path: Path) -> None:
     lines = [f"{1_778_580_000_000_000_000 + int(1e9 * t)},{t:.3f},{v}" for t, v in zip(TIME, SPEED, strict=True)]
     path.write_text("\n".join(["time,seconds_elapsed,speed", *lines]) + "\n")
     (clock,) = [f for f in survey(path) if f.state == "clock"]
-    assert clock_units(clock.info.rate, clock.lowest) == ["ns"]
+    assert (clock.info.unit, clock.info.unit_from) == ("ns", "rate")
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from vdyn_cli.io.csv.coastdown_report import HEAD
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.number_text import decimals
-from vdyn_cli.quantities.quantity import to_si
 from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
 
 _LONGEST_NAME = 42  # characters of a name in the table; longer ones are shortened in the middle
@@ -143,7 +142,7 @@ def _notes(facts: ChannelFacts) -> list[str]:
     notes: list[str] = []
     if facts.state != "varies":
         notes.append(facts.state)
-    if facts.state == "clock" and not facts.info.unit:
+    if facts.state == "clock" and (not facts.info.unit or facts.info.unit_from != "file"):
         notes.append(_clock_unit(facts))
     if facts.repeated > 1 and facts.state != "clock":
         notes.append(f"one of {facts.repeated} of this name")
@@ -160,13 +159,10 @@ def _notes(facts: ChannelFacts) -> list[str]:
 
 
 def _clock_unit(facts: ChannelFacts) -> str:
-    """A note on the unit of a clock without one, guessed from its rate; the table assumes s."""
+    """A note on the source of a clock's unit that the file does not state; the table assumes s for an unknown one."""
+    if facts.info.unit:
+        return f"unit by its {facts.info.unit_from}"
     units = clock_units(facts.info.rate, facts.lowest)
-    if units == ["s"]:
-        return "no unit: s by its rate"
-    if len(units) == 1:
-        rate = facts.info.rate / to_si(1.0, units[0], "s")
-        return f"no unit: {units[0]} by its rate, so {rate:.4g} Hz; rates and times of this table assume s"
     return f"no unit: {' or '.join(units) or 'none known'} by its rate; rates and times of this table assume s"
 
 

@@ -18,9 +18,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.clock_unit import unit_of_name
 from vdyn_cli.io.csv.csv_cells import number_of
 from vdyn_cli.io.file_units import stated_unit
-from vdyn_cli.io.reader import is_clock
+from vdyn_cli.io.reader import is_clock, since_1970
 from vdyn_cli.io.stored_channels import StoredChannel, refuse_missing
 from vdyn_cli.io.stored_reader import StoredReader
 from vdyn_cli.io.written_times import is_instant, since_first, written_seconds
@@ -58,7 +59,7 @@ class _LongTable:
         names = cells[1]
         self._rows: list[Rows] = [np.flatnonzero(names == n) for n in dict.fromkeys(names)]
         self._times = [time[at] for at in self._rows]
-        unit = "s" if is_instant(str(cells[0][0])) else stated_unit(head.names[head.time]) or "s"
+        unit = "s" if is_instant(str(cells[0][0])) else _unit_of(head.names[head.time], time)
         listed: list[StoredChannel] = []
         for i, at in enumerate(self._rows):
             table = next(k for k in range(i + 1) if np.array_equal(self._times[k], self._times[i]))
@@ -81,6 +82,13 @@ class _LongTable:
             values = self._times[which] if channel.master else self._values[self._rows[which]]
             found.append(values if np.isfinite(values).any() else None)
         return found
+
+
+def _unit_of(clock: str, time: Array) -> str:
+    written = time[np.isfinite(time)]
+    span = float(np.ptp(written)) if written.size else 0.0
+    dates = since_1970(written.size / span, float(written[0])) if span > 0.0 else []
+    return stated_unit(clock) or unit_of_name(clock) or next(iter(dates), "s")
 
 
 def _head(text: str) -> _Head | None:

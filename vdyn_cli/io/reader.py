@@ -18,13 +18,16 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 _CLOCK = re.compile(
     r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|"
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
-    r"(\w+[ _.])?time[ _]?stamps?|zeit|x_value|t(?=_m?s\b|[^\w]|$))(?![a-z])",
+    r"(\w+[ _.])?time[ _]?stamps?|zeit|x_value|(ms|seconds)_today|"
+    r"(milli|micro)s(econds)?|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )
 # Sampling rates, Hz, of loggers in road tests: the unit of time is known if only one unit gives such a rate.
 _RATES = (0.5, 5_000.0)
+_RARE = 1e-3  # Hz, lowest rate of a clock that counts from 1970, such as a station's
 _SERIAL = (20_000.0, 80_000.0)  # days since 1900 as spreadsheets count them: the years 1954 to 2119
 _UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
+UnitFrom = Literal["file", "name", "rate"]
 _TIME_UNITS = frozenset(["s", "sec", "secs", "second", "seconds", "ms", "msec", "us", "usec", "min"])
 
 
@@ -95,6 +98,7 @@ class ChannelInfo:
     Parameters
     ----------
     name, unit : as the file writes them; the unit is empty if the file states none.
+    unit_from : source of the unit: the file, the name of a clock, or the rate that it gives a clock.
     rate : recorded samples per second; NaN if the clock is unknown.
     span : first and last time of its samples, s; NaN if the clock is unknown.
     group, source : its group and device in the file; empty if the file names none.
@@ -109,6 +113,7 @@ class ChannelInfo:
     group: str = ""
     source: str = ""
     begin: float = math.nan
+    unit_from: UnitFrom = "file"
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,8 +173,13 @@ def clock_units(rate: float, first: float = 0.0) -> list[str]:
     units = [u for u in ("s", "ms", "us", "ns") if _RATES[0] <= rate / to_si(1.0, u, "s") <= _RATES[1]]
     if not units and _SERIAL[0] <= first <= _SERIAL[1] and _RATES[0] <= rate / 86400.0 <= _RATES[1]:
         return ["day"]
-    since_1970 = [u for u in units if _UNIX[0] <= to_si(first, u, "s") <= _UNIX[1]]
-    return since_1970 or units
+    return since_1970(rate, first) or units
+
+
+def since_1970(rate: float, first: float) -> list[str]:
+    """The unit in which a clock's first value is a date and its rate not absurdly low; empty if there is none."""
+    dates = [u for u in ("s", "ms", "us", "ns") if _UNIX[0] <= to_si(first, u, "s") <= _UNIX[1]]
+    return [u for u in dates if _RARE <= rate / to_si(1.0, u, "s") <= _RATES[1]]
 
 
 def clock_seconds(time: Array, unit: str) -> Array:

@@ -12,10 +12,11 @@ from typing import NoReturn, Protocol
 
 import numpy as np
 
+from vdyn_cli.io.clock_unit import clock_unit
 from vdyn_cli.io.column_names import closest_names, positions
 from vdyn_cli.io.file_units import contradiction, contradicts, stated_unit, unit_problem
 from vdyn_cli.io.files import folder_as_log
-from vdyn_cli.io.reader import Column, ReadOptions, Recorded, channel_info, clock_seconds, is_clock, rises
+from vdyn_cli.io.reader import Column, ReadOptions, Recorded, UnitFrom, channel_info, clock_seconds, is_clock, rises
 from vdyn_cli.io.sample_times import check_rising
 from vdyn_cli.io.split_times import split_instants
 from vdyn_cli.quantities.arrays import Array, Rows
@@ -163,29 +164,41 @@ def recorded(file: StoredFile) -> Iterator[Recorded]:
     for channel in file.listed:
         tables.setdefault(channel.table, []).append(channel)
     for members in tables.values():
-        clock, time = _rising_clock(file, members)
+        clock, time, unit, source = _rising_clock(file, members)
         for first in range(0, len(members), _TOGETHER):
             some = members[first : first + _TOGETHER]
             for channel, values in zip(some, file.columns(some), strict=True):
-                yield _recorded(channel, time if channel == clock else values, time, channel == clock)
+                if channel == clock:
+                    yield _recorded(replace(channel, unit=unit), time, time, source)
+                else:
+                    yield _recorded(channel, values, time)
 
 
-def _rising_clock(file: StoredFile, members: Sequence[StoredChannel]) -> tuple[StoredChannel | None, Array | None]:
-    """The clock of a table and its times in s: the master, or else the first increasing column named like a clock."""
+def _rising_clock(
+    file: StoredFile, members: Sequence[StoredChannel]
+) -> tuple[StoredChannel | None, Array | None, str, UnitFrom]:
+    """The clock of a table, its times in s, its unit and the source of it.
+
+    The clock is the table's master, or else the first increasing column named like a clock.
+    """
     timed = [c for c in members if is_clock(c.name, stated_unit(c.name, c.unit))]
     named = [c for c in members if c.master] or sorted(timed, key=lambda c: not is_clock(c.name))
     named += [c for c in file.listed if is_clock(c.name) and c not in members and _same_rows(c, members[0])]
     for clock in named:
         time = file.columns([clock])[0]
         if time is not None and (clock.master or rises(time)):
-            return clock, clock_seconds(time, stated_unit(clock.name, clock.unit))
-    return None, None
+            stated = stated_unit(clock.name, clock.unit) or ("s" if clock.master else "")
+            unit, source = clock_unit(clock.name, stated, time)
+            return clock, clock_seconds(time, unit), unit, source
+    return None, None, "", "file"
 
 
-def _recorded(channel: StoredChannel, values: Array | None, time: Array | None, is_time: bool) -> Recorded:
-    unit = stated_unit(channel.name, channel.unit) or ("s" if is_time and channel.master else channel.unit)
+def _recorded(
+    channel: StoredChannel, values: Array | None, time: Array | None, unit_from: UnitFrom = "file"
+) -> Recorded:
+    unit = stated_unit(channel.name, channel.unit) or channel.unit
     info = channel_info(channel.name, unit, time, values, channel.group, channel.source)
-    return Recorded(replace(info, begin=channel.begin), time, values)
+    return Recorded(replace(info, begin=channel.begin, unit_from=unit_from), time, values)
 
 
 def _chosen(

@@ -183,14 +183,12 @@ def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
         return ChannelGuess(None, "", "no column increases like a clock")
     clock = clocks[0]
     several = f"; {len(clocks)} groups with separate clocks" if len(clocks) > 1 else ""
-    if clock.info.unit:
-        return ChannelGuess(clock, clock.info.unit, f"increases like a clock; unit from the file{several}")
-    units = clock_units(clock.info.rate, clock.lowest)
-    if len(units) == 1:
-        rate = clock.info.rate / to_si(1.0, units[0], "s")
-        why = f"increases like a clock; only {units[0]} gives a usual rate, {rate:.4g} Hz"
-        return ChannelGuess(clock, units[0], why)
-    which = " or ".join(units) or "none"
+    if unit := clock.info.unit:
+        how = f"unit from {'its name' if clock.info.unit_from == 'name' else 'the file'}"
+        if clock.info.unit_from == "rate":
+            how = f"only {unit} gives a usual rate, {clock.info.rate:.4g} Hz"
+        return ChannelGuess(clock, unit, f"increases like a clock; {how}{several}")
+    which = " or ".join(clock_units(clock.info.rate, clock.lowest)) or "none"
     return ChannelGuess(clock, "?", f"increases like a clock; the file states no unit, possible: {which}")
 
 

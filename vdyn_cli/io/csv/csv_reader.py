@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vdyn_cli.io.clock_unit import clock_unit
 from vdyn_cli.io.csv.csv_columns import match_columns, unit_in_header
 from vdyn_cli.io.csv.csv_layout import Layout, find_layout
 from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
@@ -22,6 +23,7 @@ from vdyn_cli.io.reader import (
     Column,
     ReadOptions,
     Recorded,
+    UnitFrom,
     channel_info,
     clock_seconds,
     has_usual_rate,
@@ -65,11 +67,16 @@ class CsvReader:
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
         order = sorted(timed, key=lambda i: (not has_usual_rate(numbers.columns[i], units[i]), not is_clock(names[i])))
         clocks = [i for i in order if rises(numbers.columns[i])]
-        time = clock_seconds(numbers.columns[clocks[0]], units[clocks[0]]) if clocks else None
+        time: Array | None = None
+        source: dict[int, UnitFrom] = dict.fromkeys(names, "file")
+        if clocks:
+            raw, at = numbers.columns[clocks[0]], clocks[0]
+            units[at], source[at] = clock_unit(names[at], units[at], raw)
+            time = clock_seconds(raw, units[at])
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
             info = channel_info(name, units[i], time, values)
-            yield Recorded(replace(info, begin=begins.get(i, math.nan)), time, values)
+            yield Recorded(replace(info, begin=begins.get(i, math.nan), unit_from=source[i]), time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
