@@ -64,6 +64,11 @@ class CandidateModel:
         return self.rest_p > POLICY.rest_level or self.rest_share**2 <= 1 - POLICY.part_squares
 
 
+def best_fit(models: Sequence[CandidateModel]) -> CandidateModel | None:
+    """The candidate model with the least cost; None without any."""
+    return min(models, key=lambda m: m.cost, default=None)
+
+
 def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
     """A candidate model for each effect that could be the whole answer.
 
@@ -146,10 +151,10 @@ def _explained(strategy: Strategy, fitted: FittedModel) -> float:
     Where the baseline is far off, its linearized fit is no measure of its misfit. Then the whitened squares of the fit
     are scaled by the ratio of the squared errors of the main channel, baseline over fit.
     """
-    setup, base = strategy.model.setup, strategy.fitted(())
+    setup = strategy.model.setup
     if setup.coarse_error is not None and fitted.effects:
         return 2 * fitted.solution.cost * (setup.coarse_error((), ()) / max(rms_of(fitted.runs), 1e-12)) ** 2
-    return 2 * (base.solution.cost - fitted.solution.cost) if base else 0.0
+    return 2 * (strategy.base.solution.cost - fitted.solution.cost)
 
 
 def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
@@ -192,8 +197,7 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
 
 def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str]]:
     """The pairs that explain most to first order; only these are refitted."""
-    model, base = strategy.model, strategy.fitted(())
-    assert base is not None
+    model, base = strategy.model, strategy.base
     every = list(combinations(names, 2))
     explained: dict[tuple[str, str], float] = {}
     for first in dict.fromkeys(a for a, _ in every):

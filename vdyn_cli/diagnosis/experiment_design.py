@@ -15,7 +15,6 @@ from math import sqrt
 
 import numpy as np
 
-from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.linearized_system import linearize, orthonormal
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -63,19 +62,13 @@ class ExperimentDesigner:
     times: float = 1.0
 
     @cached_property
-    def _base(self) -> FittedModel:
-        base = self.strategy.fitted(())
-        assert base is not None
-        return base
-
-    @cached_property
     def _names(self) -> list[str]:
         return [u.name for u in self.strategy.model.regression.shared]
 
     @cached_property
     def _driven(self) -> tuple[Array, Array]:
         """Rows over the shared unknowns: those of the runs, with their own unknowns eliminated, and of the priors."""
-        system, s = self._base.system, len(self._names)
+        system, s = self.strategy.base.system, len(self._names)
         own = system.columns[:, s:]
         known = (system.run[system.label] < 0) & ~own.any(axis=1)
         seen = np.column_stack([own[~known], system.columns[~known, :s]])
@@ -90,7 +83,7 @@ class ExperimentDesigner:
     def _manoeuvres(self) -> list[tuple[Manoeuvre, Array]]:
         """Each manoeuvre with its rows over the shared unknowns; those whose simulation fails are left out."""
         made, model = [], self.strategy.model
-        for one in model.setup.manoeuvres(model.regression, self._base.values):
+        for one in model.setup.manoeuvres(model.regression, self.strategy.base.values):
             try:
                 made.append((one, self._simulated(one)))
             except (ResultError, ArithmeticError):
@@ -101,7 +94,7 @@ class ExperimentDesigner:
         regression = one.regression()
         own = regression.own
         starts = {u.name: regression.run_starts.get(u.name, np.full(len(regression.runs), u.start)) for u in own}
-        linear = linearize(regression, self._base.values, starts, self.strategy.secants(()))
+        linear = linearize(regression, self.strategy.base.values, starts, self.strategy.secants(()))
         s, m = len(regression.shared), len(own)
         parts = []
         for rows, at in zip(linear.rows, linear.own, strict=True):

@@ -1,11 +1,15 @@
-"""Derives one of six verdicts from the tests of the candidates.
+"""Decides the verdict, one of six. ``judge`` takes these decisions in this order:
 
-adequate      no model error is detected
-named         one effect (or one set of effects) suffices
+not_testable  too few data, no candidate would be visible, or all runs have the direction that imitates the effect
+data_fault    a sensor did not measure
+adequate      no model error is significant, or none that matters
+unknown       no candidate model suffices, or the one that does is refuted: by its amplitude or by held-out runs
 ambiguous     several suffice; these data cannot discriminate between them
-unknown       no candidate effect explains the model error
-not_testable  too few data
-data_fault    the effect is a sensor error, or a sensor did not measure
+named         one effect (or one set of effects) suffices; data_fault if it is a sensor error
+
+Which candidate models suffice: ``accepted_models`` in model_selection. ``diagnose`` has the verdict revised twice:
+``with_part`` (part_judgment) names a law of the part at fault if that explains more than the candidates, and
+``extended`` (extension) replaces or withdraws an answer that the step's exact model does not confirm.
 """
 
 from __future__ import annotations
@@ -13,27 +17,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from vdyn_cli.diagnosis.candidate_models import (
-    CandidateModel,
-    alternatives,
-    catalogue_falls_short,
-    forward_selection,
-    pairs,
-    singles,
-    singles_beyond_range,
-)
+from vdyn_cli.diagnosis.candidate_models import CandidateModel, best_fit
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.finding_size import FindingSize, Limits, finding_size, profile_matters
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain
 from vdyn_cli.diagnosis.model_selection import (
+    accepted_models,
+    best_beyond_range,
     is_imitated,
     may_be_zero,
     nearly_sufficient,
     not_significantly_worse,
     simplest,
-    worse_than_alone,
 )
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -95,8 +92,8 @@ class Judgment:
 
         ``closest`` is the best of the former answers by default.
         """
-        best = closest or min(self.answers, key=lambda t: t.cost, default=None)
-        return replace(self, verdict="unknown", why=why, answers=(), gain=None, closest=best)
+        closest = closest or best_fit(self.answers)
+        return replace(self, verdict="unknown", why=why, answers=(), gain=None, closest=closest)
 
     @property
     def beyond_range(self) -> CandidateModel | None:
@@ -106,8 +103,7 @@ class Judgment:
     @property
     def remainder(self) -> CandidateModel | None:
         """The model whose residual is reported: the answer, the best of several, or what comes closest."""
-        best = min(self.answers, key=lambda t: t.cost, default=None)
-        return best or self.closest or self.note
+        return best_fit(self.answers) or self.closest or self.note
 
 
 def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | None = None) -> Judgment:
@@ -123,8 +119,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     ------
     ResultError : the baseline cannot be fitted.
     """
-    model, base = strategy.model, strategy.fitted(())
-    assert base is not None
+    model, base = strategy.model, strategy.base
     found = detect(strategy, base)
     detected = found.p_value <= model.setup.level
     judgment = Judgment("adequate", _insufficient(strategy, found), base, found, untestable(model, base, found))
@@ -135,7 +130,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     if not detected:
         return _unless_one_way(judgment, model.setup)
     focused, seen = strategy.focused(found)
-    answers, tried = _answers(focused, seen)
+    answers, tried = accepted_models(focused, seen)
     judgment = _sized(strategy, replace(judgment, tried=tried), answers, limits)
     if not judgment.material:
         return _unless_one_way(judgment, model.setup)
@@ -144,6 +139,26 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     named = [model.setup.candidates[name] for name in judgment.answer.effects] if judgment.answer else []
     turning = any(effect.turns_with_heading for effect in named)
     return _unless_one_way(judgment, model.setup) if turning else judgment
+
+
+def _insufficient(strategy: Strategy, found: Detection) -> str:
+    """Why these data are insufficient for a diagnosis; empty where they suffice."""
+    setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
+    if runs < setup.fewest_runs:
+        verb = "s are" if runs > 1 else " is"
+        return f"{runs} {setup.run}{verb} too few to separate an effect from noise (needed: {setup.fewest_runs})"
+    if setup.too_short:
+        return f"{setup.too_short}; effects are confounded in runs this short"
+    if setup.mixed_directions:
+        return f"{setup.mixed_directions}: wind, slope and resistance are confounded"
+    unit = f"{found.unit}{'s' if units != 1 else ''}"
+    if units < POLICY.fewest_units or found.effective_units < POLICY.fewest_effective_units:
+        needed = f"needed: {POLICY.fewest_units}, effective number {POLICY.fewest_effective_units:g}"
+        have = f"{units} {unit} (effective number {found.effective_units:.0f})"
+        return f"{have} are too few to certify an effect ({needed})"
+    if found.smallest_p * POLICY.smallest_p_ratio > setup.level:
+        return f"{units} {unit} cannot reach the level of {setup.level:.2g}"
+    return ""
 
 
 def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
@@ -159,6 +174,76 @@ def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
     )
 
 
+def _sized(
+    strategy: Strategy, judgment: Judgment, answers: Sequence[CandidateModel], limits: Limits | None
+) -> Judgment:
+    """The judgment with the size of the finding, and whether that matters.
+
+    A finding matters if any of its answers does; without an answer, if the closest candidate model or a free profile
+    does. If no candidate was strong enough to be tried, the free profile alone decides.
+    """
+    best = answers[0] if answers else best_fit(judgment.tried)
+    size = None if best is None else finding_size(strategy, judgment.base, best.fitted)
+    judgment = replace(judgment, size=size, material=True)
+    if limits is None or (size is not None and limits.exceeded(size)):
+        return judgment
+    if any(limits.exceeded(finding_size(strategy, judgment.base, a.fitted)) for a in answers[1:]):
+        return judgment
+    if not answers and profile_matters(strategy, judgment.base, limits):
+        return judgment
+    return replace(judgment, material=False, note=best, noted=bool(answers))
+
+
+def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], seen: Detection) -> Judgment:
+    """The verdict on the answers, before their held-out gain is computed."""
+    model = strategy.model
+    if not answers and (beyond := best_beyond_range(strategy, judgment.tried, seen)):
+        return judgment.unknown(BEYOND_RANGE, beyond)
+    if not answers:
+        return judgment.unknown(closest=best_fit(judgment.tried))
+    # Single effects that nearly suffice are preferred to several of which one may be zero.
+    if len(answers) == 1 < len(answers[0].effects) and may_be_zero(model, strategy.relinearized(answers[0].fitted)):
+        answers = nearly_sufficient(judgment.tried) or answers
+    first = answers[0]
+    if any(is_imitated(model, answer, seen) for answer in answers):
+        return judgment.unknown(IMITATED, first)
+    if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
+        return judgment.unknown(NOT_SIGNIFICANT, first)
+    fault = len(answers) == 1 and all(model.setup.candidates[e].sensor for e in first.effects)
+    verdict: Verdict = "ambiguous" if len(answers) > 1 else "data_fault" if fault else "named"
+    return replace(judgment, verdict=verdict, answers=answers)
+
+
+def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Judgment:
+    """The judgment with its held-out gain; ``unknown`` where the gain refutes the answer."""
+    answers, found, base = judgment.answers, judgment.detection, judgment.base
+    first, gain = answers[0], None
+    if len(answers) == 1 or len(first.effects) > 1:  # several answers of several effects share most of them
+        gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, focused.base))
+    if gain is None:
+        return judgment
+    by_prior = all(found.scores.stated[e] > POLICY.prior_information for e in first.effects)
+    if why := _refuted(strategy, gain, first, len(answers) > 1):
+        if why != NO_GAIN or not by_prior:
+            return judgment.unknown(why, first)
+        gain = None  # the evidence is a contradicted prior, which predicted outputs do not show
+    return replace(judgment, gain=gain, by_prior=by_prior)
+
+
+def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> str:
+    """Why held-out data refute the answer; empty where they do not.
+
+    They refute it if no held-out error decreases, or one increases significantly. At prior values, the error may
+    increase although the effect is true: it may have compensated a wrong parameter. Then the refitted models decide.
+    """
+    many = len(answer.effects) > POLICY.compensating_effects
+    if several:
+        return HELD_OUT_WORSE if many and gain.prediction_worse else ""
+    if gain.worse or ((many or not strategy.prior_values) and gain.prediction_worse):
+        return HELD_OUT_WORSE
+    return "" if gain.positive else NO_GAIN
+
+
 def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | None:
     """The judgment that names fewer of an answer's effects, which nearly suffice; None where there is no such set.
 
@@ -168,7 +253,8 @@ def with_fewer_effects(strategy: Strategy, judgment: Judgment) -> Judgment | Non
     if answer is None or len(answer.effects) == 1:
         return None
     fewer = [t for t in nearly_sufficient(judgment.tried) if set(t.effects) < set(answer.effects)]
-    return _judged_again(strategy, judgment, (min(fewer, key=lambda t: t.cost),)) if fewer else None
+    best = best_fit(fewer)
+    return _judged_again(strategy, judgment, (best,)) if best else None
 
 
 def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
@@ -195,169 +281,9 @@ def _judged_again(strategy: Strategy, judgment: Judgment, answers: tuple[Candida
     return found if found.answers else None
 
 
-def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Judgment:
-    """The judgment with its held-out gain; ``unknown`` where the gain refutes the answer."""
-    answers, found, base = judgment.answers, judgment.detection, judgment.base
-    first, gain = answers[0], None
-    if len(answers) == 1 or len(first.effects) > 1:  # several answers of several effects share most of them
-        gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, focused.fitted(()) or base))
-    if gain is None:
-        return judgment
-    by_prior = all(found.scores.stated[e] > POLICY.prior_information for e in first.effects)
-    if why := _refuted(strategy, gain, first, len(answers) > 1):
-        if why != NO_GAIN or not by_prior:
-            return judgment.unknown(why, first)
-        gain = None  # the evidence is a contradicted prior, which predicted outputs do not show
-    return replace(judgment, gain=gain, by_prior=by_prior)
-
-
 def resized(strategy: Strategy, judgment: Judgment, before: Judgment) -> Judgment:
     """The judgment with the size of its answer, recomputed if that differs from the answers of ``before``."""
     answer = judgment.answer
     if answer is None or any(a.effects == answer.effects for a in before.answers):
         return judgment
     return replace(judgment, size=finding_size(strategy, judgment.base, answer.fitted))
-
-
-def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], seen: Detection) -> Judgment:
-    """The verdict on the answers, before their held-out gain is computed."""
-    model = strategy.model
-    if not answers and (beyond := _beyond_alone(strategy, judgment.tried, seen)):
-        return judgment.unknown(BEYOND_RANGE, beyond)
-    if not answers:
-        return judgment.unknown(closest=min(judgment.tried, key=lambda t: t.cost, default=None))
-    answers = _significant(strategy, answers, judgment.tried)
-    first = answers[0]
-    if any(is_imitated(model, answer, seen) for answer in answers):
-        return judgment.unknown(IMITATED, first)
-    if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
-        return judgment.unknown(NOT_SIGNIFICANT, first)
-    fault = len(answers) == 1 and all(model.setup.candidates[e].sensor for e in first.effects)
-    verdict: Verdict = "ambiguous" if len(answers) > 1 else "data_fault" if fault else "named"
-    return replace(judgment, verdict=verdict, answers=answers)
-
-
-def _significant(
-    strategy: Strategy, answers: tuple[CandidateModel, ...], tried: Sequence[CandidateModel]
-) -> tuple[CandidateModel, ...]:
-    """The answers, or single effects that nearly suffice if the one answer has an insignificant effect."""
-    if len(answers) > 1 or len(answers[0].effects) == 1:
-        return answers
-    if not may_be_zero(strategy.model, strategy.relinearized(answers[0].fitted)):
-        return answers
-    return nearly_sufficient(tried) or answers
-
-
-def _sized(
-    strategy: Strategy, judgment: Judgment, answers: Sequence[CandidateModel], limits: Limits | None
-) -> Judgment:
-    """The judgment with the size of the finding, and whether that matters.
-
-    A finding matters if any of its answers does; without an answer, if the closest candidate model or a free profile
-    does. If no candidate was strong enough to be tried, the free profile alone decides.
-    """
-    closest = min(judgment.tried, key=lambda t: t.cost, default=None)
-    best = answers[0] if answers else closest
-    size = None if best is None else finding_size(strategy, judgment.base, best.fitted)
-    judgment = replace(judgment, size=size, material=True)
-    if limits is None or (size is not None and limits.exceeded(size)):
-        return judgment
-    if any(limits.exceeded(finding_size(strategy, judgment.base, a.fitted)) for a in answers[1:]):
-        return judgment
-    if not answers and profile_matters(strategy, judgment.base, limits):
-        return judgment
-    return replace(judgment, material=False, note=best, noted=bool(answers))
-
-
-def _answers(strategy: Strategy, found: Detection) -> tuple[tuple[CandidateModel, ...], tuple[CandidateModel, ...]]:
-    """The accepted candidate models (singles, else pairs, else larger sets), and the single effects tried."""
-    model, tried = strategy.model, singles(strategy, found)
-    answers = simplest(model, not_significantly_worse(model, tried), tried)
-    best = min(tried, key=lambda t: t.cost, default=None)
-    short = best is not None and catalogue_falls_short(strategy, best)
-    if answers or short or _one_profile_suffices(strategy):
-        return _with_rivals(strategy, answers or nearly_sufficient(tried), tried, found), tried
-    two = pairs(strategy, tried, found)
-    answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)
-    answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
-    answers = tuple(a for a in answers if not worse_than_alone(strategy, a))
-    if answers:
-        return answers, tried
-    chain = forward_selection(strategy, found)
-    return (() if chain is None else (chain, *alternatives(strategy, chain, found))), tried
-
-
-def _with_rivals(
-    strategy: Strategy, answers: tuple[CandidateModel, ...], tried: tuple[CandidateModel, ...], found: Detection
-) -> tuple[CandidateModel, ...]:
-    """The answers of one effect, simpler ones that nearly suffice, and effects beyond their range that fit as well.
-
-    Laws are not exact: with a large effect, a law with a shape parameter, such as a slow decay, can fit even the error
-    of the true, simpler law, so that only the former suffices.
-    """
-    if not answers:
-        return ()
-    least = min(_unknowns(strategy, t) for t in answers)
-    simpler = nearly_sufficient([t for t in tried if t not in answers and _unknowns(strategy, t) < least])
-    beyond = singles_beyond_range(strategy, tried, found)
-    every = (*tried, *beyond)
-    stand = not_significantly_worse(strategy.model, every) or nearly_sufficient(every)
-    return (*simpler, *answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
-
-
-def _unknowns(strategy: Strategy, one: CandidateModel) -> int:
-    return sum(len(strategy.model.freed(e)) for e in one.effects)
-
-
-def _beyond_alone(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
-    """The best effect that would suffice if its amplitude were not beyond its plausible range."""
-    stand = [t for t in singles_beyond_range(strategy, tried, found) if t.sufficient]
-    return min(stand, key=lambda t: t.cost, default=None)
-
-
-def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> str:
-    """Why held-out data refute the answer; empty where they do not.
-
-    They refute it if no held-out error decreases, or one increases significantly. At prior values, the error may
-    increase although the effect is true: it may have compensated a wrong parameter. Then the refitted models decide.
-    """
-    many = len(answer.effects) > POLICY.compensating_effects
-    if several:
-        return HELD_OUT_WORSE if many and gain.prediction_worse else ""
-    if gain.worse or ((many or not strategy.prior_values) and gain.prediction_worse):
-        return HELD_OUT_WORSE
-    return "" if gain.positive else NO_GAIN
-
-
-def _insufficient(strategy: Strategy, found: Detection) -> str:
-    """Why these data are insufficient for a diagnosis; empty where they suffice."""
-    setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
-    if runs < setup.fewest_runs:
-        verb = "s are" if runs > 1 else " is"
-        return f"{runs} {setup.run}{verb} too few to separate an effect from noise (needed: {setup.fewest_runs})"
-    if setup.too_short:
-        return f"{setup.too_short}; effects are confounded in runs this short"
-    if setup.mixed_directions:
-        return f"{setup.mixed_directions}: wind, slope and resistance are confounded"
-    unit = f"{found.unit}{'s' if units != 1 else ''}"
-    if units < POLICY.fewest_units or found.effective_units < POLICY.fewest_effective_units:
-        needed = f"needed: {POLICY.fewest_units}, effective number {POLICY.fewest_effective_units:g}"
-        have = f"{units} {unit} (effective number {found.effective_units:.0f})"
-        return f"{have} are too few to certify an effect ({needed})"
-    if found.smallest_p * POLICY.smallest_p_ratio > setup.level:
-        return f"{units} {unit} cannot reach the level of {setup.level:.2g}"
-    return ""
-
-
-def _one_profile_suffices(strategy: Strategy) -> bool:
-    """Whether one free profile leaves only noise: then the error is one effect that is not in the catalogue."""
-    model = strategy.model
-    for family in model.setup.families:
-        fitted = strategy.fitted((family,))
-        if fitted is None:
-            continue
-        left = model.scores(fitted, list(model.setup.candidates))
-        visible = [n for n in left.names if left.rank[n] and left.visibility[n] > POLICY.least_visibility]
-        if left.p_value(visible) > POLICY.rest_level:
-            return True
-    return False

@@ -45,10 +45,8 @@ def _named(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[Strate
     setup = strategy.model.setup
     try:
         extended = open_strategy(replace(setup, effects=(*setup.effects, law.effect), learned=frozenset({law.name})))
-        base = extended.fitted(())
+        base = extended.base
     except (ResultError, ArithmeticError):
-        return None
-    if base is None:
         return None
     answer: CandidateModel | None = candidate_model(extended, (law.name,))
     if answer is None or not answer.explains_most:

@@ -41,6 +41,11 @@ class LinearizedStrategy:
         self._fits = NestedFits(self.model)
 
     @property
+    def base(self) -> FittedModel:
+        """See Strategy."""
+        return self._fits.base
+
+    @property
     def nonlinear(self) -> bool:
         """False: all fits of one linearization have the same sensitivities."""
         return False
@@ -80,7 +85,7 @@ class LinearizedStrategy:
     def with_open_range(self) -> LinearizedStrategy:
         """See Strategy. The point of linearization stays; relinearized fits stay within the plausible range."""
         wide = LinearizedStrategy(with_open_range(self.model), self.relinearization)
-        wide._fits.keep((), self.fitted(()))
+        wide._fits.keep((), self.base)
         for name in self._refuted:
             wide._fits.keep((name,), None)
         return wide
@@ -102,10 +107,9 @@ class LinearizedStrategy:
         is_large = self.model.setup.far_off or found.scores.evidence[strongest] > POLICY.large_t
         local = self._relinearized_about(strongest) if is_large else self
         there = self.about_likely(strongest, local)
-        base = there.fitted(())
-        if there is self or base is None:
+        if there is self:
             return self, found
-        seen = _with_likely(self.relinearization, found, detect(there, base))
+        seen = _with_likely(self.relinearization, found, detect(there, there.base))
         if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in large.items())):
             self._refit_others(local, strongest, large)
             # About a large scale, ``reachable_t`` is wrong for the others: candidates with a fit stay testable.

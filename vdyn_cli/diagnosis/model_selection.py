@@ -1,4 +1,4 @@
-"""Selects the accepted candidate models where several suffice or a profile imitates a simpler law."""
+"""Tries candidate models, and selects those that are accepted as answers."""
 
 from __future__ import annotations
 
@@ -7,12 +7,92 @@ from math import inf
 
 from scipy.special import chdtrc
 
-from vdyn_cli.diagnosis.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.candidate_models import (
+    CandidateModel,
+    alternatives,
+    best_fit,
+    catalogue_falls_short,
+    forward_selection,
+    pairs,
+    singles,
+    singles_beyond_range,
+)
 from vdyn_cli.diagnosis.detection import Detection
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
+
+
+def accepted_models(
+    strategy: Strategy, found: Detection
+) -> tuple[tuple[CandidateModel, ...], tuple[CandidateModel, ...]]:
+    """The answers (single effects that suffice, else pairs, else larger sets), and the single effects tried.
+
+    Parameters
+    ----------
+    found : scores of the candidates beside the baseline.
+    """
+    model, tried = strategy.model, singles(strategy, found)
+    answers = simplest(model, not_significantly_worse(model, tried), tried)
+    best = best_fit(tried)
+    short = best is not None and catalogue_falls_short(strategy, best)
+    if answers or short or _one_profile_suffices(strategy):
+        return _with_rivals(strategy, answers or nearly_sufficient(tried), tried, found), tried
+    two = pairs(strategy, tried, found)
+    answers = simplest(model, not_significantly_worse(model, (*tried, *two)), two)
+    answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
+    answers = tuple(a for a in answers if not worse_than_alone(strategy, a))
+    if answers:
+        return answers, tried
+    chain = forward_selection(strategy, found)
+    return (() if chain is None else (chain, *alternatives(strategy, chain, found))), tried
+
+
+def _with_rivals(
+    strategy: Strategy, answers: tuple[CandidateModel, ...], tried: tuple[CandidateModel, ...], found: Detection
+) -> tuple[CandidateModel, ...]:
+    """The answers of one effect, simpler ones that nearly suffice, and effects beyond their range that fit as well.
+
+    Laws are not exact: with a large effect, a law with a shape parameter, such as a slow decay, can fit even the error
+    of the true, simpler law, so that only the former suffices.
+    """
+    if not answers:
+        return ()
+
+    def unknowns(one: CandidateModel) -> int:
+        return sum(len(strategy.model.freed(e)) for e in one.effects)
+
+    least = min(map(unknowns, answers))
+    simpler = nearly_sufficient([t for t in tried if t not in answers and unknowns(t) < least])
+    beyond = singles_beyond_range(strategy, tried, found)
+    every = (*tried, *beyond)
+    stand = not_significantly_worse(strategy.model, every) or nearly_sufficient(every)
+    return (*simpler, *answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
+
+
+def _one_profile_suffices(strategy: Strategy) -> bool:
+    """Whether one free profile leaves only noise: then the error is one effect that is not in the catalogue."""
+    model = strategy.model
+    for family in model.setup.families:
+        fitted = strategy.fitted((family,))
+        if fitted is None:
+            continue
+        left = model.scores(fitted, list(model.setup.candidates))
+        visible = [n for n in left.names if left.rank[n] and left.visibility[n] > POLICY.least_visibility]
+        if left.p_value(visible) > POLICY.rest_level:
+            return True
+    return False
+
+
+def best_beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
+    """The best effect that would suffice if its amplitude were not beyond its plausible range; None without any.
+
+    Parameters
+    ----------
+    tried : candidate models of one effect. found : scores of the candidates beside the baseline.
+    """
+    return best_fit([t for t in singles_beyond_range(strategy, tried, found) if t.sufficient])
 
 
 def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:

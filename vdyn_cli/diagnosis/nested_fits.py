@@ -32,6 +32,13 @@ class NestedFits:
     secants: Callable[[Sequence[str]], Mapping[str, float]] = lambda effects: {}
     _made: dict[tuple[str, ...], FittedModel | None] = field(default_factory=dict)
 
+    @property
+    def base(self) -> FittedModel:
+        """The fit without effects; raises as ``fitted`` does."""
+        base = self.fitted(())
+        assert base is not None
+        return base
+
     def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """The fit with these effects; None where the data do not determine it, or it exceeds the plausible range.
 

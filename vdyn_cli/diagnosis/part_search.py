@@ -201,8 +201,8 @@ def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | N
     ----------
     strategy : with the baseline's fit. problem : its parts are freed.
     """
-    base, parts = strategy.fitted(()), problem.parts
-    if not parts or base is None:
+    base, parts = strategy.base, problem.parts
+    if not parts:
         return None
     regression = _regression(strategy, problem)
     values = {n: base.solution.values.get(n, 0.0) for n in base.solution.values}

@@ -26,6 +26,11 @@ class RefitStrategy:
         self._fits = NestedFits(self.model, self._starts, self.secants)
 
     @property
+    def base(self) -> FittedModel:
+        """See Strategy."""
+        return self._fits.base
+
+    @property
     def nonlinear(self) -> bool:
         """True: every fit simulates at its own values."""
         return True
@@ -50,7 +55,7 @@ class RefitStrategy:
     def with_open_range(self) -> RefitStrategy:
         """See Strategy."""
         wide = RefitStrategy(with_open_range(self.model))
-        wide._fits.keep((), self.fitted(()))
+        wide._fits.keep((), self.base)
         return wide
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:

@@ -57,10 +57,9 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     ResultError : the baseline cannot be fitted.
     """
     strategy = open_strategy(setup_of(prepared))
-    base, model = strategy.fitted(()), strategy.model
-    assert base is not None
+    model = strategy.model
     designer = ExperimentDesigner(strategy, runs / model.runs)
-    base = _repeated(base, runs / model.runs)
+    base = _repeated(strategy.base, runs / model.runs)
     found = detect(strategy, base)
     hidden = [u for u in untestable(model, base, found) if u.obstacle != "runs" or runs < fewest_runs(POLICY.level)]
     amplitudes = {

@@ -19,6 +19,10 @@ class Strategy(Protocol):
         """The full model whose nested models are fitted."""
 
     @property
+    def base(self) -> FittedModel:
+        """The fit of the baseline, without effects."""
+
+    @property
     def nonlinear(self) -> bool:
         """Whether the sensitivities of a fit with effects differ from those of the baseline's fit."""
 
