@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis import fits_alone
 from vdyn_cli.diagnosis.detection import detect
-from vdyn_cli.diagnosis.linearized import best_of, large_alone
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
 
@@ -46,9 +46,13 @@ def found(evidence: dict[str, float]) -> Any:
     return Made(testable=tuple(evidence), scores=Made(evidence=evidence, estimate=estimate))
 
 
+@pytest.fixture(autouse=True)
+def given_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fits_alone, "rms_alone", lambda fit: fit.error)
+
+
 def strongest(fits: Fits, evidence: dict[str, float]) -> str | None:
-    alone = large_alone(fits, found(evidence))  # type: ignore[arg-type]
-    return best_of(alone, lambda fit: fit.error)  # type: ignore[attr-defined,no-any-return]
+    return fits_alone.best_of(fits_alone.fits_alone(fits, found(evidence)))  # type: ignore[arg-type]
 
 
 def test_an_effect_of_less_evidence_may_explain_most_on_its_own_linearization() -> None:

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import bounds_of, is_scale
+from vdyn_cli.diagnosis.fits_alone import FitsAlone, best_of, fits_alone, is_hopeless, rms_alone
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel, full_model, with_open_range
-from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.relinearization import Relinearization, Stop, relaxed
+from vdyn_cli.diagnosis.relinearization import Relinearization, relaxed
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.contract import NO_VALUES
-
-
-def rms_alone(fit: FittedModel) -> float:
-    """Root mean square error of the main channel with a fit, each run's own unknowns fitted."""
-    return rms_of(fit.runs)
 
 
 @dataclass
@@ -97,11 +92,10 @@ class LinearizedStrategy:
     def focused(self, found: Detection) -> tuple[LinearizedStrategy, Detection]:
         """The strategy linearized about the effect that explains most, and the detection repeated there.
 
-        Evidence on the first linearization ranks large effects wrongly: with a wrong tire relaxation, half-shaft
-        damping may show ten times the evidence of the relaxation, and none once linearized about the latter.
+        Evidence on the first linearization ranks large effects wrongly (``fits_alone``).
         """
-        large = large_alone(self, found)
-        strongest = best_of(large) or found.scores.strongest(found.testable)
+        alone = fits_alone(self, found)
+        strongest = best_of(alone) or found.scores.strongest(found.testable)
         if strongest is None:
             return self, found
         is_large = self.model.setup.far_off or found.scores.evidence[strongest] > POLICY.large_t
@@ -109,13 +103,15 @@ class LinearizedStrategy:
         there = self.about_likely(strongest, local)
         if there is self:
             return self, found
-        seen = _with_likely(self.relinearization, found, detect(there, there.base))
-        if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in large.items())):
-            self._refit_others(local, strongest, large)
+        # Nondifferentiable effects were tested in ``found`` at their likely amplitudes; ``there`` they may not show.
+        kept = {n for n in found.testable if self.relinearization.nondifferentiable((n,))}
+        seen = detect(there, there.base)
+        if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in alone.items())):
+            self._keep_own_fits(local, strongest, alone)
             # About a large scale, ``reachable_t`` is wrong for the others: candidates with a fit stay testable.
-            shown = {n for n, fit in large.items() if fit is not None}
-            seen = replace(seen, testable=tuple(n for n in found.scores.names if n in shown or n in seen.testable))
-        return there, seen
+            kept |= {n for n, fit in alone.items() if fit is not None}
+        testable = tuple(n for n in found.scores.names if n in kept or n in seen.testable)
+        return there, replace(seen, testable=testable)
 
     def _is_far(self, name: str, alone: FittedModel | None) -> bool:
         """Whether the candidate's own amplitude differs from that of this linearization by more than chance."""
@@ -127,37 +123,27 @@ class LinearizedStrategy:
             for n in self.model.amplitudes(name)
         )
 
-    def _refit_others(self, local: LinearizedStrategy, strongest: str, large: Mapping[str, FittedModel | None]) -> None:
+    def _keep_own_fits(self, local: LinearizedStrategy, strongest: str, alone: FitsAlone) -> None:
         """Fit every other large candidate on its own linearization: that about ``strongest`` is too far away.
 
-        Candidates whose best fit misses the main channel by far more than the best one does are dropped, and so are
-        those that leave much of the misfit where ``strongest`` leaves almost none.
+        No answer, and left without a fit, are candidates whose best fit misses the main channel by far more than the
+        best one does, and those that leave much of the misfit where ``strongest`` leaves almost none.
         """
-        missed = {n: rms_alone(fit) for n, fit in large.items() if fit is not None}
-        least = min(missed.values(), default=0.0)
+        made = {n: fit for n, fit in alone.items() if fit is not None}
+        least = min(map(rms_alone, made.values()), default=0.0)
         answer = candidate_model(local, (strongest,))
-        answered = answer is not None and (answer.sufficient or answer.nearly_sufficient)
-        best = large.get(strongest)
-        for name, fit in large.items():
+        almost_all = answer is not None and (answer.sufficient or answer.nearly_sufficient)
+        best = made.get(strongest) if almost_all else None
+        for name in alone:
             if name == strongest or self.relinearization.nondifferentiable((name,)):
                 continue
-            kept, hopeless = None, answered and best is not None and self.is_hopeless(fit, best)
-            if fit is not None and missed[name] < POLICY.far_worse * least and not hopeless:
-                names = (*self.model.base, *self.model.amplitudes(name))
-                there = self._linearized_at({n: fit.values[n] for n in names})
-                kept = there.fitted((name,)) if there is not None else None
-            local._fits.keep((name,), None if kept is None else _weighted_like(kept, local.model.regression))
-            if fit is not None and kept is None:
+            fit, own = made.get(name), None
+            if fit and rms_alone(fit) < POLICY.far_worse * least and not (best and is_hopeless(self, fit, best)):
+                there = self._linearized_about(fit)
+                own = there.fitted((name,)) if there else None
+            local._fits.keep((name,), _weighted_like(own, local.model.regression) if own else None)
+            if fit and not own:
                 local._refuted += (name,)
-
-    def is_hopeless(self, fit: FittedModel | None, best: FittedModel) -> bool:
-        """Whether a candidate leaves so much of the misfit that the best one explains that it cannot be an answer."""
-        base = self.fitted(())
-        if fit is None or base is None or self.model.setup.far_off:
-            return False
-        least, noise = _own_cost(best), self.model.regression.log_noise
-        explained = base.solution.cost + noise - least
-        return _own_cost(fit) - least > max(POLICY.hopeless_share**2 * explained, POLICY.large_t**2)
 
     def _relinearized_about(self, effect: str) -> LinearizedStrategy:
         """The strategy relinearized about the effect's amplitude until that settles.
@@ -170,15 +156,12 @@ class LinearizedStrategy:
             fitted = local.fitted((effect,))
             if local is self:
                 fitted = self.relinearization.from_values((effect,), fitted.values if fitted else NO_VALUES) or fitted
-            if fitted is None:
+            if fitted is None or (before and _settled(fitted.solution, before)):
                 break
-            amplitudes = {n: fitted.values[n] for n in self.model.amplitudes(effect)}
-            if before and _settled(fitted.solution, before):
-                break
-            again = self._linearized_at({n: fitted.values[n] for n in self.model.base} | amplitudes)
+            again = self._linearized_about(fitted)
             if again is None:
                 break
-            local, before = again, amplitudes
+            local, before = again, {n: fitted.values[n] for n in self.model.amplitudes(effect)}
         return local
 
     def about_likely(self, effect: str, other: LinearizedStrategy) -> LinearizedStrategy:
@@ -193,122 +176,24 @@ class LinearizedStrategy:
         if not gains:
             return other
         best = max(gains, key=gains.__getitem__)
-        base, fitted = self.fitted(()), other.fitted((effect,))
-        if best != effect and base is not None and fitted is not None:
+        fitted = other.fitted((effect,))
+        if best != effect and fitted is not None:
             least = min(fitted.solution.cost, other.relinearized(fitted).solution.cost)
-            if gains[best] < base.solution.cost - least + POLICY.clearly_better:
+            if gains[best] < self.base.solution.cost - least + POLICY.clearly_better:
                 return other
         found = near.about_likely(best)
-        if found is None:
-            return other
-        there = self._linearized_at({n: found.values[n] for n in (*self.model.base, *self.model.amplitudes(best))})
-        if there is None:
-            return other
-        there.relinearization.keep(found)
-        return there
+        return (self._linearized_about(found) if found else None) or other
 
-    def _linearized_at(self, about: Mapping[str, float]) -> LinearizedStrategy | None:
-        """The strategy linearized at ``about``; None where the linearization or the baseline's fit fails."""
+    def _linearized_about(self, fit: FittedModel) -> LinearizedStrategy | None:
+        """The strategy linearized at a fit's values; None where the linearization or the baseline's fit fails."""
+        names = (*self.model.base, *(n for e in fit.effects for n in self.model.amplitudes(e)))
         try:
-            there = open_linearized(self.model.setup, about)
+            there = open_linearized(self.model.setup, {n: fit.values[n] for n in names})
             there.fitted(())
         except (ResultError, ArithmeticError):
             return None
         there.relinearization = self.relinearization  # its fits do not depend on the point
         return there
-
-
-def _with_likely(relinearization: Relinearization, found: Detection, seen: Detection) -> Detection:
-    """``seen`` with the nondifferentiable effects testable that were so in ``found``, which used their amplitudes."""
-    kept = {n for n in found.testable if relinearization.nondifferentiable((n,))}
-    testable = tuple(n for n in found.scores.names if n in kept or n in seen.testable)
-    return replace(seen, testable=testable)
-
-
-def large_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, FittedModel | None]:
-    """The strongest large candidates, each fitted alone on its own linearization; None where that fails.
-
-    On the baseline's linearization, a wrong candidate may seem to explain several times more than the true one, and the
-    true one may exceed its range: its fit then starts from the one-step estimate of the score test.
-    """
-    if strategy.model.setup.far_off:
-        return _far_alone(strategy, found)
-    evidence = found.scores.evidence
-    names = sorted((n for n in found.testable if evidence[n] > POLICY.large_t), key=lambda n: -evidence[n])
-    fits: dict[str, FittedModel | None] = {}
-    for name in names[: POLICY.most_relinearized]:
-        linear = strategy.fitted((name,))
-        if strategy.relinearization.nondifferentiable((name,)):  # the first linearization is invalid for it
-            fits[name] = strategy.relinearization.about_likely(name) or linear
-            continue
-        step = found.scores.estimate[name].tolist() if linear is None else ()
-        start = linear.values if linear else dict(zip(strategy.model.amplitudes(name), step, strict=True))
-        fits[name] = strategy.relinearization.from_values((name,), start, _stop_beside(fits, strategy))
-    return fits
-
-
-def _far_alone(strategy: LinearizedStrategy, found: Detection) -> dict[str, FittedModel | None]:
-    """Candidates fitted alone from the best of coarse starts: scores mean little where the baseline is far off."""
-    relinearization, starts = strategy.relinearization, {}
-    for name in found.testable:
-        linear = dict(zip(strategy.model.amplitudes(name), found.scores.estimate[name].tolist(), strict=True))
-        if (start := relinearization.coarse_start(name, linear)) is not None:
-            starts[name] = start
-    nearest = sorted(starts, key=lambda n: starts[n][0])[: POLICY.most_relinearized]
-    assert strategy.model.setup.coarse_error is not None
-    baseline = strategy.model.setup.coarse_error((), ())
-    fits: dict[str, FittedModel | None] = {}
-    for name in nearest:
-        best = _best_fit(fits)
-        fits_already = best is not None and POLICY.far_worse * rms_alone(best) < baseline
-        if fits_already and starts[name][0] > POLICY.coarse_gain * baseline:
-            continue
-        fits[name] = relinearization.from_values((name,), starts[name][1], _stop_beside(fits, strategy))
-    return fits
-
-
-def _stop_beside(fits: Mapping[str, FittedModel | None], strategy: LinearizedStrategy) -> Stop:
-    """The criterion by which a relinearized fit ends early: it cannot reach the best of ``fits``.
-
-    It leaves much of what the best one explains, or misses the main channel by far more, twice in succession.
-    """
-
-    def stop(fit: FittedModel, before: FittedModel) -> bool:
-        best = _best_fit(fits)
-        if best is None:
-            return False
-        far = POLICY.far_worse * rms_alone(best)
-        now, last = rms_alone(fit), rms_alone(before)
-        return (now > far and last > far and now > last / POLICY.far_worse) or strategy.is_hopeless(fit, best)
-
-    return stop
-
-
-def _best_fit(fits: Mapping[str, FittedModel | None]) -> FittedModel | None:
-    best = best_of(fits)
-    return fits[best] if best else None
-
-
-def best_of(fits: Mapping[str, FittedModel | None], missed: Callable[[FittedModel], float] = rms_alone) -> str | None:
-    """The candidate with the largest likelihood; None where none can be fitted.
-
-    Each fit has its own noise estimate, which contains what the candidate leaves unexplained, so that only candidates
-    with about the same error of the main channel are compared.
-
-    Parameters
-    ----------
-    missed : rms error of the main channel with a fit.
-    """
-    made = {n: fit for n, fit in fits.items() if fit is not None}
-    error = {n: missed(fit) for n, fit in made.items()}
-    least = min(error.values(), default=0.0)
-    near = [n for n in made if error[n] <= POLICY.far_worse * least]
-    return min(near, key=lambda n: _own_cost(made[n]), default=None)
-
-
-def _own_cost(fit: FittedModel) -> float:
-    """Negative log likelihood with the fit's own noise."""
-    return fit.solution.cost + fit.runs.regression.log_noise
 
 
 def _weighted_like(fit: FittedModel, other: Regression) -> FittedModel:

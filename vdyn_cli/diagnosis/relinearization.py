@@ -105,10 +105,6 @@ class Relinearization:
                 best = error, {first: size}
         return best
 
-    def keep(self, fitted: FittedModel) -> None:
-        """Store this fit for its effects."""
-        self._fits[fitted.effects] = fitted
-
     def about_likely(self, effect: str) -> FittedModel | None:
         """The fit with only this effect, linearized about its likely amplitude; None where it fails."""
         likely = self.likely_size(effect)
