@@ -38,6 +38,11 @@ class CrossValidation:
             return [(int(k), of_row == k) for k in runs]
         return [(-1, system.label == u) for u in np.flatnonzero(system.run >= 0)]
 
+    @property
+    def leaves_blocks(self) -> bool:
+        """Whether blocks, not whole runs, are left out."""
+        return self.folds[0][0] < 0
+
     def training(self, fold: int) -> LinearizedSystem:
         """The system without the rows of a fold; if runs are the units, compressed to one QR factor."""
         if self.system.kind == "run" and not self.system.own:

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from vdyn_cli.diagnosis.cross_validation import CrossValidation, Fold
+from vdyn_cli.diagnosis.cross_validation import CrossValidation
 from vdyn_cli.diagnosis.finding_size import explained_share
 from vdyn_cli.diagnosis.fold_selection import information, sufficient
 from vdyn_cli.diagnosis.full_model import FittedModel
@@ -82,7 +83,11 @@ class _HeldOutError:
     prediction: PredictionError | None = None
 
 
-_Errors = tuple[Sequence[_HeldOutError], Sequence[_HeldOutError]]  # before and after
+class _Errors(NamedTuple):
+    """Errors of all folds without (``before``) and with the effects (``after``)."""
+
+    before: list[_HeldOutError]
+    after: list[_HeldOutError]
 
 
 @dataclass(frozen=True)
@@ -104,50 +109,64 @@ def held_out_gain(
     selection : the candidates from which each fold selects, and the fit beside which it tests them.
     """
     priors, model = strategy.prior_values, strategy.model
-    fewest = POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out
-    cut: dict[int, CrossValidation] = {}
-
-    def folds_of(one: FittedModel) -> CrossValidation:
-        return cut.setdefault(id(one.system), CrossValidation(one.system, fewest))
-
-    folds = folds_of(base).folds
-    if folds[0][0] < 0 and len(folds) < POLICY.fewest_blocks_left_out:
+    folds = _Folds(base, POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out)
+    if folds.of(base).leaves_blocks and folds.count < POLICY.fewest_blocks_left_out:
         return None
-
-    def with_these_folds(one: FittedModel | None, fallback: FittedModel) -> FittedModel:
-        return one if one is not None and len(folds_of(one).folds) == len(folds) else fallback
-
-    answer = with_these_folds(strategy.relinearized(extended), extended)
-    selecting = with_these_folds(selection.at, base)
-    without = with_these_folds(strategy.predicted(answer, (), {}), base)
+    answer = folds.comparable(strategy.relinearized(extended), extended)
+    without = folds.comparable(strategy.predicted(answer, (), {}), base)
+    selecting = Selection(selection.candidates, folds.comparable(selection.at, base))
     simulated: dict[tuple[str, ...], FittedModel] = {(): without}
-    before, after, fitted = [], [], []
-    for k in range(len(folds)):
-        chosen = extended.effects  # nondifferentiable effects cannot be selected at zero amplitude
-        if set(chosen) <= set(selection.candidates):
-            choice = Selection(selection.candidates, selecting)
-            chosen = _selected(strategy, choice, k, folds_of(selecting), extended.effects)
-        at = answer if chosen == extended.effects else selecting
-        rival = strategy.fitted(chosen) if at is selecting and answer is extended and len(chosen) == 1 else None
-        if rival is not None and len(extended.effects) == 1:
-            # One linearization misleads where an effect is large: compare its choice and the answer, each on its own.
-            rival = with_these_folds(rival, answer)
-            at = min((rival, answer), key=lambda one: _misfit(one, folds_of(one), k, model.with_base(one.effects)))
-            chosen = at.effects
-        first, fold = folds_of(without).folds[k], folds_of(at).folds[k]
-        values = _values(at, folds_of(at), k, model.with_base(chosen))
-        baseline = _values(without, folds_of(without), k, model.base)
-        fitted.append((_error(without, first, baseline), _error(at, fold, values)))
-        if not priors:
-            continue
-        values |= priors
-        if chosen not in simulated:
-            simulated[chosen] = with_these_folds(strategy.predicted(answer, chosen, values), at)
-        predicted = simulated[chosen]
-        before.append(_error(without, first, priors, as_measured=True))
-        after.append(_error(predicted, folds_of(predicted).folds[k], values, as_measured=True))
-    refits = [b for b, _ in fitted], [a for _, a in fitted]
-    return _summary((before, after) if priors else refits, refits)
+    predictions, refits = _Errors([], []), _Errors([], [])
+    for k in range(folds.count):
+        at, chosen = _fold_model(strategy, folds, k, selecting, extended, answer)
+        values = _values(folds, at, k, model.with_base(chosen))
+        refits.before.append(_error(folds, without, k, _values(folds, without, k, model.base)))
+        refits.after.append(_error(folds, at, k, values))
+        if priors:
+            values |= priors
+            if chosen not in simulated:
+                simulated[chosen] = folds.comparable(strategy.predicted(answer, chosen, values), at)
+            predictions.before.append(_error(folds, without, k, priors, as_measured=True))
+            predictions.after.append(_error(folds, simulated[chosen], k, values, as_measured=True))
+    return _summary(predictions if priors else refits, refits)
+
+
+class _Folds:
+    """The folds of the baseline's system, and of systems of other fits with the same number of folds."""
+
+    def __init__(self, base: FittedModel, fewest: int) -> None:
+        self.fewest = fewest
+        self._cut: dict[int, CrossValidation] = {}
+        self.count = len(self.of(base).folds)
+
+    def of(self, fit: FittedModel) -> CrossValidation:
+        return self._cut.setdefault(id(fit.system), CrossValidation(fit.system, self.fewest))
+
+    def comparable(self, fit: FittedModel | None, fallback: FittedModel) -> FittedModel:
+        """The fit if it is cut into as many folds as the baseline, else ``fallback``."""
+        return fit if fit is not None and len(self.of(fit).folds) == self.count else fallback
+
+
+def _fold_model(
+    strategy: Strategy, folds: _Folds, fold: int, selecting: Selection, extended: FittedModel, answer: FittedModel
+) -> tuple[FittedModel, tuple[str, ...]]:
+    """The fit about which a fold is predicted, and the effects that the data outside the fold select.
+
+    ``answer`` is ``extended``, relinearized about its own amplitudes where the strategy does so.
+    """
+    effects = extended.effects
+    if not set(effects) <= set(selecting.candidates):  # nondifferentiable effects cannot be selected at zero amplitude
+        return answer, effects
+    chosen = _selected(strategy, folds, fold, selecting, effects)
+    if chosen == effects:
+        return answer, effects
+    rival = strategy.fitted(chosen) if answer is extended and len(chosen) == len(effects) == 1 else None
+    if rival is None:
+        return selecting.at, chosen
+    # One linearization misleads where an effect is large: compare its choice and the answer, each on its own.
+    both = folds.comparable(rival, answer), answer
+    at = min(both, key=lambda one: _misfit(folds, one, fold, strategy.model.with_base(one.effects)))
+    return at, at.effects
 
 
 def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
@@ -163,45 +182,42 @@ def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
 
 
 def _selected(
-    strategy: Strategy, selection: Selection, fold: int, folds: CrossValidation, answer: Sequence[str]
+    strategy: Strategy, folds: _Folds, fold: int, selecting: Selection, answer: Sequence[str]
 ) -> tuple[str, ...]:
     """The effects that the fold would have selected: one that suffices, else a pair, else by forward selection.
 
     Forward selection tests each further effect on the fit with those before it, as for the whole data: a small effect
     beside a large one is not visible in the baseline's sensitivities. It stops at the number of effects of the answer.
     """
-    model, found = strategy.model, list[str]()
-    every = {n: model.amplitudes(n) for n in (*selection.candidates, *model.setup.families)}
-    found_here = information(folds.training(fold), model.base, every, list(model.setup.families))
-    chosen = sufficient(found_here, selection.candidates, len(answer))
+    model, found, at = strategy.model, list[str](), selecting.at
+    every = {n: model.amplitudes(n) for n in (*selecting.candidates, *model.setup.families)}
+    found_here = information(folds.of(at).training(fold), model.base, every, list(model.setup.families))
+    chosen = sufficient(found_here, selecting.candidates, len(answer))
     if chosen is not None:
         return chosen
     for _ in answer:
-        rest = folds.training_by_unit(fold)
-        others = {n: model.amplitudes(n) for n in selection.candidates if n not in found}
-        scored = scores(rest, model.with_base(found), others)
+        others = {n: model.amplitudes(n) for n in selecting.candidates if n not in found}
+        scored = scores(folds.of(at).training_by_unit(fold), model.with_base(found), others)
         best = scored.strongest()
         if best is None or scored.evidence[best] < POLICY.fold_evidence:
             break
         found.append(best)
-        again = strategy.fitted(found) if strategy.nonlinear and set(found) < set(answer) else None
-        if again is not None:
-            there = CrossValidation(again.system, folds.fewest)
-            folds = there if len(there.folds) == len(folds.folds) else folds
+        if strategy.nonlinear and set(found) < set(answer):
+            at = folds.comparable(strategy.fitted(found), at)
     return tuple(sorted(found))
 
 
-def _values(at: FittedModel, folds: CrossValidation, fold: int, names: Sequence[str]) -> dict[str, float]:
+def _values(folds: _Folds, at: FittedModel, fold: int, names: Sequence[str]) -> dict[str, float]:
     """Shared unknowns by a fit to all rows outside the fold."""
-    rest = folds.training(fold)
+    rest = folds.of(at).training(fold)
     step = _least_squares(rest.of([*names, *rest.own]), rest.y)
     point = _point(at.runs)
     return {n: point[n] + move for n, move in zip(names, step.tolist(), strict=False)}
 
 
-def _misfit(at: FittedModel, folds: CrossValidation, fold: int, names: Sequence[str]) -> float:
+def _misfit(folds: _Folds, at: FittedModel, fold: int, names: Sequence[str]) -> float:
     """Residual sum of squares of a fit to all rows outside the fold."""
-    rest = folds.training(fold)
+    rest = folds.of(at).training(fold)
     columns = rest.of([*names, *rest.own])
     return float(np.sum((rest.y - columns @ _least_squares(columns, rest.y)) ** 2))
 
@@ -210,12 +226,14 @@ def _point(runs: LinearizedRuns) -> dict[str, float]:
     return {u.name: x for u, x in zip(runs.regression.shared, runs.shared.tolist(), strict=True)}
 
 
-def _error(at: FittedModel, fold: Fold, values: Mapping[str, float], as_measured: bool = False) -> _HeldOutError:
+def _error(
+    folds: _Folds, at: FittedModel, fold: int, values: Mapping[str, float], as_measured: bool = False
+) -> _HeldOutError:
     """The error of a run or block at these values.
 
     The run's own unknowns are fitted to it or, if ``as_measured``, at their starting values.
     """
-    system, (run, rows), point = at.system, fold, _point(at.runs)
+    system, (run, rows), point = at.system, folds.of(at).folds[fold], _point(at.runs)
     step = {n: value - point[n] for n, value in values.items()}
     start = _start(at.runs) if as_measured else None
     if run >= 0:
