@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
@@ -33,53 +33,113 @@ def with_open_answers(
     """The result with intervals widened by the verdict.
 
     * ``adequate``: the mixture of the baseline with answers of one effect.
-    * ``named``: the mixture with answers of one more effect. With a significant residual: the bias by that residual,
-      and every probable answer of one more effect.
     * ``ambiguous``: all answers, and the baseline if it has a result and is not excluded.
     * ``unknown``: the baseline and the closest model, each with the bias by its unexplained residual.
     * An answer that is not in the model (a learned law, unless requested): that answer and the baseline. A learned law
       in the model because the logs contradict the baseline: both, too. The baseline then has the bias by its whole
       unexplained residual, since its parameters may have absorbed an unknown share of the missing law.
+    * ``named``: the mixture with answers of one more effect. With a significant residual: the bias by that residual,
+      and every probable answer of one more effect.
 
     Parameters
     ----------
     extension : its result is widened, else that of the baseline, ``base``. problem : publishes the other answers.
     """
-    result = extension.result or base
+    result, answer, learned = extension.result or base, judgment.answer, strategy.model.setup.learned
     if extension.open and not result.parameters:
         return _beside_others(result, list(extension.answers.values())[1:])
     if not result.parameters or judgment.verdict == "not_testable":
         return result
+    if judgment.verdict == "adequate" and (extension.result is not None or judgment.note is not None):
+        return result
+    widening = _Widening(strategy, problem, base, result, extension.open)
     if judgment.verdict == "adequate":
-        plain = extension.result is None and judgment.note is None
-        return _averaged(strategy, judgment.base, problem, result) if plain else result
-    found: list[OpenAnswer] = []
-    others: list[Result] = []
-    answer, note = judgment.answer, HOLD_ALL
+        return widening.averaged(judgment.base)
     if judgment.verdict == "ambiguous" or extension.open:
         answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
-        found, others = _published(strategy, answers, problem, result, known=extension.answers)
-        if not extension.open:
-            found = [OpenAnswer(BASELINE, base.parameters), *found]
-    elif judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
-        closest = [c for c in (answer or judgment.closest,) if c is not None]
-        learned = answer is not None and bool(set(answer.effects) & strategy.model.setup.learned)
-        explained = answer is not None and not learned and (answer.sufficient or answer.nearly_sufficient)
-        known = {} if explained else _biases(strategy, judgment.base, base, problem)
-        found, others = _published(strategy, closest, problem, base, not explained)
-        found = [OpenAnswer(BASELINE, base.parameters, known), *found]
-    elif base.contradicted and set(extension.effects) & strategy.model.setup.learned:
-        found = [OpenAnswer(BASELINE, base.parameters, _biases(strategy, judgment.base, base, problem))]
-    elif answer is not None and answer.sufficient:
-        return _averaged(strategy, answer.fitted, problem, result)
-    elif answer is not None:
-        near = strategy.relinearized(answer.fitted)
-        more, others = _published(strategy, [one for one, _ in probable_answers(strategy, near)], problem, result)
-        found = [OpenAnswer(_label(answer), result.parameters, _biases(strategy, near, result, problem)), *more]
-        note = HOLD_REMAINDER
-    if others:
-        result = problem.spanning(result, others if base.refused or extension.open else (base, *others))
-    return with_wider_intervals(result, widened(result.parameters, found), note)
+        found, others = widening.published(answers, known=extension.answers)
+        return widening.including(found if extension.open else [widening.baseline(), *found], others)
+    if judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
+        law = answer if answer and not set(answer.effects) & learned else None
+        explained = law is not None and (law.sufficient or law.nearly_sufficient)
+        found, others = widening.published(filter(None, [answer or judgment.closest]), not explained)
+        return widening.including([widening.baseline(None if explained else judgment.base), *found], others)
+    if base.contradicted and set(extension.effects) & learned:
+        return widening.including([widening.baseline(judgment.base)])
+    if answer is None:  # a sensor did not measure
+        return widening.including([])
+    if answer.sufficient:
+        return widening.averaged(answer.fitted)
+    near = strategy.relinearized(answer.fitted)
+    more, others = widening.published(one for one, _ in probable_answers(strategy, near))
+    own = OpenAnswer(_label(answer), result.parameters, widening.biases(near, result))
+    return widening.including([own, *more], others, HOLD_REMAINDER)
+
+
+@dataclass(frozen=True)
+class _Widening:
+    """Widens the intervals of ``result``: ``base``, or with effects in its model, which may be ``one_of_several``."""
+
+    strategy: Strategy
+    problem: SimulatedProblem
+    base: Result
+    result: Result
+    one_of_several: bool
+
+    def including(self, found: Sequence[OpenAnswer], others: Sequence[Result] = (), note: str = HOLD_ALL) -> Result:
+        """The result with intervals that include these answers; ``others`` are their results where published."""
+        result = self.result
+        if others:
+            excluded = self.base.refused or self.one_of_several
+            result = self.problem.spanning(result, others if excluded else [self.base, *others])
+        return with_wider_intervals(result, widened(result.parameters, found), note)
+
+    def baseline(self, at: FittedModel | None = None) -> OpenAnswer:
+        """The baseline as an answer, with the bias by the unexplained residual of its fit ``at``."""
+        return OpenAnswer(BASELINE, self.base.parameters, self.biases(at, self.base) if at else {})
+
+    def averaged(self, fitted: FittedModel) -> Result:
+        """The result of this fit, with the intervals of its mixture with answers of one more effect."""
+        found, others = list[OpenAnswer](), list[tuple[float, Result]]()
+        for answer, probability in probable_answers(self.strategy, fitted):
+            (one,), results = self.published([answer])
+            found.append(replace(one, probability=probability))
+            others += [(probability, result) for result in results]
+        averaged = self.problem.averaged(self.result, others) if others else self.result
+        return with_wider_intervals(averaged, widened(averaged.parameters, found))
+
+    def published(
+        self,
+        answers: Iterable[CandidateModel],
+        unexplained: bool = False,
+        known: Mapping[tuple[str, ...], Result] = NO_RESULTS,
+    ) -> tuple[list[OpenAnswer], list[Result]]:
+        """The parameters with each answer in the model, and the results of those answers that the step can publish.
+
+        Where it publishes none, the parameters have the values of the diagnosis's fit.
+
+        Parameters
+        ----------
+        unexplained : add the bias by the unexplained residual.
+        known : results of answers that are published already, by the names of their effects.
+        """
+        found, results, candidates = [], [], self.strategy.model.setup.candidates
+        for answer in answers:
+            near = self.strategy.relinearized(answer.fitted)
+            result = known.get(answer.effects)
+            if result is None:
+                result = publish_with(self.problem, [candidates[e] for e in answer.effects], near.values)[0]
+            bias = self.biases(near, result or self.result) if unexplained else {}
+            parameters = result.parameters if result else _by_fit(near, self.result)
+            found.append(OpenAnswer(_label(answer), parameters, bias))
+            results += [result] if result else []
+        return found, results
+
+    def biases(self, at: FittedModel, result: Result) -> dict[str, float]:
+        """Half the 95 % interval of each published parameter's bias by the unexplained residual of a fit."""
+        found = unexplained_biases(self.strategy.model, at)
+        fitted = {n: float(v) for n, v in at.values.items()}
+        return biases(fitted, found, result.parameters, self.problem.derived)
 
 
 def _beside_others(result: Result, others: Sequence[Result]) -> Result:
@@ -104,44 +164,6 @@ def holding_free_curve(result: Result, extension: Extension, law: Learned | None
     return result if curve is None else problem.spanning(result, [curve])
 
 
-def _averaged(strategy: Strategy, fitted: FittedModel, problem: SimulatedProblem, result: Result) -> Result:
-    """The result of a fit, with the intervals of its mixture with answers of one more effect."""
-    probable = probable_answers(strategy, fitted)
-    each = [_published(strategy, [one], problem, result) for one, _ in probable]
-    found = [replace(one[0][0], probability=p) for one, (_, p) in zip(each, probable, strict=True)]
-    others = [(p, one[1][0]) for one, (_, p) in zip(each, probable, strict=True) if one[1]]
-    averaged = problem.averaged(result, others) if others else result
-    return with_wider_intervals(averaged, widened(averaged.parameters, found))
-
-
-def _published(
-    strategy: Strategy,
-    answers: Sequence[CandidateModel],
-    problem: SimulatedProblem,
-    base: Result,
-    unexplained: bool = False,
-    known: Mapping[tuple[str, ...], Result] = NO_RESULTS,
-) -> tuple[list[OpenAnswer], list[Result]]:
-    """The parameters with each answer in the model, and the results of those answers that the step can publish.
-
-    The parameters are those of the diagnosis's fit where the step publishes no result.
-
-    Parameters
-    ----------
-    known : results of answers that are published already, by the names of their effects.
-    """
-    found, results, candidates = [], [], strategy.model.setup.candidates
-    for answer in answers:
-        near = strategy.relinearized(answer.fitted)
-        result = known.get(answer.effects)
-        if result is None:
-            result = publish_with(problem, [candidates[e] for e in answer.effects], near.values)[0]
-        bias = _biases(strategy, near, result or base, problem) if unexplained else {}
-        found.append(OpenAnswer(_label(answer), result.parameters if result else _by_fit(near, base), bias))
-        results += [result] if result else []
-    return found, results
-
-
 def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:
     """The published parameters among the fitted ones, with the values and intervals of a fit of the diagnosis."""
     fit = near.solution
@@ -150,12 +172,6 @@ def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:
         for n, e in base.parameters.items()
         if n in fit.values
     }
-
-
-def _biases(strategy: Strategy, at: FittedModel, result: Result, problem: SimulatedProblem) -> dict[str, float]:
-    """Half the 95 % interval of each published parameter's bias by the unexplained residual of a fit."""
-    found = unexplained_biases(strategy.model, at)
-    return biases({n: float(v) for n, v in at.values.items()}, found, result.parameters, problem.derived)
 
 
 def _label(answer: CandidateModel) -> str:
