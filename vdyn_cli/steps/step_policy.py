@@ -284,7 +284,7 @@ class StepPolicy:
         0.58, "share", "standard deviation of the lag that follows from slip_stiffness",
         "Uniformly distributed between zero and twice the expected one: 1/sqrt(3).",
     )  # fmt: skip
-    foreign_error: float = threshold(
+    missed_error: float = threshold(
         0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",
         "Errors of 10 % of the road load and 5 % of the torque cause half of that.",
     )  # fmt: skip
@@ -300,7 +300,7 @@ class StepPolicy:
         0.1, "share of the rms error", "that sensors' hills take off beside errors of load and torque to be candidates",
         "Of 18 trips of a real car 17 to 89 %; of 12 drives without hills by another plant nothing.",
     )  # fmt: skip
-    foreign_std: float = threshold(
+    missed_std: float = threshold(
         3.0, "standard deviations", "of a correct model's error that it must also exceed",
         "One error in 400 is as large.",
     )  # fmt: skip

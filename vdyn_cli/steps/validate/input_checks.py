@@ -47,7 +47,7 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
     )
 
 
-def missed_drives(setup: SimulationSetup, least: float = STEP_POLICY.foreign_error) -> tuple[Finding, ...]:
+def missed_drives(setup: SimulationSetup, least: float = STEP_POLICY.missed_error) -> tuple[Finding, ...]:
     """A finding for each drive whose simulated speed is far off, with a remedy.
 
     rms(V_simulated - V_measured) > least max(|V_measured|), over all segments of the log, since one segment may have an
@@ -85,7 +85,7 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
     error = np.concatenate([one["speed"].error for one in found])
     allowed = np.concatenate([np.hypot(one["speed"].own, one["speed"].sensor) for one in found])
     there = np.isfinite(error)
-    return bool(np.sqrt(np.mean(error[there] ** 2)) > STEP_POLICY.foreign_std * np.sqrt(np.mean(allowed[there] ** 2)))
+    return bool(np.sqrt(np.mean(error[there] ** 2)) > STEP_POLICY.missed_std * np.sqrt(np.mean(allowed[there] ** 2)))
 
 
 def torque_correlation(segments: Sequence[DriveSegment]) -> float:
