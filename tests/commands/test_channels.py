@@ -105,6 +105,20 @@ def test_a_table_without_a_clock_says_so(tmp_path: Path) -> None:
     assert entries(path)["x [m]"]["rate"] is None
 
 
+def test_a_damaged_clock_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "lap.csv"
+    path.write_text("Time,speed\n1762640265216,50\n1762640003072,51\n1762640265216,52\n")
+    assert "Column 'Time' has the name of a clock, but its values do not increase" in shown(path)
+
+
+def test_raw_bus_frames_in_a_table_are_told_as_such(tmp_path: Path) -> None:
+    path = tmp_path / "bus.csv"
+    path.write_text("timestamp,can_id,data\n0.1,0x18FEF100,00F2F9CC\n0.2,0x0CF00400,14880000\n")
+    (problem,) = channels_table(path)[1]
+    assert "is a trace of bus frames" in problem.what
+    assert "DBC" in problem.remedy
+
+
 # Facts on every file of the measurements: clock, number of channels, of these text; None: the file has no table.
 KNOWN: dict[str, tuple[str, int, int] | None] = {
     "comma2k19_segment/can_speed.csv": ("t", 2, 0),

@@ -72,7 +72,7 @@ def test_what_is_no_file_or_may_not_be_read(tmp_path: Path, monkeypatch: pytest.
         ("t,v [m/s]\n\n\n", "contains no numbers, at most a header"),
         ("t,v [m/s]\n0,1\n", "fewer than two rows of data"),
         ("0,1\n0.1,2\n", "has no header: the first line contains numbers"),
-        ("speed\n1\n2\n", "has no columns"),
+        ("speed\n1\n2\n", "has a single column"),
         ("\0\1\2\3" * 100, "is not a text file"),
         (bytes(range(256)) * 10, "is not a text file"),
         (b"PK\3\4" + bytes(99), "Excel workbook (.xlsx), not a text log"),

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.csv.coastdown_report import HEAD
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -180,7 +180,8 @@ def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:
     if not clocks and _is_report(facts):
         lines.append(f"A report of coast-downs, one row per run: 'vdyn init coastdown {path.name}' describes its runs.")
     elif not clocks:
-        lines.append("No column increases like a clock: this is not a log, or its time has an unusual name.")
+        what, remedy = without_clock(facts)
+        lines += [f"{what[:1].upper()}{what[1:]}: this is not a log, or its time is damaged.", f"    -> {remedy}"]
     elif clocks > 1:
         lines.append(f"{clocks} clocks: a step resamples channels of different clocks to one clock.")
     if any(f.column.startswith(_BUS_FRAMES) for f in facts):

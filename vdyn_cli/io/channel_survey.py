@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -105,6 +105,15 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
         )
         for f in facts
     )
+
+
+def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
+    """Why none of a file's columns is a clock, and the remedy."""
+    named = next((f.column for f in facts if f.state in ("varies", "constant") and is_clock(f.info.name)), None)
+    if named is None:
+        return "no column increases like a clock", "see its columns with 'vdyn channels', and map time yourself"
+    what = f"column '{named}' has the name of a clock, but its values do not increase"
+    return what, "sort the rows by time, or export the log again with a time that has all its digits"
 
 
 def recordings(path: Path) -> Iterator[Recorded]:

@@ -31,6 +31,7 @@ _MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNOREC
 _BARRED = re.compile(
     r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}'
 )  # name, unit, range and rate in one cell of the header
+_MARKS = "comma, semicolon, tab, bar or blank"
 _UNNAMED = "Unnamed: 0"  # the name by pandas of a column without one
 _STAMP = re.compile(r"(.*?)(?:sec|secs|seconds)\n\1(?:nanosec|nsec|nsecs|nanoseconds)")  # names of two columns
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
@@ -352,11 +353,14 @@ def _no_table(
         what = f"line {options.header_row} is not a header with numbers below it"
         return InputError(Finding(name, what, remedy="set header_row to the line of the column names, counted from 1"))
     if not choices:
-        return InputError(Finding(name, "has no columns: it contains no comma, semicolon, tab, bar or blank"))
+        remedy = "export it with a column of times beside the values; a first line names both, such as time_s,speed_kmh"
+        return InputError(Finding(name, f"has a single column: it contains no {_MARKS}", remedy=remedy))
     delimiter, records = max(choices, key=lambda c: max((len(r.fields) for r in c[1]), default=0))
     numbers = [r for r in records if _is_numbers(r.fields, None)]
     if numbers and numbers[0].line == 1:
-        remedy = "add a first line with the columns' names"
+        remedy = (
+            f"add a first line with the names of its {len(numbers[0].fields)} columns, such as time_s and speed_kmh"
+        )
         got = repr(delimiter.join(numbers[0].fields)[:60])
         return InputError(Finding(f"{name}:1", "has no header: the first line contains numbers", got, remedy))
     text = next((r for r in records if any(f.strip() for f in r.fields)), None)

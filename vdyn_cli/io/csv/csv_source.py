@@ -49,6 +49,11 @@ _TEXTS = (
     (rb";\$FILEVERSION=", "a trace of bus frames by PEAK (.trc)", _DECODE),
     (rb"\s*\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]+#", "a trace of bus frames by candump", _DECODE),
     (rb"\*\*\*BUSMASTER", "a trace of bus frames by BUSMASTER", _DECODE),
+    (
+        rb"(?i)(time stamp,id,extended,|[^\n]*\b(can|arb|arbitration)[ _]?id\b[^\n]*\b(data|payload|d0|d1|byte ?0)\b)",
+        "a trace of bus frames, with the bytes of their identifiers and data",
+        _DECODE,
+    ),
     (rb"\$[A-Z]{5},\d", "a receiver's NMEA sentences, not a table", _CONVERT),
     (rb"\s*(\[\s*)?\{\s*\"", "JSON, not a table", _CONVERT),
     (
