@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 from vdyn_cli.cli import app
@@ -115,3 +117,35 @@ def test_init_drafts_a_description_that_finds_the_truth(files: dict[str, list[np
     low, high = found["drag_area"]["interval95"]
     assert low < AREA < high
     assert high - low < 0.5 * AREA
+
+
+def test_starts_are_local_times_of_the_zone_in_the_head() -> None:
+    """The runs state UTC; the head states when the logging began, in local time."""
+    here = report(ONE, 4).replace("Test Date: 02/03/2026 10:00", "Test Date: 02/03/2026 07:00")
+    assert read_report(here.splitlines())[0].clock == 10 * 3600 + 300
+    there = here.replace("Time zone,UTC", "Time zone,E. South America Standard Time")
+    assert read_report(there.splitlines())[0].clock == 7 * 3600 + 300
+
+
+def test_starts_without_an_hour_are_not_stated() -> None:
+    """A spreadsheet saves 10:05:00.000 as 05:00.0, which is no time of day."""
+    text = re.sub(r"10:(\d\d:\d\d\.)000", r"\g<1>0", report(ONE, 4))
+    assert all(np.isnan(run.clock) for run in read_report(text.splitlines()))
+
+
+def test_init_takes_the_air_of_a_station_and_leaves_out_other_logs(tmp_path: Path) -> None:
+    (tmp_path / "report.csv").write_text(report(ONE, 9))
+    rows = "".join(f"02/03/2026 10:{m:02d},{20 + 0.1 * m:.1f},51,951.2,1.0\n" for m in range(50))
+    head = "Time,Temp,Rel. Hum.,Station P.,Wind Speed\nyyyy-MM-dd hh:mm:ss,Celsius,%,mb,m/s\n"
+    (tmp_path / "station.csv").write_text(head + rows)
+    (tmp_path / "run.csv").write_text("time_s,speed_kmh\n" + "".join(f"{t},{90 - t}\n" for t in range(60)))
+    names = ["run.csv", "report.csv", "station.csv"]
+    found = RUNNER.invoke(
+        app, ["init", "coastdown", *(str(tmp_path / n) for n in names), "-o", str(tmp_path / "c.yaml")]
+    )
+    assert found.exit_code == 0, found.output
+    data = yaml.safe_load((tmp_path / "c.yaml").read_text())
+    assert len(data["runs"]) == 8
+    assert data["environment"]["pressure"].startswith("95.12")
+    assert data["environment"]["temperature"].startswith("20.")  # during the runs, not over the whole file
+    assert "left out: run.csv" in (tmp_path / "c.yaml").read_text()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -12,12 +13,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
 from vdyn_cli.project.left_out_logs import GuessedLog, reference_log, split_coast_downs, why_left_out
 from vdyn_cli.project.logger_runs import Runs, logger_runs, unmatched
-from vdyn_cli.project.run_conditions import run_conditions
+from vdyn_cli.project.run_conditions import air_during, run_conditions
 from vdyn_cli.project.run_direction import LoggedDirection, logged_directions
 from vdyn_cli.project.station_log import StationLog, is_station, station_log
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
@@ -72,12 +73,12 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
             Finding(step.name, what, remedy=f"see 'vdyn explain {step.name}' and configs/{step.name}.yaml")
         )
     parts = _parts(step)
-    if (table := _table(parts, paths, folder)) is not None:
-        text = "\n".join([_HEAD, f"test: {step.name}", *parts["DRAFT"].splitlines(), *table]) + "\n"
-        return DescriptionDraft(text, ("time", "speed"), tuple(_marked(text)))
-    logs, problems = _read(step, paths)
-    if not logs or not all(path.exists() for path in paths):
+    tables = [path for path in paths if "table_runs" in parts and parts["table_runs"](path)]
+    logs, problems = _read(step, [path for path in paths if path not in tables])
+    if not (logs or tables) or not all(path.exists() for path in paths):
         raise_all(problems)
+    if tables:
+        return _of_tables(step, parts, tables, logs, folder)
     swings = [c for c in parts.get("PENDULUM_CHANNELS", ()) if logs[0].guesses[c].facts is not None]
     head = [_HEAD, f"test: {step.name}"]
     if swings and not _decided(step, logs[0]):
@@ -90,12 +91,22 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
     return DescriptionDraft(text, mapped, (*undecided, *_marked(text)), tuple(a or b for a, b in left))
 
 
-def _table(parts: Mapping[str, Any], paths: Sequence[Path], folder: Path) -> list[str] | None:
-    """Channels and runs of files that the step recognizes as tables of runs; None for logs."""
-    if "table_draft" not in parts:
-        return None
-    found: list[str] | None = parts["table_draft"](paths, [_from(folder, path) for path in paths])
-    return found
+def _of_tables(
+    step: Step, parts: Mapping[str, Any], tables: Sequence[Path], logs: Sequence[GuessedLog], folder: Path
+) -> DescriptionDraft:
+    """The draft for files that the step recognizes as tables of runs, with a station's air; other logs are left out."""
+    stations = [log for log in logs if is_station(log.facts)]
+    station = station_log(stations[0].path, stations[0].facts) if stations else None
+    runs = [run for path in tables for run in parts["table_runs"](path)]
+    known = [(None if math.isnan(begin) else begin, length) for begin, length in runs]
+    _, air, note = air_during(station, known) if station is not None else ([], (), "")
+    body = [filled for line in parts["DRAFT"].splitlines() for filled in _filled(line, air)]
+    body += parts["table_draft"](tables, [_from(folder, path) for path in tables])
+    others = [log.path.name for log in logs if station is None or log is not stations[0]]
+    body += [f"# {note}"] if note else []
+    body += [f"# left out: {name}, is a log, not a table of runs: describe it in a separate file" for name in others]
+    text = "\n".join([_HEAD, f"test: {step.name}", *body]) + "\n"
+    return DescriptionDraft(text, ("time", "speed"), tuple(_marked(text)), tuple(others))
 
 
 def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Finding]]:
@@ -111,10 +122,8 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
             continue
         guessed = GuessedLog(path, facts, guess_channels(wanted, facts, path.name))
         if guessed.guesses["time"].facts is None:
-            what = "is not a log: no column increases like a clock"
-            problems.append(
-                Finding(path.name, what, remedy="see its columns with 'vdyn channels', and map time yourself")
-            )
+            what, remedy = without_clock(facts)
+            problems.append(Finding(path.name, f"is not a log: {what}", remedy=remedy))
             continue
         logs.append(guessed)
     return logs, problems

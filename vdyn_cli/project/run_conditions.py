@@ -50,18 +50,28 @@ def run_conditions(
                 own.append(f"start: {start:.1f} s")
     if station is None:
         return DayConditions(tuple(", ".join(("", *own)) for own in keys))
-    spans = [
-        None if begin is None else station.span_of(begin, _length(facts))
-        for begin, facts in zip(begins, logs, strict=True)
-    ]
-    during = [span for span in spans if span is not None and station.covers(span)]
-    notes = [_clock_note(station, spans, during)]
-    whole = (min(s[0] for s in during), max(s[1] for s in during)) if during else None
+    during, air, note = air_during(station, [(b, _length(facts)) for b, facts in zip(begins, logs, strict=True)])
+    notes = [note]
     if during and len(during) == len(logs):
         _add_temperatures(keys, station, during, read)
         notes.append(_add_winds(keys, station, during, ways, read))
-    air = tuple((name, text) for name in _AIR if (text := _air(station, name, whole)))
     return DayConditions(tuple(", ".join(("", *own)) for own in keys), air, tuple(note for note in notes if note))
+
+
+def air_during(
+    station: StationLog, runs: Sequence[tuple[float | None, float]]
+) -> tuple[list[tuple[float, float]], tuple[tuple[str, str], ...], str]:
+    """The spans of the runs that a station covers, on its clock, its values for ``environment``, and a note.
+
+    Parameters
+    ----------
+    runs : start, s since 1970 or since midnight (None if unknown), and duration, s, of each run.
+    """
+    spans = [None if begin is None else station.span_of(begin, length) for begin, length in runs]
+    during = [span for span in spans if span is not None and station.covers(span)]
+    whole = (min(s[0] for s in during), max(s[1] for s in during)) if during else None
+    air = tuple((name, text) for name in _AIR if (text := _air(station, name, whole)))
+    return during, air, _clock_note(station, spans, during)
 
 
 def _on_one_clock(logs: Sequence[Sequence[ChannelFacts]]) -> list[float]:

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import csv
 import datetime
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -36,7 +37,7 @@ class ReportedRun:
 
     Parameters
     ----------
-    used : whether the run is switched on. heading : + or -. clock : s since midnight, NaN if missing.
+    used : whether the run is switched on. heading : + or -. clock : local time, s since midnight, NaN if missing.
     distance : m, NaN if missing. times : s for each pair of levels, NaN for levels that were not passed.
     """
 
@@ -74,10 +75,27 @@ def read_report(lines: Sequence[str]) -> tuple[ReportedRun, ...]:
             break  # below are the mean, and the same runs again for each heading
         times = tuple(t if (t := number(row[i])) > 0 else float("nan") for i in columns)
         runs.append(ReportedRun(row[2], row[0] == "On", row[1], _clock(row[5]), number(row[4]), times))
-    return tuple(runs)
+    zone = _zone(lines[:at], runs[0].clock) if runs else 0.0
+    return tuple(replace(run, clock=(run.clock + zone) % DAY) for run in runs)
+
+
+def _zone(head: Sequence[str], first: float) -> float:
+    """The whole hours, s, from the runs' starts (UTC) to local time.
+
+    The head states a time zone and the local minute at which the logging began; the first run follows within an hour.
+    """
+    dates = [m for line in head if (m := re.match(r"Test Date:.*?\b(\d\d):(\d\d)\b", line))]
+    zones = [line.split(",")[1].strip() for line in head if line.startswith("Time zone,")]
+    begun = 3600.0 * int(dates[0][1]) + 60.0 * int(dates[0][2]) if dates else 0.0
+    if not begun or not zones or zones[0] in ("", "UTC") or not np.isfinite(first):
+        return 0.0
+    return -3600.0 * float((first - begun + 60.0) // 3600.0)
 
 
 def _clock(text: str) -> float:
+    """The time of day, s; NaN for a time without seconds or hours, as a spreadsheet saves it (03:08.6)."""
+    if text.count(":") != 2:
+        return float("nan")
     try:
         at = datetime.time.fromisoformat(text)
     except ValueError:

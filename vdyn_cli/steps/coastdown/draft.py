@@ -30,16 +30,22 @@ FALLING = "speed"  # must fall in a log without a drive signal, or the log is no
 DRIVE = ("drive_torque", "drive_force", "motor_current")
 
 
-def table_draft(paths: Sequence[Path], names: Sequence[str]) -> list[str] | None:
-    """Description lines for channels and runs of coast-down reports with one row a run; None for other files.
+def table_runs(path: Path) -> tuple[tuple[float, float], ...]:
+    """Time of day, s since midnight (NaN if unknown), and duration, s, of each run of a report; none for other files.
+
+    Reports have one row a run.
+    """
+    return tuple((run.clock, sum(run.times[i] for i in run.passed)) for run in _report(path))
+
+
+def table_draft(paths: Sequence[Path], names: Sequence[str]) -> list[str]:
+    """Description lines for channels and runs of coast-down reports with one row a run.
 
     Parameters
     ----------
     names : of the files as the description names them.
     """
     reports = [_report(path) for path in paths]
-    if not all(reports):
-        return None
     groups = dict.fromkeys(group for runs in reports for group in likely_levels(runs))
     levels = written_levels(list(groups)) or '"?"'
     why = "fit times and distances of the runs" if groups else "the report does not state them"
