@@ -333,9 +333,10 @@ def _run() -> int:
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
         # Errors of single lines are merged only if equal; errors of whole logs also if they differ in numbers.
-        in_lines = any(re.search(r":\d+$", f.where) for f in error.findings)
-        merge = merge_lines if in_lines else merge_similar
-        _say("\n".join(str(f) for f in merge(error.findings, least=MERGED)))
+        lines = [f for f in error.findings if re.search(r":\d+$", f.where)]
+        others = [f for f in error.findings if f not in lines]
+        found = (*merge_lines(lines, least=MERGED), *merge_similar(others, least=MERGED))
+        _say("\n".join(str(f) for f in found))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort, TerminatedError) as error:
         ended = isinstance(error, TerminatedError)

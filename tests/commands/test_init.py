@@ -409,11 +409,24 @@ def test_an_existing_file_is_not_overwritten(root: Path, tmp_path: Path) -> None
         run_init("area", [root / "sample_logs" / "slip_1.csv"], "-", said.append)
 
 
-@pytest.mark.parametrize("name", ["GPS (2D speed) [m/s]", "Speed m/s", "Speed (OBD)(m/s)", "v_GPS (m/s)"])
+@pytest.mark.parametrize(
+    "name", ["GPS (2D speed) [m/s]", "Speed m/s", "Speed (OBD)(m/s)", "v_GPS (m/s)", "speed_meters_per_sec"]
+)
 def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> None:
     rows = [f"{t:.1f},{30.0 - 0.3 * t:.2f}" for t in np.arange(0.0, 60.0, 0.1)]
     (tmp_path / "run.csv").write_text("\n".join([f"Time [s],{name}", *rows]) + "\n")
     assert columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])["speed"] == (name, "m/s")
+
+
+@pytest.mark.parametrize("clock", ["time", "ms_today", "time_ms"])
+def test_the_coasts_of_a_log_in_milliseconds_are_selected_in_seconds(clock: str, tmp_path: Path) -> None:
+    time = np.arange(0.0, 240.0, 0.1)
+    speed = 30.0 + 10.0 * np.abs((time % 120.0) / 60.0 - 1.0)  # slows for 60 s, accelerates for 60 s, twice
+    rows = [f"{1000 * t:.0f},{v:.3f}" for t, v in zip(time, speed, strict=True)]
+    (tmp_path / "run.csv").write_text("\n".join([f"{clock},speed_kmh", *rows]) + "\n")
+    runs = draft("coastdown", tmp_path / "run.csv")[1]["runs"]
+    ends = [float(run["to_time"].split()[0]) for run in runs]
+    assert ends == pytest.approx([60.0, 180.0], abs=3.0)
 
 
 @pytest.mark.parametrize("first", ["Elapsed Distance", "elapsed_km", "Elapsed Energy [kWh]"])

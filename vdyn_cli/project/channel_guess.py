@@ -41,6 +41,12 @@ _SUFFIX = {
     **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
     **{"n": "N", "m": "m", "mm": "mm", "km": "km", "s": "s", "ms": "ms"},
 }
+# Units in words at the end of a name, such as speed_meters_per_sec.
+_IN_WORDS = (
+    (re.compile(r"kilomet(er|re)s?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "kmh"),
+    (re.compile(r"met(er|re)s?[ _]?per[ _]?s(ec(ond)?)?$", re.IGNORECASE), "mps"),
+    (re.compile(r"miles?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "mph"),
+)
 _ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
 _NOT_DRIVEN = frozenset(
     [
@@ -79,7 +85,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "brake_torque": (("brake torque",), ""),
     "acceleration": (
         ("long accel", "ax", "long a", "accel"),
-        "lat vert pedal angular ay az y z down right left position",
+        "lat vert pedal angular ay az y z h down right left position",
     ),
     "vertical_acceleration": (("vert accel", "az"), "pedal down"),
     "jerk": (("jerk",), ""),
@@ -243,6 +249,8 @@ def _words(name: str) -> tuple[Words, str]:
         r"[\[({]([^\[\](){}]*)[\])}]", lambda bracket: " " if is_unit(bracket[1]) else f" {bracket[1]} ", name
     )
     plain = re.sub(r"#\d+\s*$", "", plain).strip()
+    for written, short in _IN_WORDS:
+        plain = written.sub(f" {short}", plain)
     before, _, last = plain.rpartition(" ")
     if before and "/" in last and is_unit(last):
         return _words(before)[0], last
