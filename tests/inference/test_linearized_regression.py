@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.inference import Regression, Rows, Unknown, solve
-from vdyn_cli.inference.linearized_regression import linearized
+from vdyn_cli.inference.linearized_regression import blocks_of, linearized
 
 TIME = np.linspace(0.0, 1.0, 120)
 
@@ -37,3 +37,16 @@ def test_what_is_known_may_be_found_beyond_what_is_physical():
     """The distance of a known quantity from its prior shows an error; it is not refused for being at its bound."""
     found = solve(linearized(line(-4.0, 2.0, (1.0, 0.3))))
     assert found.values["level"] < -1.0
+
+
+def test_blocks_do_not_depend_on_the_rounding_of_unknowns_with_the_same_sensitivity() -> None:
+    rng = np.random.default_rng(4)
+    columns = np.cumsum(rng.normal(size=(200, 3)), axis=0) * np.linspace(0.1, 3.0, 200)[:, None]
+    rows = Rows(np.zeros(200), columns, time=np.arange(200.0))
+
+    def blocks(rounding: float) -> list[list[int]]:
+        again = columns[:, :2] * (1.0 + rounding * rng.normal(size=(200, 2)))
+        matrix = np.column_stack([columns, again, np.zeros(200)])
+        return [block.tolist() for block in blocks_of(rows, matrix, 12)]
+
+    assert blocks(1e-14) == blocks(1e-12) == blocks(0.0)

@@ -15,10 +15,10 @@ from math import sqrt
 
 import numpy as np
 
-from vdyn_cli.diagnosis.linearized_system import linearize, orthonormal
+from vdyn_cli.diagnosis.linearized_system import linearize
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.inference.qr_factors import qr_factor
+from vdyn_cli.inference.qr_factors import orthonormal, qr_factor
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError

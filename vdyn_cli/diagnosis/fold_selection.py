@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import ROUNDING, equivalent
+from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.quantities.arrays import Array
 
 

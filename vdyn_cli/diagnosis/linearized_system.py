@@ -18,11 +18,9 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.inference.intervals import effective_number
 from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
-from vdyn_cli.inference.qr_factors import qr_factor
+from vdyn_cli.inference.qr_factors import orthonormal, qr_factor
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
-
-DEPENDENT = 1e-7  # of the largest singular value of unit columns: rounding of a QR factor of 1e5 rows is below 1e-10
 
 
 @dataclass(frozen=True)
@@ -236,22 +234,3 @@ def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
     runs = len(linear.rows)
     each = -(-BLOCKS // runs)
     return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)
-
-
-def orthonormal(columns: Array) -> Array:
-    """Orthonormal basis of the span of columns of any scale, without dependent directions.
-
-    Parameters
-    ----------
-    columns : (n, k).
-
-    Returns
-    -------
-    (n, r) with r the rank; (n, 0) where all columns are zero.
-    """
-    size = np.sqrt(np.sum(columns**2, axis=0))
-    scaled = columns[:, size > 0] / size[size > 0]
-    if not scaled.shape[1]:
-        return np.zeros((len(columns), 0))
-    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
-    return np.asarray(u[:, s > DEPENDENT * s[0]])

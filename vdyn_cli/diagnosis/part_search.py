@@ -16,13 +16,14 @@ import numpy as np
 
 from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, unknowns_of
 from vdyn_cli.diagnosis.full_model import LEAST_STEP
-from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, linearize, linearized_system, orthonormal
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, linearize, linearized_system
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
 from vdyn_cli.inference.linearized_regression import linearized
+from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError

@@ -22,8 +22,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, orthonormal
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.quantities.arrays import Array
 
 SEED = 20170401  # arbitrary and fixed, so that the same data give the same p value

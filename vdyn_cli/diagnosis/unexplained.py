@@ -21,10 +21,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
-from vdyn_cli.diagnosis.linearized_system import orthonormal
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import ROUNDING
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.quantities.arrays import Array
 
 STEPS = 60  # values of tau tried per decade: within 4 % of the best, while tau's own error is a quarter or more

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.intervals import equal_information_blocks
-from vdyn_cli.inference.qr_factors import qr_factor
+from vdyn_cli.inference.qr_factors import orthonormal, qr_factor
 from vdyn_cli.inference.regression import Regression, Rows, Unknown
 from vdyn_cli.quantities.arrays import Array
 
@@ -71,15 +71,10 @@ def blocks_of(rows: Rows, matrix: Array, blocks: int) -> list[NDArray[np.int64]]
     if rows.block is not None and rows.block_counts is not None:
         return [np.flatnonzero(rows.block == b) for b in range(len(rows.block_counts))]
     order = np.argsort(rows.time, kind="stable") if rows.time is not None else np.arange(len(matrix))
-    q = np.linalg.qr(scaled(matrix[:, :-1]))[0]
+    # Unknowns with the same sensitivity count once: beside the first, the others have a direction of mere rounding.
+    q = orthonormal(matrix[:, :-1])
     # Half by information, half by count, so that each block holds enough rows to show its noise.
     information = np.sum(q**2, axis=1)[order]
     information = information / max(float(information.sum()), 1e-300) + 1.0 / information.size
     label = equal_information_blocks(information, blocks)
     return [order[label == b] for b in range(int(label.max()) + 1)]
-
-
-def scaled(columns: Array) -> Array:
-    """The nonzero columns, scaled to unit length: (n, m) of (n, k)."""
-    size = np.sqrt(np.sum(columns**2, axis=0))
-    return np.asarray(columns[:, size > 0] / size[size > 0])

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 
+DEPENDENT = 1e-7  # of the largest singular value of unit columns: rounding of a QR factor of 1e5 rows is below 1e-10
+
 
 def qr_factor(matrix: Array) -> Array:
     """The upper triangular QR factor R with R'R = M'M.
@@ -31,6 +33,25 @@ def qr_factor(matrix: Array) -> Array:
     factor: Array = np.asarray(np.linalg.qr(matrix, mode="r"))
     missing = width - factor.shape[0]
     return np.vstack([factor, np.zeros((missing, width))]) if missing else factor
+
+
+def orthonormal(columns: Array) -> Array:
+    """Orthonormal basis of the span of columns of any scale, without dependent directions.
+
+    Parameters
+    ----------
+    columns : (n, k).
+
+    Returns
+    -------
+    (n, r) with r the rank; (n, 0) where all columns are zero.
+    """
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    scaled = columns[:, size > 0] / size[size > 0]
+    if not scaled.shape[1]:
+        return np.zeros((len(columns), 0))
+    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(u[:, s > DEPENDENT * s[0]])
 
 
 @dataclass(frozen=True)
