@@ -357,9 +357,9 @@ def test_the_speed_of_an_axle_serves_where_no_other_is_logged(tmp_path: Path) ->
 
 
 def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> None:
-    columns_ = {"time_s": np.arange(600) / 10.0, "MY_Nm": 90 * WAVE, "N_1permin": 300 + WAVE, "T_degC": 50 + WAVE}
+    columns_ = {"time_s": np.arange(600) / 10.0, "Q7_Nm": 90 * WAVE, "N_1permin": 300 + WAVE, "T_degC": 50 + WAVE}
     found, _ = draft("inertia", table(tmp_path / "a.csv", **columns_))
-    assert re.search(r'hub_torque: .*# needed: .*; by their unit: "MY \[Nm\]"\n', found.text)
+    assert re.search(r'hub_torque: .*# needed: .*; by their unit: "Q7 \[Nm\]"\n', found.text)
     assert re.search(r'wheel_speed: .*# needed: .*; by their unit: "N \[1/min\]"\n', found.text)
 
 
@@ -416,6 +416,29 @@ def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> No
     rows = [f"{t:.1f},{30.0 - 0.3 * t:.2f}" for t in np.arange(0.0, 60.0, 0.1)]
     (tmp_path / "run.csv").write_text("\n".join([f"Time [s],{name}", *rows]) + "\n")
     assert columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])["speed"] == (name, "m/s")
+
+
+def test_rivals_of_one_name_state_the_devices_below_the_header(tmp_path: Path) -> None:
+    """As RaceChrono writes them: speeds of the receiver and of the car in columns of one name."""
+    rows = "".join(
+        f"{t / 10:.1f},0,1,{t / 10},{3 * t},{30 - 0.02 * t:.2f},{20 - 0.01 * t:.2f},1.2\n" for t in range(300)
+    )
+    head = "timestamp,fragment_id,lap_number,elapsed_time,distance_traveled,speed,speed,speed_accuracy\n"
+    head += "unix time,,,s,m,m/s,m/s,m/s\n,,,,,100: gps,200: obd,100: gps\n"
+    (tmp_path / "lap.csv").write_text(head + rows)
+    text = draft("coastdown", tmp_path / "lap.csv")[0].text
+    assert "not decided between 'speed#1' from 100: gps (24.02 to 30 m/s) and 'speed#2' from 200: obd" in text
+
+
+def test_the_corner_of_a_single_wheel_s_sensor_is_ignored(tmp_path: Path) -> None:
+    rows = "".join(f"{t / 500},{-200 + t},{700 - t},{-60 + 0.1 * t},{40 + 0.1 * t},{0.001 * t}\n" for t in range(300))
+    (tmp_path / "wheel.csv").write_text('Time,RR_Fx,RR_Fz,RR_My,"RR_Wheel,Speed",RR_Ax\n' + rows)
+    found = draft("inertia", tmp_path / "wheel.csv")[1]["channels"]
+    expected = {"hub_torque": "RR_My", "wheel_speed": "RR_Wheel,Speed", "acceleration": "RR_Ax"}
+    assert {name: found[name]["column"] for name in expected} == expected
+    four = (tmp_path / "wheel.csv").read_text().replace("RR_Ax", "RL_Ax")
+    (tmp_path / "wheels.csv").write_text(four)
+    assert draft("inertia", tmp_path / "wheels.csv")[1]["channels"]["wheel_speed"]["column"] == "?"
 
 
 @pytest.mark.parametrize("clock", ["time", "ms_today", "time_ms"])

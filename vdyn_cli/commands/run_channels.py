@@ -145,7 +145,7 @@ def _notes(facts: ChannelFacts) -> list[str]:
     if facts.state == "clock" and (not facts.info.unit or facts.info.unit_from != "file"):
         notes.append(_clock_unit(facts))
     if facts.repeated > 1 and facts.state != "clock":
-        notes.append(f"one of {facts.repeated} of this name")
+        notes.append(f"one of {facts.repeated} of this name" + (f", from '{s}'" if (s := facts.info.source) else ""))
     if facts.same_as:
         notes.append(f"same samples as '{facts.same_as}'")
     if facts.rest:

@@ -10,14 +10,16 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 from vdyn_cli.quantities.unit_grammar import written_powers
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
-_DEGREES = str.maketrans({"℃": "°C", "℉": "°F"})
+_SIGNS = str.maketrans({"℃": "°C", "℉": "°F"})
+_OTHER_WORDS = {"m_sec2": "m/s2"}  # of Car Scanner
 OTHER_UNIT = "correct the unit in the description, or make sure that the file's is wrong"  # a remedy
 BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 
 
 def unit_text(cell: str) -> str:
     """A unit as a file writes it, without brackets and without outer or repeated blanks."""
-    return " ".join(cell.translate(_DEGREES).split()).strip("[](){}<> ")
+    text = " ".join(cell.translate(_SIGNS).split()).strip("[](){}<> ")
+    return _OTHER_WORDS.get(text, text)
 
 
 def is_unit(text: str) -> bool:

@@ -14,6 +14,8 @@ from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
 Words = frozenset[str]
 _Candidate = tuple[ChannelFacts, str, str]  # a column, its unit, and the source of the unit
 
+NO_NAME = "no column has such a name"
+_FEWEST_OF_A_WHEEL = 3  # columns of one corner and none of another, from which the log is that of a wheel
 _ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger converted to another unit
 
 # Other spellings of the words in the rules below, English and German.
@@ -59,6 +61,8 @@ _NOT_DRIVEN = frozenset(
         "min",
         "desired",
         "command",
+        "accuracy",
+        "precision",
         "average",
         "avg",
         "mean",
@@ -70,11 +74,11 @@ _NOT_DRIVEN = frozenset(
 _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "speed": (
         ("speed", "twist linear x"),
-        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub",
+        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
     ),
     "vehicle_speed": (
         ("speed",),
-        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub",
+        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
     ),
     "position": (("position",), "pedal throttle steering gear valve brake accel lat long"),
     "elevation": (("elevation",), "ride"),
@@ -99,7 +103,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "front_right_load": (("fr load", "fr fz"), ""),
     "rear_left_load": (("rl load", "rl fz"), ""),
     "rear_right_load": (("rr load", "rr fz"), ""),
-    "hub_torque": (("hub torque", "wheel torque"), "brake"),
+    "hub_torque": (("hub torque", "wheel torque", "my"), "brake"),
     "hub_force_x": (("hub fx", "hub force x", "wheel fx", "fx"), ""),
     "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
     "force_x": (("fx", "force x", "long force"), ""),
@@ -162,8 +166,11 @@ def guess_channels(
     """
     found: dict[str, ChannelGuess] = {}
     used: dict[int, str] = {}
+    shared = _shared_corner(facts)
     for channel, quantity in wanted.items():
         guess = _time(facts) if channel == "time" else _guess(channel, quantity, facts, file_name)
+        if shared and guess.why == NO_NAME:
+            guess = _guess(channel, quantity, facts, file_name, shared)
         if guess.facts is not None and id(guess.facts) in used:
             other = used[id(guess.facts)]
             guess = ChannelGuess(None, "", f"its only candidate '{guess.facts.column}' is used for '{other}'")
@@ -171,6 +178,15 @@ def guess_channels(
             used[id(guess.facts)] = channel
         found[channel] = guess
     return found
+
+
+def _shared_corner(facts: Sequence[ChannelFacts]) -> Words:
+    """The words of the only corner that columns name, as in a log of one wheel's sensor (RR_Fx, RR_My); else none."""
+    named = [_words(f.column)[0] & _CORNERS.keys() for f in facts]
+    corners = frozenset().union(*named)
+    if len(corners) != 1 or sum(map(bool, named)) < _FEWEST_OF_A_WHEEL:
+        return frozenset()
+    return corners | {word for corner in corners for word in _CORNERS[corner]}
 
 
 def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[str]:
@@ -198,13 +214,16 @@ def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
     return ChannelGuess(clock, "?", f"increases like a clock; the file states no unit, possible: {which}")
 
 
-def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str) -> ChannelGuess:
+def _guess(
+    channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str, ignored: Words = frozenset()
+) -> ChannelGuess:
     ways, never = _RULES.get(channel, ((channel.replace("_", " "),), ""))
     others: list[str] = []
     for context in (frozenset[str](), _words(file_name.split(".")[0])[0]):
         ranked: dict[int, list[_Candidate]] = {}
         for one in facts:
             words, suffix = _words(one.column)
+            words -= ignored
             if one.state in ("clock", "text") or (context and words & {"time", "speed", "accel", "torque"}):
                 continue
             rank = _rank(words | context, ways, frozenset(never.split()), channel)
@@ -221,16 +240,16 @@ def _guess(channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file
             if len(best) == 1:
                 one, unit, how = best[0]
                 if (across := _livelier_axis(one, facts)) is not None:
-                    why = f"not decided between '{_label(one)}' by its name and '{_label(across)}', which varies more"
+                    why = f"not decided between {_label(one)} by its name and {_label(across)}, which varies more"
                     return ChannelGuess(None, "", why)
                 by = "name and file name" if context else "name"
                 why = f"by its {by}; {how}; {_range(one, unit)}"
                 if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
                     return ChannelGuess(one, unit, f"{why}: a load is positive here", sign=-1)
                 return ChannelGuess(one, unit, why)
-            rivals = " and ".join(f"'{_label(f)}' ({_range(f, unit)})" for f, unit, _ in best[:4])
+            rivals = " and ".join(f"{_label(f)} ({_range(f, unit)})" for f, unit, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}")
-    return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or "no column has such a name")
+    return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or NO_NAME)
 
 
 def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelFacts | None:
@@ -330,7 +349,10 @@ def _same_in_si(one: _Candidate, other: _Candidate, quantity: Quantity) -> bool:
 
 
 def _label(facts: ChannelFacts) -> str:
-    return f"{facts.info.group}: {facts.column}" if facts.repeated > 1 and facts.info.group else facts.column
+    if facts.repeated > 1 and facts.info.group:
+        return f"'{facts.info.group}: {facts.column}'"
+    source = f" from {facts.info.source}" if facts.repeated > 1 and facts.info.source else ""
+    return f"'{facts.column}'{source}"
 
 
 def _range(facts: ChannelFacts, unit: str) -> str:

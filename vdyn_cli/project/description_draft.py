@@ -15,7 +15,7 @@ from typing import Any
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.tied_channels import ties
-from vdyn_cli.project.channel_guess import ChannelGuess, columns_by_unit, guess_channels
+from vdyn_cli.project.channel_guess import NO_NAME, ChannelGuess, columns_by_unit, guess_channels
 from vdyn_cli.project.left_out_logs import GuessedLog, reference_log, split_coast_downs, why_left_out
 from vdyn_cli.project.logger_runs import Runs, logger_runs, unmatched
 from vdyn_cli.project.run_conditions import air_during, run_conditions
@@ -330,12 +330,12 @@ def _channels(
             undecided.append(channel)
         elif missing:
             lines.append(f"  # {channel}: a different column, or none, in {', '.join(missing[:3])}")
-        elif guess.why != "no column has such a name":
+        elif guess.why != NO_NAME:
             lines.append(f"  # {channel}: {guess.why}")
         else:
             left.append(channel)
     if left:
-        lines.append(f"  # optional, and no column has such a name: {', '.join(left)}")
+        lines.append(f"  # optional, and {NO_NAME}: {', '.join(left)}")
     return lines, mapped, undecided
 
 

@@ -42,7 +42,8 @@ class Layout:
     """Layout of a text log; ``decimal`` is empty if the head of the file has only whole numbers.
 
     ``instants``: indices of columns of times of day, with or without date; ``milliseconds``: index of such a column to
-    that of the column with its milliseconds. ``nanoseconds``: the same for columns of seconds.
+    that of the column with its milliseconds. ``nanoseconds``: the same for columns of seconds. ``sources``: texts of a
+    row below the header that are not units, such as the devices; as long as the header, or empty.
     """
 
     delimiter: str
@@ -55,6 +56,7 @@ class Layout:
     instants: frozenset[int] = frozenset()
     milliseconds: Mapping[int, int] = field(default_factory=dict)
     nanoseconds: Mapping[int, int] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 
 
@@ -291,7 +293,12 @@ def _instants(table: _Table) -> frozenset[int]:
 
 def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: str) -> Layout:
     first = table.numbers[0].line
-    units, findings = _units_row(table, name)
+    units, skipped = _units_row(table)
+    skipped_rows = tuple(
+        Finding(f"{name}:{r.line}", "row between header and numbers skipped", repr(table.delimiter.join(r.fields)[:60]))
+        for r in skipped[:3]
+    )
+    sources = next((tuple(r.fields) for r in skipped if len(r.fields) == len(table.header)), ())
     instants = _instants(table)
     return Layout(
         table.delimiter,
@@ -304,12 +311,13 @@ def _layout(table: _Table, lengths: Sequence[int], options: ReadOptions, name: s
         instants,
         {i: i + 1 for i in instants if _MILLISECONDS.fullmatch("".join(table.header[i + 1 : i + 2]))},
         {i: i + 1 for i, two in enumerate(pairwise(table.header)) if _STAMP.fullmatch("\n".join(two))},
-        findings,
+        sources,
+        skipped_rows,
     )
 
 
-def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding, ...]]:
-    """The units, from a row between header and numbers, or the header; findings on other rows, which are skipped."""
+def _units_row(table: _Table) -> tuple[tuple[str, ...], list[_Record]]:
+    """The units, from a row between header and numbers, or the header; and the other, skipped rows between them."""
     rows = [r for r in table.between if any(f.strip() for f in r.fields)]
     units: tuple[str, ...] = ()
     stated = next((r for r in rows if _holds_units(r.fields, _FEWEST_UNITS)), None)
@@ -321,11 +329,7 @@ def _units_row(table: _Table, name: str) -> tuple[tuple[str, ...], tuple[Finding
         units = tuple(table.barred)
     elif table.above and _holds_units(table.above) and not _holds_units(table.header):
         units = tuple(unit_text(f) for f in table.above)
-    findings = tuple(
-        Finding(f"{name}:{r.line}", "row between header and numbers skipped", repr(table.delimiter.join(r.fields)[:60]))
-        for r in rows[:3]
-    )
-    return units, findings
+    return units, rows
 
 
 def _holds_units(fields: Sequence[str], share: float = 0.5) -> bool:

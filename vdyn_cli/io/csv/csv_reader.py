@@ -75,7 +75,8 @@ class CsvReader:
             time = clock_seconds(raw, units[at])
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
-            info = channel_info(name, units[i], time, values)
+            device = layout.sources[i].strip() if layout.sources else ""
+            info = channel_info(name, units[i], time, values, source=device)
             yield Recorded(replace(info, begin=begins.get(i, math.nan), unit_from=source[i]), time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
