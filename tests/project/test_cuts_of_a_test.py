@@ -66,6 +66,26 @@ def test_the_description_vetoes_pins_and_names_wrong_segments(root: Path, tmp_pa
         read(cuts=[{"channel": "vehicle_sped", "from": "3 s", "to": "5 s"}])
     with pytest.raises(InputError, match="the segment ends before it begins"):
         read(keep=[{"channel": "all", "from": "5 s", "to": "3 s"}])
+    with pytest.raises(InputError, match=r"no sample of frozen.csv \(got 1200 s to 1500 s\)(.|\n)*between"):
+        read(cuts=[{"channel": "all", "from": "1200 s", "to": "1500 s"}])
+    with pytest.raises(InputError, match="'keep' has no effect"):
+        read(cuts="none", keep=[{"channel": "all", "from": "2 s", "to": "6 s"}])
+
+
+def test_a_half_empty_channel_is_read_in_the_window_that_its_message_names(root: Path, tmp_path: Path) -> None:
+    path = frozen_sweep(root, tmp_path)
+    log = tmp_path / "frozen.csv"
+    rows = [line.split(",") for line in log.read_text(encoding="utf-8").splitlines()]
+    last = np.floor(1e3 * float(rows[300][0])) / 1e3
+    for row in rows[301:]:
+        row[2] = ""
+    log.write_text("\n".join(",".join(row) for row in rows) + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match=rf"map another column, or add 'to_time: {last:g} s' to the run"):
+        gather(load_step("tire"), path)
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    description["runs"][0]["to_time"] = f"{last:g} s"
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    assert np.isfinite(gather(load_step("tire"), path).logs[0]["vehicle_speed"]).all()
 
 
 def test_a_drive_is_split_at_a_long_cut_of_its_torque_and_a_short_one_is_bridged(root: Path, tmp_path: Path) -> None:

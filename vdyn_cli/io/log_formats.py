@@ -78,6 +78,6 @@ def read_log(
     try:
         options = options or ReadOptions()
         log = reader.read(path, mapping, options, name or path.name)
-        return checked(log, mapping, instants=options.split_times is not None)
+        return checked(log, mapping, options.split_times is not None, options.window)
     except InputError as error:
         raise InputError(*error.findings, *refused) from None

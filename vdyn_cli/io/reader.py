@@ -79,6 +79,7 @@ class ReadOptions:
     split_times : the file is a table of speed levels and split times, ``elapsed`` or ``intervals``; None: it is a log.
     split_runs : whether each run of such a table is a column or a row.
     levels : m/s, groups of successive speed levels, for a coast-down report that does not state them.
+    window : s, first and last time that is used: a channel without values elsewhere is not refused.
     """
 
     delimiter: str | None = None
@@ -89,6 +90,7 @@ class ReadOptions:
     split_times: Literal["elapsed", "intervals"] | None = None
     split_runs: Literal["columns", "rows"] = "columns"
     levels: Sequence[Sequence[float]] = ()
+    window: tuple[float, float] = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)

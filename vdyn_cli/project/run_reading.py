@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.held_values import with_held_interpolated
 from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.quality.channel_quality import WHOLE, Window
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
@@ -74,7 +75,8 @@ def read_run(
         no_unit |= wrong
         problems += [f for n in sorted(wrong & run.units.keys()) if (f := unit_problem(own[n], name)) is not None]
         units |= {n: c.unit for n, c in columns.items()}
-        options = ReadOptions(**logger.reading.model_dump())
+        window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
+        options = ReadOptions(**logger.reading.model_dump(), window=window)
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
         if "time" not in columns:  # reported with the channels
@@ -90,6 +92,7 @@ def read_run(
         files |= one[1] if one is not None else {}
     delays = [logger.delay for logger in loggers[1:]]
     log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec), delays)
+    raise_all(_segments_outside(run, log, source, ("runs", index)))
     found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
     found = _in_window(run, found, place)
     # If a torque drives the vehicle, the fit can decide which of two channels has the wrong scale.
@@ -122,6 +125,12 @@ def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
         remedy = f"choose it between {moment(first)} s and {moment(last)} s, on the clock of {name}"
         raise InputError(Finding(place, "the time window contains no samples of the log", got, remedy))
     return within
+
+
+def _window(run: Run) -> Window:
+    """The times between which a run is used, s on its log's clock."""
+    start, stop = run.from_time, run.to_time
+    return start.value if start else WHOLE[0], stop.value if stop else WHOLE[1]
 
 
 def _align_on(spec: TestSpec) -> AlignOn:
@@ -162,6 +171,18 @@ def _cut_orders(run: Run) -> CutOrders:
     listed = run.cuts if isinstance(run.cuts, list) else []
     cut, kept = (tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep))
     return CutOrders(run.cuts == "automatic", cut, kept)
+
+
+def _segments_outside(run: Run, log: Log, source: YamlSource, at: Location) -> Iterator[Finding]:
+    """Findings on segments to cut or keep that contain no sample of the run's log."""
+    for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
+        for k, one in enumerate(listed if isinstance(listed, list) else ()):
+            inside = np.searchsorted(log.time, one.stop.value, "right") - np.searchsorted(log.time, one.start.value)
+            if inside < 1:
+                what = f"'{key}': the segment contains no sample of {log.name}"
+                got = f"{moment(one.start.value)} s to {moment(one.stop.value)} s"
+                remedy = f"choose it between {moment(log.time[0])} s and {moment(log.time[-1])} s"
+                yield Finding(source.where((*at, key, k)), what, got, remedy)
 
 
 def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import VARYING
 
+Window = tuple[float, float]
+WHOLE = (-np.inf, np.inf)  # s, the window of a log that is used from its beginning to its end
+_MISSING = 0.5  # share of rows without a value, above which a channel is unusable
 _LEVELS = 16  # distinct values; a channel with no more is a switch or a gear, which may be constant for any time
 _SAMPLE = 20_000  # values that suffice to estimate a channel's resolution
 _CHUNK = 1 << 20
@@ -54,13 +57,14 @@ class _Runs:
     length: NDArray[np.int32]
 
 
-def check_channel(log: Log, channel: str, unit: str) -> Quality:
+def check_channel(log: Log, channel: str, unit: str, window: Window = WHOLE) -> Quality:
     """Check one channel of a log as read.
 
     Parameters
     ----------
     log : channels in the file's units, NaN where no value was recorded.
     unit : the file's, for messages.
+    window : s, first and last time that is used, in which most values must be present.
 
     Notes
     -----
@@ -82,9 +86,10 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     findings: list[Finding] = []
     if missing.any():
         rows = np.flatnonzero(~missing)
-        found, useless = _missing(missing, rows, where, every)
-        if useless:
-            return Quality(problems=(found,))
+        found = _missing(missing, rows, where, every)
+        used = missing[slice(*np.searchsorted(log.time, window))]
+        if not rows.size or np.mean(used if used.size else missing) > _MISSING:
+            return Quality(problems=(replace(found, remedy=_other_column(log.time, missing)),))
         findings.append(found)
         values = values[rows]
 
@@ -105,11 +110,10 @@ def check_channel(log: Log, channel: str, unit: str) -> Quality:
     return Quality(tuple(findings))
 
 
-def _missing(missing: Mask, rows: Rows, where: str, every: _Rows) -> tuple[Finding, bool]:
-    """The finding on missing values, and whether they make the channel unusable."""
+def _missing(missing: Mask, rows: Rows, where: str, every: _Rows) -> Finding:
     n = missing.size
     if rows.size == 0:
-        return Finding(where, "is empty", remedy="map another column, or leave out this run or this channel"), True
+        return Finding(where, "is empty")
     runs = spans(missing)
     first, stop = max(runs, key=lambda r: r[1] - r[0])
     share = (n - rows.size) / n
@@ -117,9 +121,18 @@ def _missing(missing: Mask, rows: Rows, where: str, every: _Rows) -> tuple[Findi
         f"has no value in {n - rows.size} of {n} rows ({share:.2g} of them), {_times(len(runs))},"
         f" the longest in {every.span(first, stop - first)}"
     )
-    if share > 0.5:
-        return Finding(where, what, remedy="map another column, or cut the log to where the channel was recorded"), True
-    return Finding(where, what), False
+    return Finding(where, what)
+
+
+def _other_column(time: Array, missing: Mask) -> str:
+    """The remedy for a channel that is mostly missing: the part of the log between its first and last value if that is
+    mostly complete, else another column."""
+    rows = np.flatnonzero(~missing)
+    if rows.size < 2 or np.mean(missing[rows[0] : rows[-1] + 1]) > _MISSING:
+        return "map another column, or leave out this run or this channel"
+    first = f"from_time: {np.ceil(1e3 * time[rows[0]]) / 1e3:.15g} s" if rows[0] else ""
+    last = f"to_time: {np.floor(1e3 * time[rows[-1]]) / 1e3:.15g} s" if rows[-1] < missing.size - 1 else ""
+    return f"map another column, or add '{', '.join(filter(None, (first, last)))}' to the run"
 
 
 def _equal_runs(values: Array) -> _Runs:

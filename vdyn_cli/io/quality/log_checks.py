@@ -7,14 +7,14 @@ from dataclasses import replace
 
 from vdyn_cli.io.align import on_one_clock
 from vdyn_cli.io.mixed_rates import split_by_rate
-from vdyn_cli.io.quality.channel_quality import check_channel
+from vdyn_cli.io.quality.channel_quality import WHOLE, Window, check_channel
 from vdyn_cli.io.reader import Column
 from vdyn_cli.io.sample_times import check_steps
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 
 
-def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False) -> Log:
+def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False, window: Window = WHOLE) -> Log:
     """Check the clock and the channels of a log as read, convert it to SI and put all channels on one clock.
 
     Channels on other clocks are checked as sampled, before they are resampled.
@@ -23,6 +23,7 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False) -> 
     ----------
     mapping : the column of each channel.
     instants : the times are those of events, as in a table of split times, so that their steps are not checked.
+    window : s, first and last time that is used.
 
     Raises
     ------
@@ -31,20 +32,22 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False) -> 
     log = log if instants else split_by_rate(log)
     others = list(log.source.others) if log.source else []
     problems: list[Finding] = []
-    found = [_checked(log, mapping, problems, instants)]
+    found = [_checked(log, mapping, problems, window, instants)]
     del log
     while others:  # each channel of a large file is freed as soon as it is converted
-        found.append(_checked(others.pop(0), mapping, problems))
+        found.append(_checked(others.pop(0), mapping, problems, window))
     raise_all(dict.fromkeys(problems))
     return on_one_clock(found[0], found[1:])
 
 
-def _checked(log: Log, mapping: Mapping[str, Column], problems: list[Finding], instants: bool = False) -> Log:
+def _checked(
+    log: Log, mapping: Mapping[str, Column], problems: list[Finding], window: Window, instants: bool = False
+) -> Log:
     """The channels of one clock, checked and in SI; errors are added to ``problems``."""
     own = list(log.source.problems) if log.source else []
     findings = list(log.findings) if own or instants else [*log.findings, *check_steps(log)]
     for channel in log.channels:
-        quality = check_channel(log, channel, mapping[channel].unit)
+        quality = check_channel(log, channel, mapping[channel].unit, window)
         findings += quality.findings
         if not mapping[channel].optional:
             own += quality.problems
