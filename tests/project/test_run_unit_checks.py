@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from tests.descriptions import described
+from vdyn_cli.project.check import check
+from vdyn_cli.project.day_plan import plan
+from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.run_unit_checks import other_units, with_run_signs
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -34,6 +37,13 @@ def test_a_sign_that_differs_in_one_run_gets_a_remedy_for_that_run() -> None:
     (turned,) = with_run_signs([wrong], coasts(1.0, -1.0))
     assert turned.remedy.startswith("add 'signs: {speed: -1}' to this run")
     assert with_run_signs([wrong], coasts(-1.0))[0] is wrong
+
+
+def test_every_command_names_the_run_whose_sign_is_wrong(root: Path, tmp_path: Path) -> None:
+    path = described(tmp_path, root, "coastdown", ("start: 0 s}", "start: 0 s, signs: {speed: -1}}"))
+    for command in (check, plan, lambda path: execute("coastdown", path)):
+        with pytest.raises(InputError, match=r"coast_1.csv(.|\n)*add 'signs: \{speed: -1\}' to this run"):
+            command(path)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
-from vdyn_cli.project.inputs import Inputs, gather, missing_at_vehicle
+from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
 from vdyn_cli.quantities.cut_ledger import LedgerRow
@@ -111,7 +111,7 @@ def _track_check(inputs: Inputs) -> TrackCheck:
     if inputs.step.track_check is None:
         return TrackCheck()
     whole = tuple(inputs.ready(_bridged(one)) for one in inputs.unsplit)
-    with missing_at_vehicle(inputs.step, inputs.source):
+    with errors_of_step(inputs.step, inputs.source, inputs.logs):
         return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
 
 
@@ -130,7 +130,8 @@ def _refused(inputs: Inputs) -> tuple[Finding, ...]:
     """The step's errors in its runs before any estimate, such as the sign of a channel."""
     logs = tuple(one.log.name for one in inputs.unsplit)
     try:
-        inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
+        with errors_of_step(inputs.step, inputs.source, inputs.logs):
+            inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
     except (InputError, ResultError) as error:
         return tuple(finding for finding in error.findings if finding.where.startswith(logs))
     except ArithmeticError:  # from an estimate during the preparation

@@ -14,7 +14,7 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.diagnosis.run_plan import RunPlan, run_plan
 from vdyn_cli.project.check import step_of
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
-from vdyn_cli.project.inputs import Inputs, gather, missing_at_vehicle
+from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.planned_inputs import DayDescription, planned_test
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.number_text import two_digits
@@ -119,7 +119,7 @@ def _rms(values: Sequence[float]) -> float:
 def _published(inputs: Inputs) -> Result | Failure:
     """The result of the inputs, without the uncertainty of the inputs."""
     try:
-        with missing_at_vehicle(inputs.step, inputs.source):
+        with errors_of_step(inputs.step, inputs.source, inputs.logs):
             return published(inputs.step.prepare(inputs.spec, inputs.data, inputs.known))
     except ResultError as error:
         return Failure.from_error(error)

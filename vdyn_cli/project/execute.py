@@ -15,9 +15,8 @@ from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
-from vdyn_cli.project.inputs import Inputs, gather, missing_at_vehicle
+from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
-from vdyn_cli.project.run_unit_checks import with_run_signs
 from vdyn_cli.project.simulated_gains import simulated_gain_findings
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.parameters import wider_than_value
@@ -63,8 +62,7 @@ def execute(
         baseline, found = _estimated(inputs.step, inputs, level)
         result = within_physical_range(with_input_uncertainty(found, inputs))
     except InputError as error:
-        turned = with_run_signs(error.findings, inputs.logs)
-        raise type(error)(*(_placed(f, inputs) for f in turned), *_data_faults(inputs)) from None
+        raise type(error)(*(_placed(f, inputs) for f in error.findings), *_data_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)
     if refused:
         refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
@@ -82,7 +80,7 @@ def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result,
     """The baseline, and the diagnosed result; both state the reasons if they cannot be published."""
     _LOG.info("fitting")
     try:
-        with missing_at_vehicle(step, inputs.source):
+        with errors_of_step(step, inputs.source, inputs.logs):
             problem = step.prepare(inputs.spec, inputs.data, inputs.known)
     except ResultError as error:
         failed = Failure.from_error(error).refused(step.name)

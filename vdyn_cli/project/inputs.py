@@ -182,24 +182,29 @@ def _of_dropped(finding: Finding, dropped: Iterable[Location]) -> bool:
 
 def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters, source: YamlSource) -> None:
     """Prepare the step, so that missing parameters are reported together with all other problems."""
-    with suppress(ResultError), missing_at_vehicle(step, source):
+    with suppress(ResultError), errors_of_step(step, source, ()):
         step.prepare(spec, data, known)
 
 
 @contextmanager
-def missing_at_vehicle(step: Step, source: YamlSource) -> Iterator[None]:
-    """Report a parameter that a step lacks at the line of ``vehicle`` in the description, not at the step's name.
+def errors_of_step(step: Step, source: YamlSource, logs: Sequence[Log]) -> Iterator[None]:
+    """Report a parameter that a step lacks at the line of ``vehicle`` in the description, not at the step's name, and
+    a sign that is wrong in only some runs with the remedy for these runs.
+
+    Parameters
+    ----------
+    logs : of all runs.
 
     Raises
     ------
-    MissingParameterError : with the new place.
+    InputError : of the same type, with the new findings.
     """
     try:
         yield
-    except MissingParameterError as error:
-        place = source.where(("vehicle",))
-        found = (replace(f, where=place) if f.where == step.name else f for f in error.findings)
-        raise MissingParameterError(*found) from None
+    except InputError as error:
+        lacking, place = isinstance(error, MissingParameterError), source.where(("vehicle",))
+        found = (replace(f, where=place) if lacking and f.where == step.name else f for f in error.findings)
+        raise type(error)(*with_run_signs(tuple(found), logs)) from None
 
 
 def condensed_logs(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:

@@ -16,7 +16,7 @@ from vdyn_cli.project.channel_sources import Scaling, channel_maps, known_channe
 from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.description_checks import wrong_channels, wrong_effects
 from vdyn_cli.project.given_values import given_air, given_parameters, read_known
-from vdyn_cli.project.inputs import Inputs, condensed_logs, missing_at_vehicle
+from vdyn_cli.project.inputs import Inputs, condensed_logs, errors_of_step
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, in_file_order, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -54,7 +54,7 @@ class DayDescription:
         step, spec = self.step, self.spec
         assert step.planned is not None
         rng = np.random.default_rng(seed)
-        with missing_at_vehicle(step, self.source):
+        with errors_of_step(step, self.source, ()):
             logs = step.planned.logs(DayRequest(spec, self.known, self.at, rng))
         problems: list[Finding] = []
         constants = known_channels(step, spec, self.source, problems)
