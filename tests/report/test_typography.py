@@ -102,13 +102,12 @@ def test_any_text_becomes_writable(text: str) -> None:
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
-        (None, "–"), (True, "yes"), (-3, "−3"), (7.4, "7.4"), (0.5, "0.5"), (100.0, "100"), (0.0, "0"),
-        ([1, "brake_drag"], "1, brake_drag"), ({"would_bias": 2.0}, "would bias 2"), (math.inf, "–"),
+        (-3.0, "−3"), (7.4, "7.4"), (0.5, "0.5"), (100.0, "100"), (0.0, "0"), (math.inf, "–"),
         (1.5e-9, "1.5 × 10⁻⁹"),
     ],
 )  # fmt: skip
-def test_values_of_a_document_in_words(value: object, shown: str) -> None:
-    assert typography.plain(value).replace(typography.NARROW, " ") == shown
+def test_numbers_without_zeros_at_their_end(value: float, shown: str) -> None:
+    assert typography.shortest(value).replace(typography.NARROW, " ") == shown
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Detectable, NextTest, NotTestable, Ranked, WorstSegment
 from vdyn_cli.quantities.parameters import Estimate, Extensions
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -13,7 +14,6 @@ from vdyn_cli.report import effect_labels, typography
 from vdyn_cli.report.text_table import TextTable
 
 _UNKNOWNS = 3  # unknowns of one effect that are listed: three fit on one line; a free profile has up to twelve
-_SUFFICIENT = 0.02  # p value above which the diagnosis accepts the residual with a candidate as noise
 _BIASES = 4  # parameters in one cell: they fit into two lines of the column
 _NOTICEABLE = 5e-4  # relative bias below which a parameter is omitted: it would show as 0.0 %
 _FOLLOWS = {  # parameters computed from another one, whose bias they would repeat
@@ -56,9 +56,7 @@ def identified(causes: Sequence[Cause], known: Mapping[str, float]) -> TextTable
 
 def extensions(source: Extensions) -> TextTable | None:
     """The effects that belong to the vehicle of a parameter set."""
-    rows = [
-        (effect_labels.bare(effect_labels.label(effect)), estimates(unknowns)) for effect, unknowns in source.items()
-    ]
+    rows = [(effect_labels.row_label(effect), estimates(unknowns)) for effect, unknowns in source.items()]
     caption = (
         "Identified by a test and part of the vehicle since then: later steps, validation and exports apply them"
         " together with the parameters above."
@@ -95,7 +93,7 @@ def ranking(entries: Sequence[Ranked]) -> TextTable | None:
     rows = []
     for e in entries:
         t = typography.fixed(e.explains_t, 1) if math.isfinite(e.explains_t) else ""
-        row = (effect_labels.bare(effect_labels.label(e.effect)), t, _percent(e.visibility))
+        row = (effect_labels.row_label(e.effect), t, _percent(e.visibility))
         rows.append((*row, *((*_remainder(e), estimates(e.unknowns)) if fitted else ())))
     caption = (
         f"Score test, in standard errors, each candidate alone. {_COLLINEAR} A large score is not a proof, because"
@@ -104,7 +102,7 @@ def ranking(entries: Sequence[Ranked]) -> TextTable | None:
     if fitted:
         caption += (
             " The further columns come from a fit with the candidate in the model. p of the remainder: probability of"
-            f" a residual at least this large from noise alone. Above {_SUFFICIENT:g} it is sufficient; below,"
+            f" a residual at least this large from noise alone. Above {POLICY.rest_level:g} it is sufficient; below,"
             " another effect is present, and the remainder resembles the candidate in the next column."
         )
     more = ("p of the remainder", "remainder resembles", "estimate, 95 %") if fitted else ()
@@ -116,9 +114,9 @@ def ranking(entries: Sequence[Ranked]) -> TextTable | None:
 def _remainder(entry: Ranked) -> tuple[str, str]:
     if entry.left_p is None:
         return "not fitted", ""
-    if entry.left_p > _SUFFICIENT:
+    if entry.left_p > POLICY.rest_level:
         return p_value(entry.left_p), "noise"
-    return p_value(entry.left_p), effect_labels.bare(effect_labels.label(entry.left_mostly or ""))
+    return p_value(entry.left_p), effect_labels.row_label(entry.left_mostly or "")
 
 
 def detectable(entries: Sequence[Detectable]) -> TextTable | None:
@@ -141,7 +139,7 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
     shared = len(reasons) == 1 and len(entries) > 1
     rows = []
     for e in entries:
-        row = [effect_labels.bare(effect_labels.label(e.effect)), effect_labels.amplitude(e.effect, e.size)]
+        row = [effect_labels.row_label(e.effect), effect_labels.amplitude(e.effect, e.size)]
         row += [] if shared else [typography.prose(e.because)]
         rows.append(
             (*row, _biases(e.would_bias, known) or ("negligible" if math.isfinite(e.size) else "not evaluated"))
@@ -167,8 +165,8 @@ def next_tests(entries: Sequence[NextTest], answered: bool) -> TextTable | None:
         (
             typography.prose(e.manoeuvre),
             _separated([effect_labels.combined(n) for n in e.separates]),
-            "" if e.runs is None else typography.plain(e.runs),
-            "" if e.expected_t is None else typography.plain(e.expected_t),
+            "" if e.runs is None else str(e.runs),
+            "" if e.expected_t is None else typography.shortest(e.expected_t),
         )
         for e in entries
     ]

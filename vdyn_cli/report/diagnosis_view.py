@@ -168,14 +168,14 @@ def _extended(source: Diagnosis) -> str:
             return "The model was not extended by the learned law; write 'extend: learned' under diagnose to add it."
         return "The model was not extended, as the description requests (extend: never)."
     labels = {n: typography.prose(causes[n].label) if n in causes else effect_labels.label(n) for n in source.extended}
-    text = f"The parameters above are those of the model with {effect_labels.joined(list(labels.values()))}."
+    text = f"The parameters above are those of the model with {' and '.join(labels.values())}."
     lasting = [labels[n] for n in source.extended if n in causes and causes[n].lasts]
     passing = [labels[n] for n in source.extended if n in causes and not causes[n].lasts]
     if lasting:
-        text += f" Later steps and exports keep {effect_labels.joined(lasting)} as part of the vehicle."
+        text += f" Later steps and exports keep {' and '.join(lasting)} as part of the vehicle."
     if passing:
         belong = "belong" if len(passing) > 1 else "belongs"
-        text += f" {_capitalized(effect_labels.joined(passing))} {belong} to this test, not to the vehicle."
+        text += f" {_capitalized(' and '.join(passing))} {belong} to this test, not to the vehicle."
     return text
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from vdyn_cli.effects import Effect, catalogue
 from vdyn_cli.report import typography
@@ -15,8 +14,13 @@ def label(effect: str) -> str:
     return found.label if found else typography.name(effect)
 
 
+def row_label(effect: str) -> str:
+    """The effect as a noun phrase without its article, for use in a table."""
+    return bare(label(effect))
+
+
 def bare(text: str) -> str:
-    """A noun phrase without its article, for use in a table."""
+    """A noun phrase without its article."""
     for article in ("a ", "an ", "the "):
         if text.startswith(article):
             return text[len(article) :]
@@ -25,12 +29,7 @@ def bare(text: str) -> str:
 
 def combined(effects: str) -> str:
     """Effects that act together, ``headwind+tire_warmup``, as a noun phrase."""
-    return joined([label(part) for part in effects.split("+")])
-
-
-def joined(labels: Sequence[str]) -> str:
-    """Noun phrases joined by "and"."""
-    return " and ".join(labels)
+    return " and ".join(label(part) for part in effects.split("+"))
 
 
 def amplitude(effect: str, value: float) -> str:
@@ -40,8 +39,8 @@ def amplitude(effect: str, value: float) -> str:
         return ""
     unit = next(iter(found.unknowns.values())).unit if found else ""
     if not unit and found:
-        return f"{typography.plain(100 * value)}{typography.NARROW}%"
-    return f"{typography.plain(value)} {typography.unit(unit)}".strip()
+        return f"{typography.shortest(100 * value)}{typography.NARROW}%"
+    return f"{typography.shortest(value)} {typography.unit(unit)}".strip()
 
 
 def _effect(name: str) -> Effect | None:

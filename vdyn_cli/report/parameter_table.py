@@ -144,13 +144,12 @@ def widths(rows: Sequence[ParameterRow]) -> dict[str, int]:
 
     Returns
     -------
-    ``value_whole``, ``value_rest``, ``half_whole``, ``half_rest``, ``before_whole`` and ``before_rest``.
+    ``value_whole``, ``value_rest``, ``half_whole`` and ``half_rest``.
     """
     out = {}
     for key, texts in {
         "value": [r.rounded.value for r in rows],
         "half": [t for r in rows for t in (r.rounded.plus, r.rounded.minus)],
-        "before": [r.before for r in rows],
     }.items():
         parts = [t.partition(".") for t in texts] or [("", "", "")]
         out[f"{key}_whole"] = max(len(whole) for whole, _, _ in parts)
@@ -179,18 +178,14 @@ def correlation(table: Mapping[str, Mapping[str, float]]) -> tuple[tuple[str, tu
 
 
 def _heat(value: float, own: bool) -> Heat:
-    try:
-        rho = float(value)
-    except (TypeError, ValueError):
-        rho = math.nan
     if own:
         return Heat("1", "#e3e3e3", False)
-    if not math.isfinite(rho):
+    if not math.isfinite(value):
         return Heat(typography.DASH, "#ffffff", False)
-    strength = min(abs(rho), 1.0) ** 1.5
-    full = (0, 90, 150) if rho < 0 else (190, 75, 0)
+    strength = min(abs(value), 1.0) ** 1.5
+    full = (0, 90, 150) if value < 0 else (190, 75, 0)
     red, green, blue = (round(255 + (c - 255) * strength) for c in full)
-    return Heat(typography.fixed(rho, 2), f"#{red:02x}{green:02x}{blue:02x}", strength > 0.55)
+    return Heat(typography.fixed(value, 2), f"#{red:02x}{green:02x}{blue:02x}", strength > 0.55)
 
 
 def strongest(table: Mapping[str, Mapping[str, float]]) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
+from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.verdict_text import remainder_sentence
 from vdyn_cli.quantities.diagnosis import Diagnosis, Size
 from vdyn_cli.report import effect_labels, typography
 from vdyn_cli.report.text_table import TextTable
 
 _SHIFTS = 4  # parameters in one cell: they fit into two lines of the column
-_NOISE = 0.02  # p value above which the diagnosis accepts the remaining residual as noise
 
 
 def sizes(source: Diagnosis) -> TextTable | None:
@@ -20,9 +20,7 @@ def sizes(source: Diagnosis) -> TextTable | None:
     ----------
     source : the diagnosis; without a significant finding there is no table.
     """
-    rows = [
-        (effect_labels.bare(effect_labels.label(c.effect)), *_row(c.size)) for c in source.causes if c.size is not None
-    ]
+    rows = [(effect_labels.row_label(c.effect), *_row(c.size)) for c in source.causes if c.size is not None]
     if not rows and source.size is not None:
         rows = [("closest candidate" if source.verdict == "unknown" else "the finding", *_row(source.size))]
     if not rows:
@@ -41,7 +39,7 @@ def sizes(source: Diagnosis) -> TextTable | None:
 def remainder_note(source: Diagnosis) -> str:
     """A sentence on the residual that remains with the identified effects; empty if it is noise."""
     left = source.remainder
-    if left is None or left.p_value > _NOISE or not math.isfinite(left.share_of_rms) or not source.causes:
+    if left is None or left.p_value > POLICY.rest_level or not math.isfinite(left.share_of_rms) or not source.causes:
         return ""
     like = f", most like {effect_labels.label(left.mostly)}" if left.mostly else ""
     return remainder_sentence(left.share_of_rms, like)

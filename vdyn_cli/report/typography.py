@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vdyn_cli.quantities.number_text import magnitude
 
@@ -220,24 +219,12 @@ def prose(text: object) -> str:
     return re.sub(rf"(?<=\d) (?=[%±])|(?<=\d) (?=(?:{_SHORT_UNITS})(?![\w-]))", NO_BREAK, shown).strip()
 
 
-def plain(value: Any) -> str:
-    """Any value of a JSON document as text."""
-    if value is None:
-        return DASH
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int):
-        return str(value).replace("-", MINUS)
-    if isinstance(value, float):
-        text = significant(value, 3)
-        return (
-            re.sub(r"(\.\d*?)0+(?!\d)", r"\1", text).replace(f".{NARROW}", NARROW).rstrip(".") if "." in text else text
-        )
-    if isinstance(value, Mapping):
-        return ", ".join(f"{name(str(k))} {plain(v)}" for k, v in value.items())
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return ", ".join(plain(v) for v in value)
-    return prose(value)
+def shortest(value: float) -> str:
+    """A number with three significant digits, without zeros at its end."""
+    text = significant(value, 3)
+    if "." not in text:
+        return text
+    return re.sub(r"(\.\d*?)0+(?!\d)", r"\1", text).replace(f".{NARROW}", NARROW).rstrip(".")
 
 
 def count(number: int, noun: str) -> str:
