@@ -231,7 +231,7 @@ def test_short_runs_hold_too_little_evidence() -> None:
 def test_stated_values_are_no_pieces_of_evidence() -> None:
     """Each short run has two blocks, and a start with a prior."""
     case, verdict = judged(Campaign(9, runs=5, rows=12, hidden={"wind": 20.0}))
-    assert verdict.detection.units == 15
+    assert verdict.detection.system.units == 15
     assert verdict.verdict == "not_testable"
     assert "10 blocks (effective number " in told(case, verdict)
     (test,) = next_tests(open_strategy(case), verdict)
@@ -243,7 +243,8 @@ def test_a_cause_that_differs_between_runs_needs_runs_enough_for_the_level() -> 
     for level, runs, name in ((0.05, 8, "named"), (0.005, 8, "adequate"), (0.005, 10, "named")):
         _, verdict = judged(Campaign(1, runs=runs, hidden={"warming": 3.0}), *CATALOGUE, warming, level=level)
         assert verdict.verdict == name
-        assert [i.obstacle for i in verdict.untestable if i.effect == "warming"] == ["runs"] * (name == "adequate")
+        because = [i.because for i in verdict.untestable if i.effect == "warming"]
+        assert ["too few to test it" in one for one in because] == [True] * (name == "adequate")
 
 
 def test_a_level_that_the_units_cannot_reach_is_refused() -> None:
@@ -257,8 +258,8 @@ def test_causes_that_would_not_show_are_listed_with_what_they_would_bias() -> No
     assert verdict.verdict == "adequate"
     (unseen,) = verdict.untestable  # what has no trace at all biases nothing
     assert unseen.effect == "copy_of_bend"
-    assert unseen.visibility < 1e-6
-    assert unseen.amplitude == pytest.approx(10.0)  # half of the plausible range
+    assert unseen.because == "exactly collinear with the fitted parameters"
+    assert unseen.size == pytest.approx(10.0)  # half of the plausible range
     assert unseen.would_bias == {"bend": pytest.approx(30.0)}
 
 
@@ -315,8 +316,8 @@ def test_numbers_are_finite() -> None:
     _, verdict = judged(Campaign(15, hidden={"wind": 2.0}))
     found = verdict.detection
     assert all(math.isfinite(v) for v in found.scores.statistic.values())
-    assert 0 < found.smallest_p < 1e-3
-    assert found.effective_units > 6
+    assert 0 < found.scores.smallest_p() < 1e-3
+    assert found.system.effective_units > 6
 
 
 @pytest.mark.parametrize("runs", [6, 18])

@@ -85,7 +85,7 @@ def test_few_runs_are_cut_into_blocks_that_keep_enough_rows(runs: int) -> None:
     assert of_runs.sum() == pytest.approx(min(BLOCKS, runs * (90 // FEWEST_ROWS)), rel=0.05)
     assert made.counts[of_runs].sum() == runs * 90
     assert np.median(made.counts[of_runs]) >= FEWEST_ROWS
-    assert made.effective_units() > 6
+    assert made.effective_units > 6
 
 
 def test_short_runs_are_cut_into_fewer_blocks() -> None:
@@ -119,7 +119,7 @@ def test_whole_runs_hold_the_rows_of_their_blocks() -> None:
 
 
 def test_equal_runs_are_worth_as_many_and_a_single_strong_one_hardly_more_than_one() -> None:
-    assert linearized_system(linear_of(Campaign(9, runs=20, own=False)), "run").effective_units() == pytest.approx(
+    assert linearized_system(linear_of(Campaign(9, runs=20, own=False)), "run").effective_units == pytest.approx(
         20, rel=0.05
     )
     regression = Regression(
@@ -129,7 +129,7 @@ def test_equal_runs_are_worth_as_many_and_a_single_strong_one_hardly_more_than_o
             theta[0] * np.ones(30) * (100 if k == 0 else 1), np.full((30, 1), 100.0 if k == 0 else 1.0)
         ),
     )
-    assert linearized_system(linearize(regression, {}, {}), "run").effective_units() == pytest.approx(1.0, abs=0.01)
+    assert linearized_system(linearize(regression, {}, {}), "run").effective_units == pytest.approx(1.0, abs=0.01)
 
 
 def test_what_is_not_finite_is_refused() -> None:

@@ -124,15 +124,10 @@ def candidate_model(strategy: Strategy, effects: Sequence[str]) -> CandidateMode
     if strongest and explained > 0:
         left = max(found.statistic[strongest] - found.rank[strongest], 0.0)
         share = sqrt(left / (explained + left))
-    within = strongest is not None and any(_same_part(model, e, strongest) for e in effects)
+    on = {law for e in effects for law in model.by_name[e].on}
+    within = strongest is not None and not on.isdisjoint(model.by_name[strongest].on)
     rest_p, unphysical = p_value(model, fitted, found, others), _unphysical(model, fitted)
     return CandidateModel(tuple(effects), fitted, rest_p, strongest, share, within, unphysical)
-
-
-def _same_part(model: FullModel, effect: str, other: str) -> bool:
-    """Whether two effects or profiles correct a law in common."""
-    every = {**model.setup.families, **model.setup.candidates}
-    return bool(set(every[effect].on) & set(every[other].on))
 
 
 def _unphysical(model: FullModel, fitted: FittedModel) -> str:

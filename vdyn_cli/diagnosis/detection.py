@@ -9,6 +9,7 @@ from typing import Literal
 
 from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.scores import Scores
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -25,19 +26,13 @@ class Detection:
     scores : of candidates and profiles.
     testable : candidates that these data would show at a plausible amplitude.
     p_value : adjusted over the three families of tests; compare with the level.
-    smallest_p : the smallest p value that this number of units can give.
-    unit : "block" or "run"; ``units`` counts them and the priors, ``stated`` the priors; ``effective_units`` is the
-        effective number without priors.
+    system : the linearized system whose units are the evidence.
     """
 
     scores: Scores
     testable: tuple[str, ...]
     p_value: float
-    smallest_p: float
-    unit: Literal["run", "block"]
-    units: int
-    stated: int
-    effective_units: float
+    system: LinearizedSystem
 
 
 def detect(strategy: Strategy, at: FittedModel) -> Detection:
@@ -51,23 +46,14 @@ def detect(strategy: Strategy, at: FittedModel) -> Detection:
     -------
     The scores of all candidates, and the p value of their largest statistic.
     """
-    model, system = strategy.model, at.system
+    model = strategy.model
     names = [n for n in model.setup.candidates if n not in at.effects]
     found = model.scores(at, [*names, *model.setup.families])
     testable = tuple(n for n in names if is_testable(model, found, n))
     chance = p_value(model, at, found, testable, scaled=True)
     if model.setup.far_off and not at.effects:  # scores mean little then, and an error is certain
         chance = min(chance, found.smallest_p())
-    return Detection(
-        scores=found,
-        testable=testable,
-        p_value=chance,
-        smallest_p=found.smallest_p(),
-        unit=system.kind,
-        units=system.units,
-        stated=system.stated,
-        effective_units=system.effective_units(),
-    )
+    return Detection(found, testable, chance, at.system)
 
 
 def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[str], scaled: bool = False) -> float:

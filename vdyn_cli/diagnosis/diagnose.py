@@ -23,6 +23,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size_record import effect_sizes, published_size, remainder
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.untestable import lacking_channels
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, data_fault, not_possible, p_text, verdict_sentence
 from vdyn_cli.diagnosis.worst_segments import worst_segments
 from vdyn_cli.quantities.diagnosis import Diagnosis
@@ -53,51 +54,45 @@ def diagnosed(
     InputError : the description names an effect that is unknown or not applicable to this model, or ``matters`` names
         a quantity that the result does not have.
     """
-    try:
-        return _diagnosed(prepared, result, level, faults, doubts)
-    except (ResultError, ArithmeticError) as error:  # of a fit with effects: the baseline's result stands
-        return _not_diagnosed(result, Failure.from_error(error).findings[0], faults)
-
-
-def _diagnosed(
-    prepared: PreparedStep, result: Result, level: float, faults: Sequence[Finding], doubts: Sequence[Finding]
-) -> Result:
     requested = prepared.spec.diagnose
     if prepared.step.diagnosable is None or requested.effects == "none":
         return result
     if not (result.comparisons or result.refused):
         return result  # nothing was simulated: for example, an inertia from a drawing
     try:
-        setup = setup_of(prepared, level)
-        strategy = open_strategy(setup)
-        judgment = judge(strategy, faults, limits_of(result, prepared.step.diagnosable.metric[1], requested.matters))
-    except (ResultError, ArithmeticError) as error:
+        return _diagnosed(prepared, result, level, faults, doubts)
+    except (ResultError, ArithmeticError) as error:  # of a fit: the baseline's result stands
         return _not_diagnosed(result, Failure.from_error(error).findings[0], faults)
     except InputError as error:
         if not result.refused:
             raise
         return _not_diagnosed(result, error.findings[0], faults)
-    by_part = with_part(strategy, judgment, prepared.simulated)
-    strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, judgment)
-    judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, result)
+
+
+def _diagnosed(
+    prepared: PreparedStep, base: Result, level: float, faults: Sequence[Finding], doubts: Sequence[Finding]
+) -> Result:
+    requested, problem = prepared.spec.diagnose, prepared.simulated
+    assert prepared.step.diagnosable is not None
+    setup = setup_of(prepared, level)
+    strategy = open_strategy(setup)
+    by_candidates = judge(strategy, faults, limits_of(base, prepared.step.diagnosable.metric[1], requested.matters))
+    by_part = with_part(strategy, by_candidates, problem)
+    strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, by_candidates)
+    judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)
     extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
-    diagnosis = with_part_record(_described(prepared, strategy, judgment, extension, result), by_part)
-    final = with_open_answers(strategy, judgment, extension, prepared.simulated, result)
-    if extension.result is None:
-        result = final
-    else:
-        final = holding_free_curve(final, extension, by_part.learned, prepared.simulated)
-        extension = replace(extension, result=final)
-    diagnosis = _doubted(diagnosis, extension.result, extension.result or result, doubts)
-    notes = (*already_included(prepared, setup), *_note(diagnosis))
-    drawn = (part_figure(diagnosis.part),) if diagnosis.part is not None else ()
-    if extension.result is None:
-        findings = (*result.findings, *extension.failed, *notes)
-        return replace(result, diagnosis=diagnosis, findings=findings, figures=(*result.figures, *drawn))
-    findings = (*extension.result.findings, *_without_effects(result, extension), *notes)
-    figures = (*extension.result.figures, *drawn)
-    whole = replace(extension.result, diagnosis=diagnosis, findings=findings, figures=figures)
-    return _beside_baseline(result, whole, extension, by_part)
+    diagnosis = with_part_record(_described(prepared, strategy, judgment, extension, base), by_part)
+    result = with_open_answers(strategy, judgment, extension, problem, base)
+    result = holding_free_curve(result, extension, by_part.learned, problem)
+    diagnosis = _doubted(diagnosis, result, extension.result is not None, doubts)
+    notes = (*extension.failed, *already_included(prepared, setup), *_note(diagnosis))
+    result = replace(
+        result,
+        diagnosis=diagnosis,
+        findings=(*result.findings, *_without_effects(base, extension), *notes),
+        figures=(*result.figures, *((part_figure(diagnosis.part),) if diagnosis.part else ())),
+    )
+    return result if extension.result is None else _beside_baseline(base, result, extension, by_part)
 
 
 def _described(
@@ -126,7 +121,7 @@ def _described(
         causes=record.causes(model, judgment, extension, {**amplitudes, **extension.amplitudes}, sizes),
         extended=extension.effects,
         ambiguous=record.ambiguous(judgment),
-        not_testable=record.not_testable(model, judgment.untestable),
+        not_testable=(*judgment.untestable, *lacking_channels(setup)),
         detectable=shown,
         gain=record.gain(judgment, metric),
         size=size,
@@ -155,14 +150,12 @@ def _note(diagnosis: Diagnosis) -> tuple[Finding, ...]:
     return (Finding("diagnosis", diagnosis.sentence, remedy=remedy, minor=True),)
 
 
-def _doubted(
-    diagnosis: Diagnosis, extended_result: Result | None, last: Result, doubts: Sequence[Finding]
-) -> Diagnosis:
+def _doubted(diagnosis: Diagnosis, last: Result, is_extended: bool, doubts: Sequence[Finding]) -> Diagnosis:
     """The diagnosis with the first reason to doubt the result; the sentence of an adequate model states it."""
     stated = next((f"{f.where}: {f.what}" for f in (*doubts, *last.findings) if f.doubt), "")
     doubt = stated or last.fit.misfit
-    if not doubt and extended_result is not None:
-        doubt = next(iter(extended_result.fit.warnings), "")
+    if not doubt and is_extended:
+        doubt = next(iter(last.fit.warnings), "")
     sentence = diagnosis.sentence
     if diagnosis.verdict == "adequate" and stated:
         sentence += f" But {stated}."
@@ -214,7 +207,7 @@ def _extended_sentence(
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
     """A note on why the baseline has no result, where the extended model has one."""
-    if not base.refused:
+    if extension.result is None or not base.refused:
         return ()
     first = base.refused[0]
     without = "one of these effects" if extension.open else " and ".join(extension.effects)

@@ -7,28 +7,21 @@ from collections.abc import Mapping, Sequence
 
 from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.detection import Detection, fewest_runs
+from vdyn_cli.diagnosis.detection import Detection
 from vdyn_cli.diagnosis.extension import Extension
 from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.judgment import Judgment
-from vdyn_cli.diagnosis.untestable import UntestableEffect
-from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Evidence, Gain, NotTestable, Ranked, Size
+from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Evidence, Gain, Ranked, Size
 from vdyn_cli.quantities.parameters import Estimate
 
-# These choose words and what is shown, no verdict.
-RANKED = 8  # candidates in the ranking
-COLLINEAR = 1e-3  # visibility below which the text says "exactly collinear"
-DISTINCT = 0.9  # visibility above which the text does not mention collinearity
+RANKED = 8  # candidates in the ranking; it chooses what is shown, no verdict
 
 
 def evidence(found: Detection) -> Evidence:
     """The number and kind of independent units of the test."""
+    system, least = found.system, found.scores.smallest_p()
     return Evidence(
-        unit=found.unit,
-        units=found.units,
-        stated=found.stated,
-        worth=found.effective_units,
-        smallest_p=found.smallest_p,
+        unit=system.kind, units=system.units, stated=system.stated, worth=system.effective_units, smallest_p=least
     )
 
 
@@ -85,45 +78,6 @@ def interchangeable(answers: Sequence[CandidateModel]) -> tuple[tuple[str, ...],
             return ()
         sets[gone[0]].append(new[0])
     return tuple(map(tuple, sets.values()))
-
-
-def not_testable(model: FullModel, untestable: Sequence[UntestableEffect]) -> tuple[NotTestable, ...]:
-    """The candidates that are not detectable in these data, each with the reason; last those that lack a channel."""
-    lacking = tuple(
-        NotTestable(
-            effect=name,
-            because=f"needs channel '{channel}', which is not logged",
-            size=math.nan,
-            unit="",
-            would_bias={},
-        )
-        for name, channel in model.setup.lacking.items()
-    )
-    shown = tuple(
-        NotTestable(
-            effect=one.effect,
-            because=_because(model, one),
-            size=one.amplitude,
-            unit=model.setup.candidates[one.effect].unknowns[model.amplitudes(one.effect)[0]].unit,
-            would_bias=one.would_bias,
-        )
-        for one in untestable
-    )
-    return (*shown, *lacking)
-
-
-def _because(model: FullModel, one: UntestableEffect) -> str:
-    run, share = model.setup.run, f"{100 * one.visibility:.2g} % of its sensitivity"
-    if one.obstacle == "runs":
-        fewest = fewest_runs(model.setup.level)
-        return f"it varies between {run}s: {model.runs} {run}s are too few to test it (needed: {fewest})"
-    if one.obstacle == "collinear":
-        if one.visibility <= COLLINEAR:
-            return "exactly collinear with the fitted parameters"
-        return f"collinear with the fitted parameters: only {share} is not"
-    if one.visibility < DISTINCT:
-        return f"only {share} is not collinear with the fitted parameters, which is below the noise"
-    return "not detectable above the noise at any plausible amplitude"
 
 
 def gain(judgment: Judgment, metric: tuple[str, str]) -> Gain | None:

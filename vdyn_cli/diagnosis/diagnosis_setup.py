@@ -121,14 +121,15 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         effects, lacking = tuple(e for e in effects if e.name in spec.diagnose.effects), {}
     linearized = diagnosable.linearized(spec)
     directions = problem.directions([r.direction for r in spec.runs]) if diagnosable.two_way(spec) else ("out", "back")
+    one_way, mixed_directions = _confounding_directions(directions)
     return DiagnosisSetup(
         regression=relaxed(problem.regression),
         chord_regression=relaxed(problem.chord_regression),
         effects=effects,
         profiles=problem.profiles,
         lacking=lacking,
-        one_way=_one_way(directions),
-        mixed_directions=_mixed(directions),
+        one_way=one_way,
+        mixed_directions=mixed_directions,
         run=diagnosable.run,
         fewest_runs=diagnosable.fewest_runs,
         too_short=_too_short(diagnosable, problem),
@@ -266,18 +267,12 @@ def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
     return f"no {diagnosable.run} lasts longer than {problem.duration:.2g} s"
 
 
-def _one_way(directions: Sequence[str | None]) -> str:
-    """Why the runs do not have both directions; empty where they do, or where only some state theirs."""
+def _confounding_directions(directions: Sequence[str | None]) -> tuple[str, str]:
+    """``one_way`` and ``mixed_directions`` of the setup, from the directions that the runs state."""
     ways = set(directions)
-    if len(ways) != 1:
-        return ""
-    return "no run states its direction" if ways == {None} else "all runs have the same direction"
-
-
-def _mixed(directions: Sequence[str | None]) -> str:
-    """Why the directions of the runs cannot be used; empty where all of the runs or none of them states it."""
-    ways = set(directions)
-    return "some runs do not state their direction" if None in ways and len(ways) > 1 else ""
+    if len(ways) == 1:
+        return "no run states its direction" if ways == {None} else "all runs have the same direction", ""
+    return "", "some runs do not state their direction" if None in ways else ""
 
 
 def _refuse_others(

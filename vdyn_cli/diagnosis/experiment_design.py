@@ -110,12 +110,12 @@ class ExperimentDesigner:
         return rows_left
 
     def now(self, contrasts: Sequence[Contrast]) -> float:
-        """The separation t by the driven runs, in standard errors, of the least separated contrast."""
-        return self._t(self._driven[0], contrasts)
+        """The separation t by the driven runs."""
+        return self.separation(self._driven[0], contrasts)
 
     def repeated(self, contrasts: Sequence[Contrast], times: float) -> float:
-        """The separation t, in standard errors, by ``times`` as many runs as were driven; it grows with the root."""
-        return self._t(self._driven[0] * sqrt(times), contrasts)
+        """The separation t by ``times`` as many runs as were driven; it grows with the root."""
+        return self.separation(self._driven[0] * sqrt(times), contrasts)
 
     def best(self, contrasts: Sequence[Contrast]) -> PlannedTest | None:
         """The manoeuvre that separates with the fewest runs, of equal ones that of least effort; else the best one.
@@ -134,10 +134,6 @@ class ExperimentDesigner:
         added = next((rows for one, rows in self._manoeuvres if one is manoeuvre), self._driven[0])
         return np.vstack([self._driven[0], sqrt(times) * added])
 
-    def separation(self, rows: Array, contrast: Contrast) -> float:
-        """The separation by ``rows``, in standard errors."""
-        return self._t(rows, (contrast,))
-
     def spread(self, rows: Array | None = None) -> dict[str, float]:
         """Standard error of each unknown of the baseline by ``rows`` (default: of the driven runs) and the priors.
 
@@ -154,15 +150,16 @@ class ExperimentDesigner:
 
     def _planned(self, one: Manoeuvre, rows: Array, contrasts: Sequence[Contrast]) -> PlannedTest:
         for times in range(1, one.most + 1):
-            t = self._t(np.vstack([self._driven[0], sqrt(times) * rows]), contrasts)
+            t = self.separation(np.vstack([self._driven[0], sqrt(times) * rows]), contrasts)
             if t >= POLICY.separated_t:
                 break
         return PlannedTest(one, times * one.each, t)
 
-    def _t(self, seen: Array, contrasts: Sequence[Contrast]) -> float:
+    def separation(self, rows: Array, contrasts: Sequence[Contrast]) -> float:
+        """The separation t by ``rows`` and the priors, in standard errors, of the least separated contrast."""
         known = self._driven[1]
-        rows = np.vstack([seen, known])
-        return min((self._separation(rows, len(known), one) for one in contrasts), default=0.0)
+        every = np.vstack([rows, known])
+        return min((self._separation(every, len(known), one) for one in contrasts), default=0.0)
 
     def _separation(self, rows: Array, known: int, contrast: Contrast) -> float:
         """The norm of the remaining sensitivity; zero where the detection would call the effect collinear."""

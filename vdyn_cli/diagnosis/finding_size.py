@@ -202,19 +202,17 @@ def _contradicted(without: LinearizedRuns, found: LinearizedRuns, nuisances: fro
     A pull is the distance from the prior's mean in its standard deviations; the nuisance parameters are sensor zeros,
     start values and clock delays.
     """
-    pulls = [np.concatenate([_own_pulls(one), _shared_pulls(one, nuisances)]) for one in (without, found)]
+    pulls = [_pulls(one, nuisances) for one in (without, found)]
     if pulls[0].size != pulls[1].size:
         return 0.0
     lowered = pulls[0] - pulls[1] > POLICY.matters_share * NORMAL95
     return float(np.max(pulls[0][lowered], initial=0.0))
 
 
-def _own_pulls(runs: LinearizedRuns) -> Array:
-    known = [(k, u.prior) for k, u in enumerate(runs.regression.own) if u.prior]
-    pulls = [np.abs(runs.own[:, k] - mean) / std for k, (mean, std) in known]
-    return np.concatenate(pulls) if pulls else np.zeros(0)
-
-
-def _shared_pulls(runs: LinearizedRuns, nuisances: frozenset[str]) -> Array:
-    at = zip(runs.regression.shared, runs.shared.tolist(), strict=True)
-    return np.array([abs(x - u.prior[0]) / u.prior[1] for u, x in at if u.prior and u.name in nuisances])
+def _pulls(runs: LinearizedRuns, nuisances: frozenset[str]) -> Array:
+    """Pulls of every run's own priors, then of those of shared nuisance parameters."""
+    regression = runs.regression
+    known = [(x, u.prior) for u, x in zip(regression.own, runs.own.T, strict=True) if u.prior]
+    shared = zip(regression.shared, runs.shared, strict=True)
+    known += [(np.array([x]), u.prior) for u, x in shared if u.prior and u.name in nuisances]
+    return np.concatenate([np.zeros(0), *(np.abs(x - mean) / std for x, (mean, std) in known)])

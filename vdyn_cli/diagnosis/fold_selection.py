@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, column_groups
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.scores import ROUNDING, equivalent
+from vdyn_cli.diagnosis.scores import ROUNDING, equivalent, pseudo_inverse, visible_only
 from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.quantities.arrays import Array
 
@@ -54,17 +54,10 @@ class Information:
 
     def statistic(self, name: str) -> tuple[float, int]:
         """T^2 of a candidate or profile, and its degrees of freedom."""
-        g = self.columns[name]
-        own, whole = self.matrix[np.ix_(g, g)], self.matrix
-        scale = np.sqrt(np.maximum(np.diag(own), 0.0))
-        seen = scale > ROUNDING * np.sqrt(max(float(np.max(np.diag(whole))), 1e-300))
-        if not seen.any():
-            return 0.0, 0
-        even = own[np.ix_(seen, seen)] / np.outer(scale[seen], scale[seen])
-        values, axes = np.linalg.eigh(even)
-        good = values > ROUNDING
-        along = axes.T @ (self.score[g][seen] / scale[seen])
-        return float(np.sum(along[good] ** 2 / values[good])), int(good.sum())
+        g, sizes = self.columns[name], np.sqrt(np.maximum(np.diag(self.matrix), 0.0))
+        seen = g[sizes[g] > ROUNDING * max(float(np.max(sizes)), 1e-150)]
+        inverse, rank = pseudo_inverse(self.matrix[np.ix_(seen, seen)])
+        return float(self.score[seen] @ inverse @ self.score[seen]), rank
 
     def evidence(self, names: Sequence[str]) -> dict[str, float]:
         """Normal equivalent of the statistic of each visible candidate or profile."""
@@ -97,14 +90,9 @@ def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mappin
     basis = orthonormal(system.of([*fitted, *system.own]))
     names = [n for each in columns.values() for n in each]
     whole = system.of(names)
-    left = whole - basis @ (basis.T @ whole)
-    left[:, np.sum(left**2, axis=0) <= ROUNDING**2 * np.sum(whole**2, axis=0)] = 0.0
+    left = visible_only(whole, whole - basis @ (basis.T @ whole))
     y = system.y - basis @ (basis.T @ system.y)
-    at, groups = 0, {}
-    for name, each in columns.items():
-        groups[name] = np.arange(at, at + len(each))
-        at += len(each)
-    return Information(left.T @ left, left.T @ y, groups, frozenset(profiles))
+    return Information(left.T @ left, left.T @ y, column_groups(columns), frozenset(profiles))
 
 
 def sufficient(found: Information, candidates: Sequence[str], most_effects: int) -> tuple[str, ...] | None:

@@ -56,16 +56,17 @@ class FullModel:
     base: tuple[str, ...]
 
     @cached_property
-    def _by_name(self) -> Mapping[str, Effect]:
+    def by_name(self) -> Mapping[str, Effect]:
+        """The candidates and the profiles by name."""
         return {**self.setup.families, **self.setup.candidates}
 
     def amplitudes(self, effect: str) -> tuple[str, ...]:
         """The unknowns of a candidate or a profile that the score test frees."""
-        return amplitudes_of(self._by_name[effect])
+        return amplitudes_of(self.by_name[effect])
 
     def freed(self, effect: str) -> tuple[str, ...]:
         """The free unknowns of a candidate or a profile in a fit with it: amplitudes and shape parameters."""
-        return (*self.amplitudes(effect), *shapes_of(self._by_name[effect]))
+        return (*self.amplitudes(effect), *shapes_of(self.by_name[effect]))
 
     def with_base(self, effects: Sequence[str]) -> list[str]:
         """The unknowns of the baseline, then the free unknowns of these effects."""

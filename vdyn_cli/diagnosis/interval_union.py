@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vdyn_cli.diagnosis.unexplained import Bias
+from vdyn_cli.diagnosis.unexplained import Bias, half_widths
 from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -116,8 +116,7 @@ def biases(
     if not found:
         return {}
     every = [{**one, **_derived(fitted, one, derived)} for one in found]
-    names = {n for one in every for n in one}
-    known = {n: max(float(np.linalg.norm(one[n])) for one in every) for n in names if n in published}
+    known = {n: bias for n, bias in half_widths(every).items() if n in published}
     ratio = max((b / published[n].half_width for n, b in known.items() if published[n].half_width > 0), default=0.0)
     return known | {n: ratio * e.half_width for n, e in published.items() if n not in known}
 

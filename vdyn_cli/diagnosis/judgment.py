@@ -34,8 +34,8 @@ from vdyn_cli.diagnosis.model_selection import (
 )
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.diagnosis.untestable import UntestableEffect, untestable
-from vdyn_cli.quantities.diagnosis import Verdict
+from vdyn_cli.diagnosis.untestable import untestable
+from vdyn_cli.quantities.diagnosis import NotTestable, Verdict
 from vdyn_cli.quantities.errors import Finding
 
 HELD_OUT_WORSE = "the held-out error increases"
@@ -70,7 +70,7 @@ class Judgment:
     why: str
     base: FittedModel
     detection: Detection
-    untestable: tuple[UntestableEffect, ...]
+    untestable: tuple[NotTestable, ...]
     answers: tuple[CandidateModel, ...] = ()
     tried: tuple[CandidateModel, ...] = ()
     gain: HeldOutGain | None = None
@@ -122,7 +122,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     model, base = strategy.model, strategy.base
     found = detect(strategy, base)
     detected = found.p_value <= model.setup.level
-    judgment = Judgment("adequate", _insufficient(strategy, found), base, found, untestable(model, base, found))
+    judgment = Judgment("adequate", _insufficient(strategy, found), base, found, untestable(model, base, found.scores))
     if judgment.why or not (found.testable or detected):
         return replace(judgment, verdict="not_testable")
     if faults:
@@ -143,7 +143,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
 
 def _insufficient(strategy: Strategy, found: Detection) -> str:
     """Why these data are insufficient for a diagnosis; empty where they suffice."""
-    setup, runs, units = strategy.model.setup, strategy.model.runs, found.units - found.stated
+    setup, runs, system = strategy.model.setup, strategy.model.runs, found.system
     if runs < setup.fewest_runs:
         verb = "s are" if runs > 1 else " is"
         return f"{runs} {setup.run}{verb} too few to separate an effect from noise (needed: {setup.fewest_runs})"
@@ -151,12 +151,13 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
         return f"{setup.too_short}; effects are confounded in runs this short"
     if setup.mixed_directions:
         return f"{setup.mixed_directions}: wind, slope and resistance are confounded"
-    unit = f"{found.unit}{'s' if units != 1 else ''}"
-    if units < POLICY.fewest_units or found.effective_units < POLICY.fewest_effective_units:
+    units = system.units - system.stated
+    unit = f"{system.kind}{'s' if units != 1 else ''}"
+    if units < POLICY.fewest_units or system.effective_units < POLICY.fewest_effective_units:
         needed = f"needed: {POLICY.fewest_units}, effective number {POLICY.fewest_effective_units:g}"
-        have = f"{units} {unit} (effective number {found.effective_units:.0f})"
+        have = f"{units} {unit} (effective number {system.effective_units:.0f})"
         return f"{have} are too few to certify an effect ({needed})"
-    if found.smallest_p * POLICY.smallest_p_ratio > setup.level:
+    if found.scores.smallest_p() * POLICY.smallest_p_ratio > setup.level:
         return f"{units} {unit} cannot reach the level of {setup.level:.2g}"
     return ""
 

@@ -14,7 +14,7 @@ from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel, fu
 from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.relinearization import Relinearization, relaxed
+from vdyn_cli.diagnosis.relinearization import Relinearization, with_unbounded_scales
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
@@ -228,7 +228,7 @@ def open_linearized(setup: DiagnosisSetup, about: Mapping[str, float] = NO_VALUE
         return linearized(setup.regression(effects, unknowns, start=own))
 
     model = full_model(setup, regression, point)
-    model = replace(model, regression=relaxed(model.regression, setup))
+    model = replace(model, regression=with_unbounded_scales(model.regression, setup))
     return LinearizedStrategy(model, Relinearization(setup, model.base))
 
 

@@ -157,6 +157,7 @@ class LinearizedSystem:
         """Names of the columns of the runs' own unknowns."""
         return [n for n in self.names if "#" in n]
 
+    @cached_property
     def effective_units(self) -> float:
         """Effective number of units, without priors, by their information about all unknowns together."""
         information = np.add.reduceat(np.sum(orthonormal(self.columns) ** 2, axis=1), self.starts)
@@ -219,6 +220,12 @@ def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "bloc
     label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
     run, count = np.array(owner, dtype=np.int64).T
     return LinearizedSystem(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, kind)
+
+
+def column_groups(names: Mapping[str, Sequence[str]]) -> dict[str, NDArray[np.int64]]:
+    """By group, the places of its columns among the columns of all groups, which follow each other."""
+    ends = np.cumsum([0, *(len(each) for each in names.values())])
+    return {name: np.arange(first, last) for name, first, last in zip(names, ends[:-1], ends[1:], strict=True)}
 
 
 def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:

@@ -118,7 +118,7 @@ def _revealing(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
     answer = judgment.answer.effects if judgment.answer else ()
     beside = _beside(model, answer)
     contrasts = {
-        u.effect: (Contrast({model.amplitudes(u.effect)[0]: u.amplitude}, beside),)
+        u.effect: (Contrast({model.amplitudes(u.effect)[0]: u.size}, beside),)
         for u in judgment.untestable
         if u.effect not in answer
     }

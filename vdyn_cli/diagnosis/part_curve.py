@@ -52,10 +52,6 @@ class Curve:
         """(n,) share of the covered range that each point stands for."""
         return np.asarray(np.gradient(self.at) / max(float(self.at[-1] - self.at[0]), 1e-300))
 
-    def deviation(self, values: Mapping[str, float]) -> Array:
-        """(n,) the curve minus the nearest law of the baseline's form."""
-        return self.unabsorbed(self.value, values)
-
     def unabsorbed(self, curve: Array, values: Mapping[str, float]) -> Array:
         """(n,) the part of a curve that the unknowns of the baseline's law cannot follow, by weighted least squares.
 
@@ -85,9 +81,9 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
     own = [n for n in part.own if n in solution.values]
     names = [*own, *part.unknowns]
     basis = part.basis(x)
+    seen = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
     if not part.own and not part.anchored:  # the fitted parameters absorb a constant: remove it from the curve
-        within = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
-        basis = basis - basis[within].mean(axis=0)
+        basis = basis - basis[seen].mean(axis=0)
     gradient = np.column_stack([part.slopes(x, solution.values), basis]) if own else basis
     at = [solution.names.index(n) for n in names]
     half = np.max(
@@ -99,7 +95,6 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
     variance = fitted.variance[place * count : (place + 1) * count]
     found = np.array([solution.values[n] for n in part.unknowns])
     half = np.hypot(half, NORMAL95 * np.sqrt(truncation_error(found, part.orders)))
-    seen = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
     prior = np.sqrt(basis**2 @ variance)
     seen &= (half <= POLICY.covered_share * NORMAL95 * prior) | (np.abs(x) <= part.scale)
     seen = _longest(seen, x)
@@ -107,15 +102,9 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
         return None
     value = part.baseline(x, solution.values) + basis @ found
     inside = gradient[seen]
-    covariance = _covariance(inside, solution, at) + truncation_error(found, part.orders) * np.eye(
-        int(np.count_nonzero(seen))
-    )
+    covariance = inside @ solution.classical_covariance[np.ix_(at, at)] @ inside.T
+    covariance += truncation_error(found, part.orders) * np.eye(len(inside))
     return Curve(part, x[seen], value[seen], half[seen], part.baseline(x[seen], base.values), covariance)
-
-
-def _covariance(gradient: Array, solution: Solution, at: Sequence[int]) -> Array:
-    """(points, points) covariance by the noise model of linear functions of the unknowns at indices ``at``."""
-    return np.asarray(gradient @ solution.classical_covariance[np.ix_(at, at)] @ gradient.T)
 
 
 def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[int]) -> Array:
@@ -192,5 +181,5 @@ def share_of_curve(curves: Sequence[tuple[Curve, Array]], values: Mapping[str, f
     curves : each with the law's values at its points. values : of the unknowns, to linearize the baseline's law.
     """
     left = sum(float(c.weights @ c.unabsorbed(c.value - law, values) ** 2) for c, law in curves)
-    whole = sum(float(c.weights @ c.deviation(values) ** 2) for c, _ in curves)
+    whole = sum(float(c.weights @ c.unabsorbed(c.value, values) ** 2) for c, _ in curves)
     return 1.0 - float(np.sqrt(left / whole)) if whole > 0 and left < whole else 0.0

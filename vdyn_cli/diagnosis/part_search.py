@@ -19,7 +19,6 @@ from vdyn_cli.diagnosis.full_model import LEAST_STEP
 from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, linearize, linearized_system
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
 from vdyn_cli.inference.linearized_regression import linearized
@@ -106,9 +105,8 @@ class PartSearch:
             replace(u, prior=(0.0, priors[u.name])) if u.name in priors else u for u in self.regression.unknowns
         )
         regression = replace(self.regression, unknowns=unknowns)
-        values = {u.name: fitted.solution.values.get(u.name, u.start) for u in regression.shared}
         try:
-            system = linearized_system(linearize(regression, values, fitted.solution.per_run))
+            system = linearized_system(linearize(regression, fitted.solution.values, fitted.solution.per_run))
         except (ResultError, ArithmeticError):
             return 0.0
         projected = _Projected(system, [*self.base, *names, *system.own])
@@ -140,16 +138,12 @@ class PartSearch:
         names = [n for p in parts for n in p.unknowns]
         variance = by.variance if by is not None and names else np.zeros(0)
         priors = dict(zip(names, np.sqrt(variance).tolist(), strict=True))
-        candidates = self.strategy.model.setup.candidates
         free = {*self.base, *names, *(n for e in effects for n in self.strategy.model.freed(e))}
         known = self.strategy.fitted(effects) if effects else None
         begin = next((f.solution for f in (known, near) if f is not None), self.start)
         values = known.values if known is not None else begin.values
-        held = {
-            u.name: 0.0 if u.name not in _nominal(candidates) else u.start
-            for u in self.regression.shared
-            if u.name not in free
-        }
+        shapes = {n for e in self.strategy.model.setup.effects for n in e.nominal}
+        held = {u.name: u.start if u.name in shapes else 0.0 for u in self.regression.shared if u.name not in free}
         # Held unknowns start at their held value, so that the simulation can omit them.
         unknowns = tuple(
             replace(u, start=values.get(u.name, 0.0), prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf)
@@ -191,10 +185,6 @@ def solution_floor(solution: Solution) -> float:
     return max(1.0, 2 * solution.cost / max(rows - len(solution.names), 1))
 
 
-def _nominal(candidates: Mapping[str, Effect]) -> set[str]:
-    return {n for e in candidates.values() for n in e.nominal}
-
-
 def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | None:
     """The evidence of every part beside the baseline's fit; None where a step has no parts or cannot be linearized.
 
@@ -206,13 +196,10 @@ def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | N
     if not parts:
         return None
     regression = _regression(strategy, problem)
-    values = {n: base.solution.values.get(n, 0.0) for n in base.solution.values}
-    shared = {u.name: values.get(u.name, u.start) for u in regression.shared}
     try:
-        runs = linearize(regression, shared, base.solution.per_run)
+        system = linearized_system(linearize(regression, base.values, base.solution.per_run))
     except (ResultError, ArithmeticError):
         return None
-    system = linearized_system(runs)
     projected = _Projected(system, [*strategy.model.base, *system.own])
     floor = _floor(strategy, projected, system, parts)
     gains, rivals = _gains(strategy, projected, parts, floor)

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.detection import Detection
-from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at
-from vdyn_cli.diagnosis.full_model import FittedModel, FullModel, full_model, with_open_range
+from vdyn_cli.diagnosis.full_model import FittedModel, FullModel, with_open_range
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression
@@ -101,8 +100,3 @@ def spread_over(probes: Sequence[float], most: int) -> list[float]:
     last = len(probes) - 1
     count = min(most, len(probes))
     return [probes[round(i * last / max(count - 1, 1))] for i in range(count)]
-
-
-def open_refit(setup: DiagnosisSetup) -> RefitStrategy:
-    """The refit strategy of a setup."""
-    return RefitStrategy(full_model(setup, setup.regression))

@@ -189,7 +189,7 @@ class Relinearization:
         return fit, True
 
     def _once(self, effects: tuple[str, ...], about: Mapping[str, float], chord: bool = False) -> FittedModel:
-        linear = relaxed(linearized(self.alone(effects, about, chord)), self.setup)
+        linear = with_unbounded_scales(linearized(self.alone(effects, about, chord)), self.setup)
         solution = solve(linear, tolerance=LEAST_STEP)
         runs = linearize(linear, solution.values, solution.per_run)
         return FittedModel(effects, solution, runs, linearized_system(runs))
@@ -204,7 +204,7 @@ def _is_stuck(at: float | None, to: float, bounds: tuple[float, float]) -> bool:
     return at in bounds and not bounds[0] < to < bounds[1]
 
 
-def relaxed(regression: Regression, setup: DiagnosisSetup) -> Regression:
+def with_unbounded_scales(regression: Regression, setup: DiagnosisSetup) -> Regression:
     """A linearized regression with unbounded scales, since a linear fit may pass through impossible values of them."""
     free = {n for e in setup.effects for n in amplitudes_of(e) if is_scale(e, n)}
     wide = (replace(u, lower=-np.inf, upper=np.inf) if u.name in free else u for u in regression.unknowns)

@@ -10,15 +10,14 @@ from math import sqrt
 import numpy as np
 
 from vdyn_cli.diagnosis.detectable import detectable
-from vdyn_cli.diagnosis.detection import detect, fewest_runs
-from vdyn_cli.diagnosis.diagnosis_record import not_testable
+from vdyn_cli.diagnosis.detection import detect, fewest_runs, obstacle
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
 from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
-from vdyn_cli.diagnosis.untestable import untestable
+from vdyn_cli.diagnosis.untestable import lacking_channels, untestable
 from vdyn_cli.quantities.diagnosis import Detectable, NotTestable
 from vdyn_cli.quantities.plan_schema import AddedRuns, Separation
 from vdyn_cli.steps.manoeuvre import Manoeuvre
@@ -61,7 +60,9 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     designer = ExperimentDesigner(strategy, runs / model.runs)
     base = _repeated(strategy.base, runs / model.runs)
     found = detect(strategy, base)
-    hidden = [u for u in untestable(model, base, found) if u.obstacle != "runs" or runs < fewest_runs(POLICY.level)]
+    hidden = list(untestable(model, base, found.scores))
+    if runs >= fewest_runs(POLICY.level):
+        hidden = [u for u in hidden if obstacle(model, found.scores, u.effect) != "runs"]
     amplitudes = {
         n: {next(iter(names)): POLICY.typical_share * largest_plausible(model.setup.candidates[n], next(iter(names)))}
         for n in model.setup.candidates
@@ -80,7 +81,7 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     ]
     return RunPlan(
         detectable(model.setup, found),
-        not_testable(model, hidden),
+        (*hidden, *lacking_channels(model.setup)),
         tuple(Separation(effects=list(effects), t=t) for (effects, _), t in confused),
         _added(designer, open_ones),
         designer.spread(),
@@ -111,7 +112,7 @@ def _added_by(designer: ExperimentDesigner, one: Manoeuvre, questions: Sequence[
     answers: list[Separation] = []
     for times in range(1, one.most + 1):
         rows = designer.after(one, times)
-        found = [(effects, min(designer.separation(rows, c) for c in contrasts)) for effects, contrasts in questions]
+        found = [(effects, designer.separation(rows, contrasts)) for effects, contrasts in questions]
         answers = [Separation(effects=list(effects), t=t) for effects, t in found if t >= POLICY.separated_t]
         if answers:
             break

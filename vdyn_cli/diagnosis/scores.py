@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
+from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, column_groups
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.quantities.arrays import Array
@@ -47,7 +47,7 @@ class Scores:
     """
 
     names: tuple[str, ...]
-    groups: tuple[NDArray[np.int64], ...]
+    groups: Mapping[str, NDArray[np.int64]]
     visibility: Mapping[str, float]
     stated: Mapping[str, float]
     statistic: Mapping[str, float]
@@ -114,7 +114,7 @@ class Scores:
             contributions += np.random.default_rng(SEED).standard_normal((len(g), len(self._priors))) @ self._priors
         statistics = {}
         for name in names:
-            columns = self.groups[self.names.index(name)]
+            columns = self.groups[name]
             flipped = np.einsum("fb,bpk->fpk", g, self._flippable[:, :, columns])
             least = np.einsum("nk,nl->kl", self._left[:, columns], self._left[:, columns])
             variance = least[None] - np.einsum("fpk,fpl->fkl", flipped, flipped)
@@ -122,12 +122,12 @@ class Scores:
         return statistics
 
     def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
-        columns = np.concatenate([self.groups[self.names.index(n)] for n in names])
+        columns = np.concatenate([self.groups[n] for n in names])
         factor: Array = np.asarray(np.linalg.qr(self._left[:, columns], mode="r"))
         normal = np.random.default_rng(SEED).standard_normal((draws, factor.shape[0])) @ factor
         most, at = np.full(draws, -np.inf), 0
         for name in names:
-            k = self.groups[self.names.index(name)].size
+            k = self.groups[name].size
             own = factor[:, at : at + k]
             most = np.maximum(most, equivalent(quadratic(normal[:, at : at + k], (own.T @ own)[None]), self.rank[name]))
             at += k
@@ -148,23 +148,19 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     whole = system.of(wanted)
     left = whole - basis @ (basis.T @ whole)
     y = system.y - basis @ (basis.T @ system.y)
-    groups, at = [], 0
-    for name in names:
-        groups.append(np.arange(at, at + len(candidates[name])))
-        at += len(candidates[name])
-    left = _visible_only(whole, left)
+    groups, left = column_groups(candidates), visible_only(whole, left)
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
     seen = system.run >= 0
     priors = left[~seen[system.label]]
     stated_priors = left[system.run[system.label] == -1]
     contributions = np.add.reduceat(left * y[:, None], system.starts, axis=0)
-    for name, columns in zip(names, groups, strict=True):
+    for name, columns in groups.items():
         size = float(np.sum(whole[:, columns] ** 2))
         visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
         remains = float(np.sum(left[:, columns] ** 2))
         stated[name] = float(np.sum(stated_priors[:, columns] ** 2)) / remains if remains else 0.0
         information = left[:, columns].T @ left[:, columns]
-        inverse, rank[name] = _inverse(information)
+        inverse, rank[name] = pseudo_inverse(information)
         total = contributions[:, columns].sum(axis=0)
         estimate[name], spread[name] = inverse @ total, np.sqrt(np.diag(inverse))
         statistic[name] = float(total @ inverse @ total)
@@ -172,7 +168,7 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     for b, (first, last) in enumerate(zip(system.starts, [*system.starts[1:], len(y)], strict=True)):
         flipped[b] = basis[first:last].T @ left[first:last]
     return Scores(
-        names, tuple(groups), visibility, stated, statistic, rank, estimate, spread,
+        names, groups, visibility, stated, statistic, rank, estimate, spread,
         left, contributions[seen], flipped[seen], priors,
     )  # fmt: skip
 
@@ -233,15 +229,15 @@ def equivalent(statistic: Array | float, degrees: int) -> Array:
     return np.asarray(r + np.log(off * np.sqrt(degrees / 2) / r) / r)
 
 
-def _visible_only(whole: Array, left: Array) -> Array:
+def visible_only(whole: Array, left: Array) -> Array:
     """Remaining sensitivities ``left``, set to zero where only rounding is left of ``whole``."""
     size = np.sqrt(np.sum(whole**2, axis=0))
     remains = np.sqrt(np.sum(left**2, axis=0))
     return np.where(remains > ROUNDING * size, left, 0.0)
 
 
-def _inverse(information: Array) -> tuple[Array, int]:
-    """Pseudo-inverse of an information matrix of any scale, and its rank."""
+def pseudo_inverse(information: Array) -> tuple[Array, int]:
+    """Pseudo-inverse of an information matrix, (k, k), of any scale, and its rank."""
     scale = np.sqrt(np.diag(information))
     scale = np.where(scale > 0, scale, np.inf)
     values, axes = np.linalg.eigh(information / np.outer(scale, scale))

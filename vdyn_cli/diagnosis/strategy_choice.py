@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, with_wide_priors
+from vdyn_cli.diagnosis.full_model import full_model
 from vdyn_cli.diagnosis.linearized import open_linearized
-from vdyn_cli.diagnosis.refit import open_refit
+from vdyn_cli.diagnosis.refit import RefitStrategy
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.inference import RefusedFitError
 
@@ -28,6 +29,8 @@ def open_strategy(setup: DiagnosisSetup) -> Strategy:
 
 
 def _opened(setup: DiagnosisSetup) -> Strategy:
-    strategy: Strategy = open_linearized(setup) if setup.linearized else open_refit(setup)
-    strategy.fitted(())
+    strategy: Strategy = (
+        open_linearized(setup) if setup.linearized else RefitStrategy(full_model(setup, setup.regression))
+    )
+    strategy.fitted(())  # raises where the baseline cannot be fitted
     return strategy

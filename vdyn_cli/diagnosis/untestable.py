@@ -1,32 +1,26 @@
-"""Candidates that are not detectable in the data, and the bias of the parameters if they were present."""
+"""Candidates that these data cannot detect, and the bias of the parameters if they were present."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
 import numpy as np
 
-from vdyn_cli.diagnosis.detection import Detection, Obstacle, obstacle
+from vdyn_cli.diagnosis.detection import Obstacle, fewest_runs, obstacle
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.scores import absorbed
+from vdyn_cli.diagnosis.scores import Scores, absorbed
+from vdyn_cli.quantities.diagnosis import NotTestable
 
+# These choose words and what is shown, no verdict.
 NOTICEABLE = 0.01  # standard deviations of a parameter: a smaller bias does not change its last published digit
+COLLINEAR = 1e-3  # visibility below which the text says "exactly collinear"
+DISTINCT = 0.9  # visibility above which the text does not mention collinearity
 
 
-@dataclass(frozen=True)
-class UntestableEffect:
-    """A candidate that is not detectable in these data, why, and the parameters' bias if it had this amplitude."""
-
-    effect: str
-    obstacle: Obstacle
-    visibility: float
-    amplitude: float
-    would_bias: dict[str, float]
-
-
-def untestable(model: FullModel, base: FittedModel, found: Detection) -> tuple[UntestableEffect, ...]:
+def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotTestable, ...]:
     """The candidates that change the outputs in these data but are not detectable.
 
     Parameters
@@ -41,7 +35,7 @@ def untestable(model: FullModel, base: FittedModel, found: Detection) -> tuple[U
     for name, effect in model.setup.candidates.items():
         unknown = model.amplitudes(name)[0]
         sensitivity = base.system.of([unknown])[:, 0]
-        why = obstacle(model, found.scores, name)
+        why = obstacle(model, found, name)
         if why is None or not np.any(sensitivity):
             continue
         amplitude = POLICY.typical_share * largest_plausible(effect, unknown)
@@ -51,5 +45,35 @@ def untestable(model: FullModel, base: FittedModel, found: Detection) -> tuple[U
             for n, m in zip(model.base, moved, strict=True)
             if n not in model.nuisances and abs(m) > NOTICEABLE * base.solution.std[n]
         }
-        result.append(UntestableEffect(name, why, found.scores.visibility[name], amplitude, bias))
+        because = _because(model, why, found.visibility[name])
+        unit = effect.unknowns[unknown].unit
+        result.append(NotTestable(effect=name, because=because, size=amplitude, unit=unit, would_bias=bias))
     return tuple(result)
+
+
+def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:
+    """The effects of the catalogue that lack a channel, each with that channel."""
+    return tuple(
+        NotTestable(
+            effect=name,
+            because=f"needs channel '{channel}', which is not logged",
+            size=math.nan,
+            unit="",
+            would_bias={},
+        )
+        for name, channel in setup.lacking.items()
+    )
+
+
+def _because(model: FullModel, why: Obstacle, visibility: float) -> str:
+    run, share = model.setup.run, f"{100 * visibility:.2g} % of its sensitivity"
+    if why == "runs":
+        fewest = fewest_runs(model.setup.level)
+        return f"it varies between {run}s: {model.runs} {run}s are too few to test it (needed: {fewest})"
+    if why == "collinear":
+        if visibility <= COLLINEAR:
+            return "exactly collinear with the fitted parameters"
+        return f"collinear with the fitted parameters: only {share} is not"
+    if visibility < DISTINCT:
+        return f"only {share} is not collinear with the fitted parameters, which is below the noise"
+    return "not detectable above the noise at any plausible amplitude"
