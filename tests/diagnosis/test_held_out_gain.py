@@ -79,7 +79,7 @@ def by_hand(campaign: Campaign, most: int = 1) -> tuple[float, float, list[tuple
         for _ in range(most):
             tried = {n: left - fitted(campaign, [*names, n], rest)[1] for n in NAMES if n not in names}
             best = max(tried, key=lambda n: tried[n])
-            if equivalent(tried[best], 1) < POLICY.fold_evidence:
+            if equivalent(tried[best], 1) < POLICY.pair_evidence:
                 break
             names.append(best)
             left -= tried[best]

@@ -36,16 +36,7 @@ class Detection:
 
 
 def detect(strategy: Strategy, at: FittedModel) -> Detection:
-    """Test all candidates and profiles beside a fitted model.
-
-    Parameters
-    ----------
-    at : baseline, or a model with effects; its own effects are not tested again.
-
-    Returns
-    -------
-    The scores of all candidates, and the p value of their largest statistic.
-    """
+    """Test all candidates and profiles beside a fitted model, which may contain effects."""
     model = strategy.model
     names = [n for n in model.setup.candidates if n not in at.effects]
     found = model.scores(at, [*names, *model.setup.families])
@@ -71,26 +62,19 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
     within = [n for n in names if kind[n] == "within_run"]
     between = [n for n in names if kind[n] == "between_run" and _enough_runs(model)]
     profiles = [n for n in model.setup.families if found.rank[n]]
-    shares = {"within": POLICY.within_run_share if within else 0.0}
-    shares["between"] = POLICY.between_run_share if between else 0.0
-    shares["profiles"] = POLICY.profile_share if profiles else 0.0
-    parts = []
+    tests = []  # share and p value of each family
     if within:
-        parts.append(found.p_value(within, scaled=scaled) / shares["within"])
+        tests.append((POLICY.named_share, found.p_value(within, scaled=scaled)))
     if between:
-        parts.append(model.scores(at, between, runs=True).p_value() / shares["between"])
+        tests.append((POLICY.named_share, model.scores(at, between, runs=True).p_value()))
     if profiles:
-        parts.append(found.p_value(profiles, scaled=scaled) / shares["profiles"])
-    return min(1.0, sum(shares.values()) * min(parts)) if parts else 1.0
+        tests.append((POLICY.profile_share, found.p_value(profiles, scaled=scaled)))
+    spent = sum(share for share, _ in tests)
+    return min(1.0, spent * min(p / share for share, p in tests)) if tests else 1.0
 
 
 def is_testable(model: FullModel, found: Scores, name: str) -> bool:
-    """Whether these data would show the candidate at a plausible amplitude.
-
-    Parameters
-    ----------
-    found : scores that contain the candidate ``name``.
-    """
+    """Whether these data would show the candidate at a plausible amplitude."""
     return obstacle(model, found, name) is None
 
 
@@ -110,16 +94,7 @@ def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
 
 
 def reachable_t(model: FullModel, found: Scores, name: str) -> float:
-    """Largest score statistic t of the candidate, in standard errors: at the edge of its plausible range.
-
-    Parameters
-    ----------
-    found : scores that contain the candidate ``name``.
-
-    Returns
-    -------
-    Largest t over the amplitudes of the effect; 0 where it has no sensitivity.
-    """
+    """Largest score statistic t of the candidate, in standard errors, at the edge of its range; 0 if invisible."""
     effect = model.setup.candidates[name]
     spread: Sequence[float] = found.spread[name].tolist()
     each = zip(model.amplitudes(name), spread, strict=True)
@@ -133,7 +108,7 @@ def fewest_runs(level: float) -> int:
     ----------
     level : false-alarm probability of the step's diagnosis, 0 to 1.
     """
-    return max(POLICY.fewest_runs_between, 1 + ceil(log2(1 / (POLICY.between_run_share * level))))
+    return max(POLICY.fewest_runs_between, 1 + ceil(log2(1 / (POLICY.named_share * level))))
 
 
 def _enough_runs(model: FullModel) -> bool:

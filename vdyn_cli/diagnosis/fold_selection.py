@@ -108,7 +108,7 @@ def sufficient(found: Information, candidates: Sequence[str], most_effects: int)
     """
     evidence = found.evidence(candidates)
     most = max(evidence.values(), default=0.0)
-    if most < POLICY.fold_evidence:
+    if most < POLICY.pair_evidence:
         return ()
     least = max(POLICY.single_evidence, POLICY.single_share * most)
     singles = [n for n in evidence if evidence[n] >= least and found.rest_is_noise((n,), candidates)]

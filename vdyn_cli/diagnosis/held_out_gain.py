@@ -199,7 +199,7 @@ def _selected(
         others = {n: model.amplitudes(n) for n in selecting.candidates if n not in found}
         scored = scores(folds.of(at).training_by_unit(fold), model.with_base(found), others)
         best = scored.strongest()
-        if best is None or scored.evidence[best] < POLICY.fold_evidence:
+        if best is None or scored.evidence[best] < POLICY.pair_evidence:
             break
         found.append(best)
         if strategy.nonlinear and set(found) < set(answer):

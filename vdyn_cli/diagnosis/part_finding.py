@@ -87,12 +87,7 @@ class PartFinding:
 
 
 def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding | None:
-    """The part at fault beside the baseline's fit; None where no part has evidence.
-
-    Parameters
-    ----------
-    strategy : with the baseline's fit. problem : its parts are freed.
-    """
+    """The part at fault beside the baseline's fit; None where no part has evidence."""
     search = part_search(strategy, problem)
     if search is None:
         return None
@@ -126,7 +121,7 @@ def _strongest(search: PartSearch) -> FittedParts | None:
         if best is not None and search.most_gain - gain(best) < _margin(gain(best)):
             break
         for some, found in search.gains:
-            if (some[0].group, some[0].coordinate) == key and found.gain >= POLICY.place_near * linear[key]:
+            if (some[0].group, some[0].coordinate) == key and found.gain >= POLICY.part_near * linear[key]:
                 whole = next((f for f in fits if set(some) < set(f.parts)), None)
                 fitted = search.refitted(some, by=found, near=whole)
                 fits += [fitted] if fitted is not None else []
@@ -146,15 +141,12 @@ def _by_coordinate(search: PartSearch) -> dict[tuple[str, str], float]:
     sensors = {p.group for p in search.parts if p.sensor}
     best = {}
     for group, gains in each.items():
-        as_strong = [c for c, g in gains.items() if g >= max(gains.values()) - _margin(max(gains.values()))]
+        most = max(gains.values())
+        as_strong = [c for c, g in gains.items() if g >= most - _margin(most)]
         first = min(as_strong, key=lambda c: listed[group, c])
-        best[group] = (first, gains[first], group in sensors)
-    elements = max((g for _, g, sensor in best.values() if not sensor), default=0.0)
-    return {
-        (group, coordinate): gain
-        for group, (coordinate, gain, sensor) in best.items()
-        if not sensor or gain > elements + POLICY.part_gain
-    }
+        best[group, first] = gains[first]
+    elements = max((gain for (group, _), gain in best.items() if group not in sensors), default=0.0)
+    return {key: g for key, g in best.items() if key[0] not in sensors or g > elements + POLICY.part_gain}
 
 
 def _rivals(search: PartSearch, best: FittedParts) -> tuple[str, ...]:

@@ -21,14 +21,10 @@ class Policy:
         0.05, "probability", "false-alarm level of one command; a pipeline shares it over its diagnosed steps",
         "The conventional 5 %. Bonferroni over the steps of a pipeline: it also holds for steps that share data.",
     )  # fmt: skip
-    within_run_share: float = _threshold(
-        0.4, "share of the level", "spent on effects that vary within runs",
+    named_share: float = _threshold(
+        0.4, "share of the level", "spent on effects that vary within runs, and as much on those between runs",
         "Bonferroni over three families of tests, 0.02/0.02/0.01 of 0.05: the two families of named effects have equal "
         "shares.",
-    )  # fmt: skip
-    between_run_share: float = _threshold(
-        0.4, "share of the level", "spent on effects that vary between runs only",
-        "As within_run_share.",
     )  # fmt: skip
     profile_share: float = _threshold(
         0.2, "share of the level", "spent on free profiles",
@@ -255,7 +251,7 @@ class Policy:
         "Evidence is about the root of the likelihood gain: below a quarter, a sixteenth of the misfit is explained.",
     )  # fmt: skip
     pair_evidence: float = _threshold(
-        2.0, "standard errors", "of evidence, alone or beside another effect, to be tried in a pair",
+        2.0, "standard errors", "of evidence, alone or beside another effect, to be tried in a pair or by a fold",
         "2.3 % exceed it by chance, less than one of the 20 to 30 candidates of a step. It is below needed_t since the "
         "misfit by a missing partner is part of the residual.",
     )  # fmt: skip
@@ -298,17 +294,14 @@ class Policy:
         "3^2 / 2, as clearly_better: half the square of three standard errors.",
     )  # fmt: skip
     part_near: float = _threshold(
-        0.7, "share of the strongest evidence", "from which another element is refitted as well",
+        0.7, "share of the strongest evidence", "from which another element, or one place of it, is refitted as well",
         "On linearizations about the baseline, wrong elements reached at most 70 % of the evidence of the right one; "
-        "set by tests/bench/other_laws.md.",
+        "set by tests/bench/other_laws.md. If two places are at fault each explains about half, if one is it explains "
+        "nearly all.",
     )  # fmt: skip
     rival_share: float = _threshold(
         0.02, "share of the evidence", "by which a part must exceed another to rule it out as a rival",
         "Evidence of hundreds of standard errors is not exact to 2 %, since laws and linearization are not.",
-    )  # fmt: skip
-    place_near: float = _threshold(
-        0.7, "share of the strongest evidence", "from which one place of such an element is refitted as well",
-        "As part_near: if two places are at fault each explains about half, if one is it explains nearly all.",
     )  # fmt: skip
     most_elements: int = _threshold(
         2, "elements", "that are refitted",
@@ -371,10 +364,6 @@ class Policy:
     prediction_exactness: float = _threshold(
         1e-3, "share of the error", "least half-width of the gain's interval, and least gain in a channel that changes",
         "Simulations and laws are no more exact, even where the folds agree better.",
-    )  # fmt: skip
-    fold_evidence: float = _threshold(
-        2.0, "standard errors", "of evidence below which a fold selects no further effect",
-        "As pair_evidence: a fold has fewer data than the whole.",
     )  # fmt: skip
     compensating_effects: int = _threshold(
         2, "effects", "up to which a named answer may increase the error of predictions with stated parameters",
