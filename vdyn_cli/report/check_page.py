@@ -18,13 +18,7 @@ _AGREE = {True: "agree", False: "contradict", None: typography.DASH}
 
 
 def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping[str, str]) -> str:
-    """The HTML of a check.
-
-    Parameters
-    ----------
-    document : the result of the check.
-    runs : the logs, in the order of the description. units : unit of each channel in the description.
-    """
+    """The HTML of a check; ``units`` are those of the channels in the description."""
     found = (
         _flags(document),
         _pairs(document),

@@ -30,12 +30,7 @@ _BEFORE = LegendEntry("simulated before the extension", canvas.VERMILLION, dashe
 
 
 def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
-    """Draw one channel as SVG: the runs side by side, one panel each, with the residuals below.
-
-    Parameters
-    ----------
-    name : prefix of the ids of the SVG element.
-    """
+    """Draw one channel as SVG: the runs side by side, one panel each, with the residuals below."""
     traces = drawn_traces(channel.traces)
     panels = lay_out(traces, _STRIP)
     unit = f", {typography.unit(channel.unit)}" if channel.unit else ""

@@ -31,12 +31,7 @@ def cut_sentence(ledger: Sequence[LedgerRow]) -> str:
 
 
 def cut_table(ledger: Sequence[LedgerRow], estimates: dict[str, Estimate]) -> TextTable | None:
-    """The ledger, with many cuts by the same test in one channel as one line; None if it is empty.
-
-    Parameters
-    ----------
-    estimates : the published parameters; changes are stated in their standard deviations.
-    """
+    """The ledger, with many cuts by the same test in one channel as one line; None if it is empty."""
     if not ledger:
         return None
     groups: dict[tuple[str, ...], list[LedgerRow]] = {}

@@ -1,4 +1,4 @@
-"""The tables of a diagnosis: identified effects, ranking, effects not testable, worst segments, next tests."""
+"""The tables of a diagnosis: identified effects and their size, ranking, effects not testable, next tests."""
 
 from __future__ import annotations
 
@@ -7,14 +7,24 @@ import re
 from collections.abc import Mapping, Sequence
 
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Detectable, NextTest, NotTestable, Ranked, WorstSegment
+from vdyn_cli.quantities.diagnosis import (
+    Amplitude,
+    Cause,
+    Detectable,
+    Diagnosis,
+    NextTest,
+    NotTestable,
+    Ranked,
+    Size,
+    WorstSegment,
+)
 from vdyn_cli.quantities.parameters import Estimate, Extensions
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
 from vdyn_cli.report.text_table import TextTable
 
 _UNKNOWNS = 3  # unknowns of one effect that are listed: three fit on one line; a free profile has up to twelve
-_BIASES = 4  # parameters in one cell: they fit into two lines of the column
+_BIASES = 4  # biases or shifts of parameters in one cell: they fit into two lines of the column
 _NOTICEABLE = 5e-4  # relative bias below which a parameter is omitted: it would show as 0.0 %
 _FOLLOWS = {  # parameters computed from another one, whose bias they would repeat
     "drag_coefficient": "drag_area",
@@ -54,6 +64,35 @@ def identified(causes: Sequence[Cause], known: Mapping[str, float]) -> TextTable
     return _table("Identified effects", caption, columns, rows, (False, False, True, True, False))
 
 
+def sizes(source: Diagnosis) -> TextTable | None:
+    """The size of each identified effect, else of the finding as a whole; None without a significant finding."""
+    rows = [(effect_labels.row_label(c.effect), *_size_row(c.size)) for c in source.causes if c.size is not None]
+    if not rows and source.size is not None:
+        rows = [("closest candidate" if source.verdict == "unknown" else "the finding", *_size_row(source.size))]
+    caption = (
+        "Change of the output: with the effect minus without it, rms over all runs, with the noise floor for"
+        " comparison. At: in the run with the largest change, at the start, at its maximum and at the end. Share of"
+        " rms: (error before − after) / (error before − noise floor), by rms. A finding below a tenth of the noise"
+        " floor and of the half-width of every parameter's interval, or below the limits under 'matters' in the"
+        " description, is only a note."
+    )
+    columns = ("finding", "change of the output", "at", "shift of parameters, std", "share of rms")
+    return _table("Size of the finding", caption, columns, rows, (False, False, False, False, True))
+
+
+def _size_row(size: Size) -> tuple[str, str, str, str]:
+    unit = typography.unit(size.unit)
+    floor = f" (noise {typography.significant(size.noise_floor, 2)})" if math.isfinite(size.noise_floor) else ""
+    change = f"{typography.name(size.output)} {typography.significant(size.change, 2)}{floor} {unit}".strip()
+    points = "; ".join(f"{typography.prose(p.at)}: {typography.signed(p.change, 2)}" for p in size.points)
+    run = f"{typography.run_name(typography.prose(size.points[0].run))}: " if size.points else ""
+    shifts = sorted(size.shifts_in_std.items(), key=lambda item: -abs(item[1]))
+    more = f"; {len(shifts) - _BIASES} more" if len(shifts) > _BIASES else ""
+    moved = "; ".join(f"{typography.name(n)} {typography.signed(t, 2)}" for n, t in shifts[:_BIASES]) + more
+    share = f"{typography.fixed(100 * size.share_of_rms, 0)}{typography.NARROW}%"
+    return change, f"{run}{points}", moved, share
+
+
 def extensions(source: Extensions) -> TextTable | None:
     """The effects that belong to the vehicle of a parameter set."""
     rows = [(effect_labels.row_label(effect), estimates(unknowns)) for effect, unknowns in source.items()]
@@ -65,12 +104,7 @@ def extensions(source: Extensions) -> TextTable | None:
 
 
 def estimates(unknowns: Mapping[str, Amplitude] | Mapping[str, Estimate]) -> str:
-    """Each unknown with its interval; for many unknowns (a free profile) their number and the largest.
-
-    Parameters
-    ----------
-    unknowns : estimates or amplitudes of one effect by name of the unknown.
-    """
+    """Each unknown with its interval; for many unknowns (a free profile) their number and the largest."""
     if len(unknowns) <= _UNKNOWNS:
         alone = len(unknowns) == 1
         return "; ".join(_estimate("" if alone else name, one) for name, one in unknowns.items())

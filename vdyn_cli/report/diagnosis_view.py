@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.verdict_text import remainder_sentence
 from vdyn_cli.quantities.diagnosis import Diagnosis, Gain
 from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.report import diagnosis_tables as tables
 from vdyn_cli.report import effect_labels, typography
-from vdyn_cli.report.size_table import remainder_note, sizes
 from vdyn_cli.report.text_table import TextTable
 
 # verdict: (label, mood)
@@ -68,12 +69,7 @@ class DiagnosisSection:
 def diagnosis_section(
     source: Diagnosis | None, parameters: Mapping[str, Estimate] = MappingProxyType({})
 ) -> DiagnosisSection | None:
-    """The section for a diagnosis, None without one.
-
-    Parameters
-    ----------
-    parameters : the estimates; biases are stated in percent of their values.
-    """
+    """The section for a diagnosis, None without one."""
     if source is None:
         return None
     label, mood = VERDICTS[source.verdict]
@@ -82,23 +78,23 @@ def diagnosis_section(
     known = {n: e.value for n, e in parameters.items()}
     shown = (
         tables.identified(source.causes, known),
-        sizes(source),
+        tables.sizes(source),
         tables.next_tests(source.next_test, answered=source.verdict in ("adequate", *_EXPLAINED)),
         tables.ranking(source.ranking),
         tables.detectable(source.detectable),
         tables.not_testable(source.not_testable, known),
     )
     return DiagnosisSection(
-        label,
-        "fair" if mood == "good" and source.doubt else mood,
-        typography.prose(source.sentence),
-        _gain_bars(source.gain) if source.gain else None,
-        tuple(
-            note for note in (_evidence(source), _ambiguous(source), remainder_note(source), _extended(source)) if note
+        label=label,
+        mood="fair" if mood == "good" and source.doubt else mood,
+        sentence=typography.prose(source.sentence),
+        gain=_gain_bars(source.gain) if source.gain else None,
+        notes=tuple(
+            note for note in (_evidence(source), _ambiguous(source), _remainder(source), _extended(source)) if note
         ),
-        tuple(t for t in shown if t is not None),
-        tables.worst_segments(source.where),
-        source.verdict in _UNEXPLAINED or (source.verdict in _EXPLAINED and not source.extended),
+        tables=tuple(t for t in shown if t is not None),
+        worst=tables.worst_segments(source.where),
+        incomplete=source.verdict in _UNEXPLAINED or (source.verdict in _EXPLAINED and not source.extended),
     )
 
 
@@ -113,18 +109,18 @@ def _gain_bars(gain: Gain) -> GainBars | None:
     doubt = "" if gain.certain else ", not significant"
     share = typography.fixed(100 * gain.share_of_explainable, 0)
     return GainBars(
-        metric,
-        unit,
-        typography.significant(before, 2),
-        typography.significant(after, 2),
-        round(100 * before / largest, 1),
-        round(100 * after / largest, 1),
-        _change(before, after),
-        f"{typography.significant(low, 2)} to {typography.significant(high, 2)} {unit}".strip(),
-        f"{share}{typography.NARROW}% of the rms error above the noise floor{doubt}"
+        metric=metric,
+        unit=unit,
+        before=typography.significant(before, 2),
+        after=typography.significant(after, 2),
+        before_share=round(100 * before / largest, 1),
+        after_share=round(100 * after / largest, 1),
+        percent=_change(before, after),
+        interval=f"{typography.significant(low, 2)} to {typography.significant(high, 2)} {unit}".strip(),
+        explained=f"{share}{typography.NARROW}% of the rms error above the noise floor{doubt}"
         if math.isfinite(gain.share_of_explainable)
         else "",
-        gain.held_out,
+        held_out=gain.held_out,
     )
 
 
@@ -155,6 +151,15 @@ def _evidence(source: Diagnosis) -> str:
 
 def _equals(p: str) -> str:
     return p if p.startswith("<") else f"= {p}"
+
+
+def _remainder(source: Diagnosis) -> str:
+    """A sentence on the residual that remains with the identified effects; empty if it is noise."""
+    left = source.remainder
+    if left is None or left.p_value > POLICY.rest_level or not math.isfinite(left.share_of_rms) or not source.causes:
+        return ""
+    like = f", most like {effect_labels.label(left.mostly)}" if left.mostly else ""
+    return remainder_sentence(left.share_of_rms, like)
 
 
 def _extended(source: Diagnosis) -> str:

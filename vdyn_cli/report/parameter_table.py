@@ -43,12 +43,7 @@ class ParameterRow:
 
 
 def parameter_rows(estimates: Mapping[str, Estimate]) -> tuple[ParameterRow, ...]:
-    """The rows of estimates, each rounded according to its interval.
-
-    Parameters
-    ----------
-    estimates : by name of the parameter, in SI units.
-    """
+    """The rows of estimates in SI units, each rounded according to its interval."""
     spans = list(dict.fromkeys(e.spans for e in estimates.values() if e.spans))
     marks = dict(zip(spans, ascii_lowercase, strict=False))
     return tuple(_parameter_row(key, e, marks.get(e.spans, "")) for key, e in estimates.items())
@@ -59,21 +54,21 @@ def _parameter_row(key: str, e: Estimate, mark: str) -> ParameterRow:
     quantity = PARAMETERS.get(key)
     before, shift = _shift(e, rounded)
     return ParameterRow(
-        key,
-        typography.title(key),
-        shown_symbol(key, quantity.symbol if quantity else ""),
-        rounded,
-        e.interval95 == (e.value, e.value),
-        typography.unit(e.unit),
-        typography.relative(e.value, *e.interval95) if rounded.plus else "",
-        typography.prose(e.meaning),
-        typography.clean(e.source),
-        before,
-        shift,
-        spans_text(e.spans),
-        mark,
-        any(one in OPEN for one in e.spans),
-        wider_than_value(key, e),
+        key=key,
+        name=typography.title(key),
+        symbol=shown_symbol(key, quantity.symbol if quantity else ""),
+        rounded=rounded,
+        exact=e.interval95 == (e.value, e.value),
+        unit=typography.unit(e.unit),
+        relative=typography.relative(e.value, *e.interval95) if rounded.plus else "",
+        meaning=typography.prose(e.meaning),
+        source=typography.clean(e.source),
+        before=before,
+        shift=shift,
+        spans=spans_text(e.spans),
+        mark=mark,
+        doubtful=any(one in OPEN for one in e.spans),
+        wide=wider_than_value(key, e),
     )
 
 
@@ -114,12 +109,12 @@ def missing_row(name: str, why: str, giver: str) -> MissingRow:
     """
     quantity = PARAMETERS[name]
     return MissingRow(
-        typography.title(name),
-        shown_symbol(name, quantity.symbol),
-        typography.unit(quantity.unit),
-        typography.prose(quantity.meaning),
-        typography.prose(why),
-        giver,
+        name=typography.title(name),
+        symbol=shown_symbol(name, quantity.symbol),
+        unit=typography.unit(quantity.unit),
+        meaning=typography.prose(quantity.meaning),
+        why=typography.prose(why),
+        giver=giver,
     )
 
 
@@ -167,12 +162,7 @@ class Heat:
 
 
 def correlation(table: Mapping[str, Mapping[str, float]]) -> tuple[tuple[str, tuple[Heat, ...]], ...]:
-    """The correlation table: name and cells of every row, without parameters that have no correlation with others.
-
-    Parameters
-    ----------
-    table : correlation coefficients by the names of two parameters, -1 to 1.
-    """
+    """The correlation table: name and cells of every row, without parameters that have no correlation with others."""
     names = [a for a in table if any(b != a for b in table[a])]
     return tuple((typography.name(a), tuple(_heat(table[a].get(b, math.nan), a == b) for b in names)) for a in names)
 
@@ -189,12 +179,7 @@ def _heat(value: float, own: bool) -> Heat:
 
 
 def strongest(table: Mapping[str, Mapping[str, float]]) -> str:
-    """A sentence on the most correlated pair, empty if no correlation exceeds 0.9.
-
-    Parameters
-    ----------
-    table : correlation coefficients by the names of two parameters, -1 to 1.
-    """
+    """A sentence on the most correlated pair, empty if no correlation exceeds 0.9."""
     pairs = [(abs(r), a, b, r) for a in table for b, r in table[a].items() if a < b and isinstance(r, float)]
     if not pairs or max(pairs)[0] < 0.9:
         return ""

@@ -63,13 +63,13 @@ def render_pipeline(found: ParameterSet) -> str:
 
 def _step_row(outcome: StepOutcome) -> StepRow:
     return StepRow(
-        typography.clean(outcome.name),
-        slug(outcome.name),
-        "done" if outcome.good else outcome.status,
-        typography.prose(outcome.sentence),
-        diagnosis_section(outcome.diagnosis),
-        tuple(finding_texts(f) for f in outcome.findings),
-        markup(outcome.section),
+        name=typography.clean(outcome.name),
+        slug=slug(outcome.name),
+        status="done" if outcome.good else outcome.status,
+        sentence=typography.prose(outcome.sentence),
+        diagnosis=diagnosis_section(outcome.diagnosis),
+        findings=tuple(finding_texts(f) for f in outcome.findings),
+        section=markup(outcome.section),
     )
 
 

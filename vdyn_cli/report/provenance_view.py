@@ -23,12 +23,7 @@ def finding_texts(source: Finding) -> dict[str, str]:
 
 
 def outline(value: Any, indent: str = "", width: int = 108) -> list[str]:
-    """Lines of a nested mapping in the style of YAML; a value that fits into ``width`` characters takes one line.
-
-    Parameters
-    ----------
-    value : mapping or sequence. indent : blanks before each line. width : characters of a line.
-    """
+    """Lines of a nested mapping in the style of YAML; a value that fits into ``width`` characters takes one line."""
     lines = []
     items = value.items() if isinstance(value, Mapping) else (("-", v) for v in value)
     for key, inner in items:

@@ -50,12 +50,7 @@ def grouped(text: str) -> Markup:
 
 
 def fill(template: str, **context: Any) -> str:
-    """A template with its context filled in; every text is escaped except what ``markup`` marks.
-
-    Parameters
-    ----------
-    template : file name in this folder. context : values by their name in the template.
-    """
+    """A template with its context filled in; every text is escaped except what ``markup`` marks."""
     page = _environment().get_template(template).render(**context)
     return page.encode("utf-8", "replace").decode("utf-8")  # file names may contain lone surrogates
 
