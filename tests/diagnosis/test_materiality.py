@@ -26,8 +26,8 @@ def test_a_significant_effect_of_trivial_size_leaves_the_model_adequate():
     verdict = judge(open_strategy(case), limits=Limits(output=0.1, noise=1.0))
     assert verdict.detection.p_value < 0.01
     assert (verdict.verdict, verdict.material, verdict.answers) == ("adequate", False, ())
-    assert verdict.note is not None
-    assert verdict.note.effects == ("slope",)
+    assert verdict.immaterial is not None
+    assert verdict.immaterial.effects == ("slope",)
     assert verdict_sentence(verdict, case.candidates, {}).startswith("No model error that matters")
 
 
@@ -60,7 +60,7 @@ def test_a_deviation_that_no_candidate_comes_close_to_is_judged_by_its_size():
     loose = Limits(output=0.1, noise=1.0, parameters={"level": 0.5, "bend": 0.5})
     verdict = judge(strategy, limits=loose)
     assert verdict.detection.p_value < 0.01
-    assert (verdict.verdict, verdict.material, verdict.note, verdict.tried) == ("adequate", False, None, ())
+    assert (verdict.verdict, verdict.material, verdict.immaterial, verdict.tried) == ("adequate", False, None, ())
     assert verdict_sentence(verdict, case.candidates, {}).startswith("No model error that matters")
     strict = replace(loose, parameters={"level": 0.001, "bend": 0.001})
     assert judge(strategy, limits=strict).verdict == "unknown"

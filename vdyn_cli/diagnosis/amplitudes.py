@@ -25,17 +25,13 @@ def fitted_amplitudes(answer: CandidateModel, setup: DiagnosisSetup) -> dict[str
     -------
     Estimates by name of the unknown, each in the unit of that unknown; the effect is the source.
     """
-    solution = answer.fitted.solution
-    return {
-        n: with_meaning(
-            Estimate(float(solution.values[n]), float(solution.std[n]), _interval(solution.interval95[n]), "", "", ""),
-            effect,
-            n,
-        )
-        for effect in (setup.candidates[e] for e in answer.effects)
-        for n in effect.unknowns
-        if n in solution.values
-    }
+    solution, found = answer.fitted.solution, {}
+    for effect in (setup.candidates[e] for e in answer.effects):
+        for n, q in effect.unknowns.items():
+            if n in solution.values:
+                value, std, ends = float(solution.values[n]), float(solution.std[n]), _interval(solution.interval95[n])
+                found[n] = Estimate(value, std, ends, q.unit, q.meaning, effect.name)
+    return found
 
 
 def open_amplitudes(strategy: Strategy, judgment: Judgment, amplitudes: Mapping[str, Estimate]) -> dict[str, Estimate]:

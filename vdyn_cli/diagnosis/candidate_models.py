@@ -2,6 +2,8 @@
 
 An effect is named if it suffices (with it in the model, no other candidate is significant), not if it ranks first. An
 effect that only improves the fit is no answer: a brake drag removes most of the error that a headwind causes.
+
+``found`` are the scores of the candidates beside the baseline, ``tried`` the candidate models of one effect.
 """
 
 from __future__ import annotations
@@ -70,22 +72,13 @@ def best_fit(models: Sequence[CandidateModel]) -> CandidateModel | None:
 
 
 def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
-    """A candidate model for each effect that could be the whole answer.
-
-    Parameters
-    ----------
-    found : scores of the candidates beside the baseline.
-
-    Returns
-    -------
-    The fitted candidates whose evidence reaches ``single_evidence`` and ``single_share`` of the policy.
-    """
+    """A candidate model for each effect that could be the whole answer and can be fitted, the strongest first."""
     models = [candidate_model(strategy, (n,)) for n in _likely_singles(found)]
     return tuple(m for m in models if m is not None)
 
 
 def _likely_singles(found: Detection) -> list[str]:
-    """The candidates that could be the whole answer, the strongest first."""
+    """The candidates whose evidence reaches ``single_evidence`` and ``single_share``, the strongest first."""
     evidence = found.scores.evidence
     most = max((evidence[n] for n in found.testable), default=0.0)
     least = max(POLICY.single_evidence, POLICY.single_share * most)
@@ -95,12 +88,7 @@ def _likely_singles(found: Detection) -> list[str]:
 def singles_beyond_range(
     strategy: Strategy, tried: Sequence[CandidateModel], found: Detection
 ) -> tuple[CandidateModel, ...]:
-    """Candidate models of single effects with amplitudes beyond their plausible range, up to ``open_range`` times it.
-
-    Parameters
-    ----------
-    tried : candidate models of one effect. found : scores of the candidates beside the baseline.
-    """
+    """Models of single effects with amplitudes beyond their plausible range, up to ``open_range`` times it."""
     names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
     wide = strategy.with_open_range()
     models = [candidate_model(wide, (n,)) for n in names]
@@ -168,10 +156,6 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
     """Candidate models of two effects that are both needed, and of single effects to which a pair adds nothing.
 
     Such a single effect may be untried so far: where the baseline is far off, the score of the true effect may be low.
-
-    Parameters
-    ----------
-    tried : candidate models of one effect. found : scores of the candidates beside the baseline.
     """
     model = strategy.model
     evidence = {n: found.scores.evidence[n] for n in found.testable}
@@ -257,10 +241,6 @@ def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -
     """Candidate models that differ from the answer in one effect and are not significantly worse.
 
     They need not suffice: of two equally likely sets of many effects, chance decides which one passes that test.
-
-    Parameters
-    ----------
-    found : scores of the candidates beside the baseline; only testable candidates are exchanged.
     """
     result = []
     for effect in answer.effects:

@@ -15,10 +15,6 @@ def detectable(setup: DiagnosisSetup, found: Detection) -> tuple[Detectable, ...
     a = s (z(1 - level / 2m) + z(power)), with the standard error s of the amplitude beside the fitted unknowns, m
     testable candidates and normal quantiles z: at this amplitude the test rejects with probability ``power``.
 
-    Parameters
-    ----------
-    found : scores beside the fitted baseline.
-
     Assumes the noise of the fit and one family of tests.
     """
     from scipy.special import ndtri

@@ -32,12 +32,7 @@ def causes(
     amplitudes: Mapping[str, Estimate],
     sizes: Mapping[str, Size],
 ) -> tuple[Cause, ...]:
-    """The named effects, and those by which the model was extended unless they are one of several answers.
-
-    Parameters
-    ----------
-    amplitudes : by unknown, of all these effects that were estimated. sizes : by name, of the named ones.
-    """
+    """The named effects, and those by which the model was extended unless they are one of several answers."""
     named = judgment.answer.effects if judgment.answer else ()
     found = []
     for name in dict.fromkeys([*named, *(() if extension.open else extension.effects)]):

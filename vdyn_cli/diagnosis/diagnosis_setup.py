@@ -159,21 +159,12 @@ def relaxed(regression: Callable[..., Regression]) -> Callable[..., Regression]:
 
     Unknowns with a prior lose their bounds. The others may leave theirs by the width between them; ``physical`` keeps
     these, unless the step states a narrower range, and an answer with an unknown outside of it is not sufficient.
-
-    Parameters
-    ----------
-    regression : (effects, unknowns, start) -> the step's regression; ``unknowns`` of effects keep their bounds.
     """
     return _with_baseline(regression, _unbounded)
 
 
 def with_wide_priors(regression: Callable[..., Regression]) -> Callable[..., Regression]:
-    """The relaxed regression with priors as wide as the physical range, for baselines that the data do not determine.
-
-    Parameters
-    ----------
-    regression : of a step, relaxed or not; unknowns of effects and those with a prior keep theirs.
-    """
+    """The regression with priors as wide as the physical range, for a baseline that the data do not determine."""
     return _with_baseline(regression, _with_wide_prior)
 
 
@@ -219,12 +210,7 @@ def refuse_unknown(prepared: PreparedStep) -> None:
 
 
 def already_included(prepared: PreparedStep, setup: DiagnosisSetup) -> Iterator[Finding]:
-    """A note on each requested effect that is already in the model from an earlier step.
-
-    Parameters
-    ----------
-    prepared : the step with its description and known parameters. setup : its candidate effects.
-    """
+    """A note on each requested effect that is already in the model from an earlier step."""
     for key, name in _requested(prepared.spec.diagnose):
         if name in prepared.known.extensions and name not in setup.candidates:
             yield Finding(f"diagnose.{key}", f"{name} is already in the model, from an earlier step", minor=True)

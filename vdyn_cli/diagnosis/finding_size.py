@@ -109,15 +109,15 @@ def finding_size(strategy: Strategy, without: FittedModel, found: FittedModel) -
     priors = {u.name: u.prior[1] for u in model.regression.shared if u.prior} if strategy.prior_values else {}
     before, after = (_rms(one, counts) for one in residuals)
     return FindingSize(
-        plain,
-        _rms(changes, counts),
-        _rms([b - a for a, b in zip(*white, strict=True) if a.size == b.size], _counts(runs[0])),
-        _points(changes) if plain else (),
-        before,
-        after,
-        {n: float(near.values[n] - solution.values[n]) for n in parameters if n in near.values},
-        {n: float(priors.get(n, solution.std.get(n, 0.0))) for n in parameters},
-        _contradicted(without.runs, near.runs, model.nuisances),
+        plain=plain,
+        change=_rms(changes, counts),
+        every=_rms([b - a for a, b in zip(*white, strict=True) if a.size == b.size], _counts(runs[0])),
+        points=_points(changes) if plain else (),
+        before=before,
+        after=after,
+        shifts={n: float(near.values[n] - solution.values[n]) for n in parameters if n in near.values},
+        stds={n: float(priors.get(n, solution.std.get(n, 0.0))) for n in parameters},
+        contradicted=_contradicted(without.runs, near.runs, model.nuisances),
     )
 
 

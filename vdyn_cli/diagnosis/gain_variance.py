@@ -37,9 +37,7 @@ class PredictionError:
 def prediction_error(runs: LinearizedRuns, run: int, error: Array) -> PredictionError | None:
     """The prediction error of a run with its sensitivities; None if the step has no noise model.
 
-    Parameters
-    ----------
-    run : index of the run. error : (n,) prediction minus measurement, in the units of the data.
+    ``error``: (n,), prediction minus measurement of the main channel.
     """
     rows, shared = runs.rows[run], runs.regression.shared
     if rows.plain is None or rows.plain_root is None:

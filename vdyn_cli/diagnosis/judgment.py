@@ -58,8 +58,8 @@ class Judgment:
     closest : for unknown, the candidate model that explains most.
     gain : held-out gain of the answer.
     size : size of the finding: of the answer, of the first of several, or of ``closest``.
-    material : whether the finding matters. A significant one that does not leaves the model adequate; ``note`` is then
-        the candidate model that explains most, ``noted`` whether it would be an answer.
+    material : whether the finding matters. A significant one that does not leaves the model adequate; ``immaterial`` is
+        then the candidate model that explains most, and ``immaterial_suffices`` says whether it would be an answer.
     one_way_effects : labels of the wind or slope that would explain the misfit of runs in one direction; empty where no
         error is detected; None where the verdict does not depend on the direction.
     by_prior : most of the evidence is a contradiction between the baseline and a stated value, such as a drawing or a
@@ -77,8 +77,8 @@ class Judgment:
     closest: CandidateModel | None = None
     size: FindingSize | None = None
     material: bool | None = None
-    note: CandidateModel | None = None
-    noted: bool = False
+    immaterial: CandidateModel | None = None
+    immaterial_suffices: bool = False
     one_way_effects: tuple[str, ...] | None = None
     by_prior: bool = False
 
@@ -103,7 +103,7 @@ class Judgment:
     @property
     def remainder(self) -> CandidateModel | None:
         """The model whose residual is reported: the answer, the best of several, or what comes closest."""
-        return best_fit(self.answers) or self.closest or self.note
+        return best_fit(self.answers) or self.closest or self.immaterial
 
 
 def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | None = None) -> Judgment:
@@ -192,7 +192,7 @@ def _sized(
         return judgment
     if not answers and profile_matters(strategy, judgment.base, limits):
         return judgment
-    return replace(judgment, material=False, note=best, noted=bool(answers))
+    return replace(judgment, material=False, immaterial=best, immaterial_suffices=bool(answers))
 
 
 def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], seen: Detection) -> Judgment:

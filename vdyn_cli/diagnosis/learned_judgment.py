@@ -23,10 +23,6 @@ def with_learned_law(
 
     A formula is tried first if one is as good as the free curve; then the table.
 
-    Parameters
-    ----------
-    finding : the part, which explains the misfit. label : the part in words.
-
     Returns
     -------
     None if every fit fails, leaves much of the misfit, or does not predict held-out runs better.

@@ -71,18 +71,15 @@ class Learned:
 def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
     """Every form fitted to the part's curves, first those as good as the free curve, by number of coefficients."""
     found = []
+    enough = float(chdtri(max(finding.fitted.freedom, 1.0), 1.0 - POLICY.formula_level))
     for form in LAW_FORMS:
-        each = [_fit(curve, form, finding) for curve in finding.curves]
-        if any(one is None for one in each):
+        fits = [fit for curve in finding.curves if (fit := _fit(curve, form, finding)) is not None]
+        if len(fits) < len(finding.curves):
             continue
-        fits = [one for one in each if one is not None]
-        left = sum(f[2] for f in fits)
-        whole = sum(f[3] for f in fits)
-        share = 1.0 - float(np.sqrt(left / whole)) if 0 < left < whole else float(left <= 0)
-        enough = float(chdtri(max(finding.fitted.freedom, 1.0), 1.0 - POLICY.formula_level))
-        distance = sum(f[1] for f in fits)
-        share = max(share, POLICY.formula_share) if distance <= enough else share
-        found.append(FittedForm(form, tuple(f[0] for f in fits), distance, share))
+        values, distance, left, whole = zip(*fits, strict=True)
+        share = 1.0 - float(np.sqrt(sum(left) / sum(whole))) if 0 < sum(left) < sum(whole) else float(sum(left) <= 0)
+        share = max(share, POLICY.formula_share) if sum(distance) <= enough else share
+        found.append(FittedForm(form, values, sum(distance), share))
     return tuple(sorted(found, key=lambda f: (not f.as_good, f.size if f.as_good else 0, f.distance)))
 
 

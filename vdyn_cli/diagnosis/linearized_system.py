@@ -197,7 +197,7 @@ def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "bloc
         names += [f"{u.name}#{k}" for k in range(runs) for u in regression.own]
     parts: list[Array] = []
     owner: list[tuple[int, int]] = []
-    counts = _blocks_by_run(linear) if kind == "block" else np.ones(runs, dtype=np.int64)
+    each = -(-BLOCKS // runs)  # blocks of a run, an equal share
     for k, rows in enumerate(linear.rows):
         matrix = np.column_stack([rows.jacobian[:, s:], rows.jacobian[:, :s], -rows.residual])
         known = prior_rows(regression.own, linear.own[k])
@@ -206,7 +206,7 @@ def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "bloc
             parts.append(qr_factor(np.vstack([matrix, known]))[m:, m:])
             owner.append((k, rows.count))
             continue
-        for i, block in enumerate(blocks_of(rows, matrix, int(counts[k]))):
+        for i, block in enumerate(blocks_of(rows, matrix, blocks_within(rows, each))):
             parts.append(_spread(qr_factor(matrix[block]), s, m, k, runs))
             owner.append((k, len(block) if rows.block_counts is None else int(rows.block_counts[i])))
         for row in known:
@@ -234,10 +234,3 @@ def _spread(rows: Array, s: int, m: int, run: int, runs: int) -> Array:
     wide[:, :s], wide[:, -1] = rows[:, m:-1], rows[:, -1]
     wide[:, s + m * run : s + m * (run + 1)] = rows[:, :m]
     return wide
-
-
-def _blocks_by_run(linear: LinearizedRuns) -> NDArray[np.int64]:
-    """Number of blocks of each run, an equal share of ``BLOCKS``."""
-    runs = len(linear.rows)
-    each = -(-BLOCKS // runs)
-    return np.array([blocks_within(r, each) for r in linear.rows], dtype=np.int64)

@@ -27,12 +27,7 @@ from vdyn_cli.diagnosis.strategy import Strategy
 def accepted_models(
     strategy: Strategy, found: Detection
 ) -> tuple[tuple[CandidateModel, ...], tuple[CandidateModel, ...]]:
-    """The answers (single effects that suffice, else pairs, else larger sets), and the single effects tried.
-
-    Parameters
-    ----------
-    found : scores of the candidates beside the baseline.
-    """
+    """The answers (single effects that suffice, else pairs, else larger sets), and the single effects tried."""
     model, tried = strategy.model, singles(strategy, found)
     answers = simplest(model, not_significantly_worse(model, tried), tried)
     best = best_fit(tried)
@@ -86,12 +81,7 @@ def _one_profile_suffices(strategy: Strategy) -> bool:
 
 
 def best_beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
-    """The best effect that would suffice if its amplitude were not beyond its plausible range; None without any.
-
-    Parameters
-    ----------
-    tried : candidate models of one effect. found : scores of the candidates beside the baseline.
-    """
+    """The best effect that would suffice if its amplitude were not beyond its plausible range; None without any."""
     return best_fit([t for t in singles_beyond_range(strategy, tried, found) if t.sufficient])
 
 
@@ -128,12 +118,8 @@ def simplest(
 ) -> tuple[CandidateModel, ...]:
     """The answers without profiles where laws suffice, since a profile can imitate every simpler law.
 
-    If only profiles suffice, the best must beat the laws with a small residual by more than its additional unknowns
-    explain by chance; else these laws are the answers.
-
-    Parameters
-    ----------
-    answers : sufficient candidate models. tried : all fitted ones, from which laws with a small residual are taken.
+    If only profiles suffice, the best must beat the laws among ``tried`` with a small residual by more than its
+    additional unknowns explain by chance; else these laws are the answers.
     """
 
     def unknowns(one: CandidateModel) -> int:
@@ -180,12 +166,7 @@ def may_be_zero(model: FullModel, fitted: FittedModel) -> bool:
 
 
 def is_imitated(model: FullModel, answer: CandidateModel, found: Detection) -> bool:
-    """Whether the answer is a profile that fits no better, within chance, than a free profile with fewer unknowns.
-
-    Parameters
-    ----------
-    answer : the accepted candidate model. found : scores beside the baseline, including those of free profiles.
-    """
+    """Whether the answer is a profile that fits no better, within chance, than a free profile with fewer unknowns."""
     effect, *others = answer.effects
     if others or len(model.amplitudes(effect)) <= POLICY.simple_unknowns:
         return False

@@ -23,12 +23,7 @@ AT_TYPICAL = ", at half of the plausible range"
 
 
 def next_tests(strategy: Strategy, judgment: Judgment) -> tuple[NextTest, ...]:
-    """The next tests: first those with an expected separation, then the confirming tests that effects describe.
-
-    Parameters
-    ----------
-    judgment : of the present data; its verdict decides whether tests discriminate, confirm, or only add data.
-    """
+    """The next tests: first those with an expected separation, then the confirming tests that effects describe."""
     designer = ExperimentDesigner(strategy)
     setup = strategy.model.setup
     if judgment.verdict == "ambiguous":

@@ -50,7 +50,7 @@ def with_open_answers(
         return _beside_others(result, list(extension.answers.values())[1:])
     if not result.parameters or judgment.verdict == "not_testable":
         return result
-    if judgment.verdict == "adequate" and (extension.result is not None or judgment.note is not None):
+    if judgment.verdict == "adequate" and (extension.result is not None or judgment.immaterial is not None):
         return result
     widening = _Widening(strategy, problem, base, result, extension.open)
     if judgment.verdict == "adequate":

@@ -138,10 +138,6 @@ def law_values(curve: Curve, effect: Effect, values: Mapping[str, float]) -> Arr
     """(n,) the element's law with an effect, at the curve's points; None where it depends on other signals.
 
     States of the effect have their steady values at each coordinate.
-
-    Parameters
-    ----------
-    values : of the law's and the effect's unknowns.
     """
     part = curve.part
     if part.law is None or part.element not in effect.laws:

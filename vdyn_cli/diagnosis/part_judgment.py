@@ -44,10 +44,6 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     law of the part with a further effect that only corrects its shape. Then the law of the catalogue that follows the
     part's curve is named if it predicts held-out runs better; else two laws that together do, else the law learned from
     the curve. A part that does not suffice changes nothing.
-
-    Parameters
-    ----------
-    judgment : by the candidates alone. problem : its parts are freed.
     """
     detected = judgment.verdict in ("named", "ambiguous", "unknown")
     # A problem of a plug-in may have no parts.

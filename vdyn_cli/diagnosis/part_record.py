@@ -23,12 +23,7 @@ MOST_FORMS = 3  # equally good forms that a sentence names
 
 
 def with_part_record(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
-    """The diagnosis with the part at fault, and with the sentence about that part added to its sentence.
-
-    Parameters
-    ----------
-    found : the part judgment; without a finding the diagnosis stays as it is.
-    """
+    """The diagnosis with the part at fault, and with the sentence about that part added to its sentence."""
     finding = found.finding
     if finding is None or not finding.curves:
         return diagnosis

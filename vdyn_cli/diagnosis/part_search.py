@@ -186,12 +186,7 @@ def solution_floor(solution: Solution) -> float:
 
 
 def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | None:
-    """The evidence of every part beside the baseline's fit; None where a step has no parts or cannot be linearized.
-
-    Parameters
-    ----------
-    strategy : with the baseline's fit. problem : its parts are freed.
-    """
+    """The evidence of every part beside the baseline's fit; None where a step has no parts or cannot be linearized."""
     base, parts = strategy.base, problem.parts
     if not parts:
         return None

@@ -135,13 +135,7 @@ class Scores:
 
 
 def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
-    """Score tests of candidates beside the fitted unknowns.
-
-    Parameters
-    ----------
-    fitted : the refitted unknowns: those of the baseline and of effects in the model. Every run's own are added.
-    candidates : names of each candidate's unknowns.
-    """
+    """Score tests of candidates, each with its unknowns, beside the ``fitted`` unknowns and every run's own."""
     basis = orthonormal(system.of([*fitted, *system.own]))
     names = tuple(candidates)
     wanted = [n for name in names for n in candidates[name]]
@@ -175,10 +169,6 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
 
 def absorbed(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> Array:
     """The bias of each fitted unknown, (fitted,), by an effect of this sensitivity, (n,), that is not in the model.
-
-    Parameters
-    ----------
-    system : linearized (whitened) system. fitted : names of the shared unknowns in the fit.
 
     Notes
     -----

@@ -35,16 +35,9 @@ Bias = Mapping[str, Array]  # by fitted unknown, (k,): half intervals of indepen
 
 
 def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
-    """The bias of a fit's shared unknowns by its unexplained residual, for every free profile.
+    """The bias of a fit's shared unknowns by its unexplained residual: t(r) tau B for every profile with tau > 0.
 
-    Parameters
-    ----------
-    at : the fitted model.
-
-    Returns
-    -------
-    t(r) tau B for each profile with tau > 0: half the 95 % interval of an unknown's bias is the root of its sum of
-    squares.
+    Half the 95 % interval of an unknown's bias is the root of its sum of squares.
     """
     system, fitted = at.system, model.with_base(at.effects)
     known = system.of([*fitted, *system.own])

@@ -21,15 +21,9 @@ DISTINCT = 0.9  # visibility above which the text does not mention collinearity
 
 
 def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotTestable, ...]:
-    """The candidates that change the outputs in these data but are not detectable.
+    """The candidates that change the outputs in these data but are not detectable beside the fitted baseline.
 
-    Parameters
-    ----------
-    base : the fitted baseline. found : scores of the candidates beside it.
-
-    Returns
-    -------
-    Each with the obstacle, the assumed amplitude, and the bias of the parameters that it would cause.
+    Each has an assumed amplitude, and the bias of the parameters if it were present with that.
     """
     result = []
     for name, effect in model.setup.candidates.items():
