@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -134,6 +135,26 @@ def test_usage_errors_and_unknown_topics(vdyn: Run) -> None:
     listed = vdyn("list").stdout
     for name in (*steps.names(), "headwind"):
         assert name in listed
+
+
+def test_a_description_of_the_other_kind_names_its_command(vdyn: Run) -> None:
+    """One message where each key would be wrong."""
+    for command, file, remedy in (
+        ("pipeline", "tire", "run 'vdyn tire tire.yaml'"),
+        ("tire", "pipeline", "run 'vdyn pipeline pipeline.yaml'"),
+        ("check", "pipeline", "run 'vdyn pipeline pipeline.yaml'"),
+    ):
+        done = vdyn(command, f"configs/{file}.yaml")
+        assert (done.returncode, remedy in done.stderr, done.stderr.count("->")) == (2, True, 1), done.stderr
+
+
+def test_a_pipeline_does_not_write_to_stdout(vdyn: Run) -> None:
+    done = vdyn("pipeline", "configs/pipeline.yaml", "-o", "-")
+    assert (done.returncode, "name a folder" in done.stderr) == (2, True), done.stderr
+
+
+def test_version(vdyn: Run) -> None:
+    assert re.fullmatch(r"vdyn \d+\.\d+\.\d+\n", vdyn("--version").stdout)
 
 
 def test_a_known_file_that_is_none_is_refused(vdyn: Run, tmp_path: Path) -> None:

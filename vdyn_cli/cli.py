@@ -17,7 +17,7 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.quantities.errors import InputError, VdynError, merge_lines, merge_similar, raise_all, visible
+from vdyn_cli.quantities.errors import Finding, InputError, VdynError, merge_lines, merge_similar, raise_all, visible
 
 app = typer.Typer(
     help="Estimate and validate a longitudinal vehicle model from road-test logs.",
@@ -50,7 +50,7 @@ Output = Annotated[
     typer.Option("-o", "--output", metavar="DIR|-", help="Folder for JSON and report; '-' writes the JSON to stdout."),
 ]
 Diagnose = Annotated[
-    bool, typer.Option("--diagnose/--no-diagnose", help="Test the model for errors, and name their cause.")
+    bool, typer.Option("--diagnose/--no-diagnose", help="Test the model for errors, and name the effects.")
 ]
 Level = Annotated[float, typer.Option(min=1e-6, max=0.5, help="False-alarm probability of the diagnosis.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")]
@@ -101,6 +101,24 @@ for _name in steps.names():
     _add_step(_name)
 
 
+def _print_version(requested: bool) -> None:
+    if requested:
+        from importlib.metadata import version
+
+        typer.echo(f"vdyn {version('vdyn_cli')}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+]
+
+
+@app.callback()
+def _options(version: Version = False) -> None:
+    """Options of ``vdyn`` itself."""
+
+
 @app.command()
 def pipeline(
     description: Annotated[Path, typer.Argument(metavar="PIPELINE.yaml", show_default=False)],
@@ -116,6 +134,9 @@ def pipeline(
     verbose: Verbose = False,
 ) -> None:
     """Run all steps of a test day in the order of their dependencies and write the parameter set."""
+    if str(output) == "-":
+        remedy = "name a folder; its parameters.json holds the parameter set"
+        raise InputError(Finding("-o -", "a pipeline writes a folder of files, not one to stdout", remedy=remedy))
     from vdyn_cli.commands.run_pipeline import run_pipeline
 
     code = run_pipeline(
@@ -330,6 +351,8 @@ def _run() -> int:
         code = app(standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
+        if code == Exit.INTERRUPTED:  # typer's code for Ctrl-C
+            return _stopped("Interrupted", Exit.INTERRUPTED)
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
         # Errors of single lines are merged only if equal; errors of whole logs also if they differ in numbers.
@@ -338,13 +361,10 @@ def _run() -> int:
         found = (*merge_lines(lines, least=MERGED), *merge_similar(others, least=MERGED))
         _say("\n".join(str(f) for f in found))
         return error.exit_code
-    except (KeyboardInterrupt, typer.Abort, TerminatedError) as error:
-        ended = isinstance(error, TerminatedError)
-        _say(
-            f"{'Terminated' if ended else 'Interrupted'}. No incomplete file was written. A pipeline run again reuses "
-            "the steps that are done."
-        )
-        return Exit.TERMINATED if ended else Exit.INTERRUPTED
+    except (KeyboardInterrupt, typer.Abort):
+        return _stopped("Interrupted", Exit.INTERRUPTED)
+    except TerminatedError:
+        return _stopped("Terminated", Exit.TERMINATED)
     except BrokenPipeError:
         _forget_stdout()
         return Exit.GOOD
@@ -357,6 +377,12 @@ def _run() -> int:
             error.show()
             return InputError.exit_code
         return _bug(error)
+
+
+def _stopped(how: str, code: Exit) -> Exit:
+    """Say that the command was stopped, and return the exit code."""
+    _say(f"{how}. No incomplete file was written. A pipeline run again reuses the steps that are done.")
+    return code
 
 
 def _forget_stdout() -> None:

@@ -99,5 +99,6 @@ def test_one_log_under_two_names_is_refused(runs: str, says: str, tmp_path: Path
     described["runs"] = yaml.safe_load(runs)
     described["vehicle"] = {"mass": "1600 kg"}
     (tmp_path / "coast.yaml").write_text(yaml.safe_dump(described))
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(InputError, match=says) as refused:
         gather(load_step("coastdown"), tmp_path / "coast.yaml")
+    assert len([f for f in refused.value.findings if "list each recording once" in f.remedy]) == 1

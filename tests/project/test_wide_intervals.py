@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from vdyn_cli.project.execute import with_warnings
 from vdyn_cli.quantities.diagnosis import Diagnosis
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.report.parameter_table import parameter_rows
@@ -25,3 +28,13 @@ def test_a_wide_interval_is_said_first(half: float, name: str, wide: int) -> Non
     assert found.sentence.startswith("Doubtful, the 95 % interval is wider than the value: drag_area") == bool(wide)
     assert "is not conclusive" in found.sentence or not wide
     assert [row.wide for row in parameter_rows(found.parameters)] == [bool(wide)]
+
+
+def test_a_warning_states_the_value_and_the_remedy() -> None:
+    doubt = Finding(
+        "run.csv, channel 'speed'", "is read in 'mph', but the file states 'km/h'", "mph", "correct it", doubt=True
+    )
+    (warning,) = with_warnings(replace(result(0.1), findings=(doubt,))).fit.warnings
+    assert warning == str(doubt)
+    assert "(got mph)" in warning
+    assert warning.endswith("-> correct it")

@@ -11,6 +11,7 @@ import numpy as np
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
+from vdyn_cli.project.description_checks import refuse_pipeline
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
@@ -35,6 +36,7 @@ def step_of(path: Path) -> Step:
     InputError : the file cannot be read, or its key ``test`` is not the name of a step.
     """
     source = load_yaml(path)
+    refuse_pipeline(source)
     test = source.data.get("test") if isinstance(source.data, dict) else None
     if test not in names():
         known = ", ".join(names())

@@ -38,15 +38,29 @@ def refuse_other_test(step: Step, path: Path) -> None:
 
     Raises
     ------
-    InputError : the key ``test`` of the description at ``path`` is that of another step.
+    InputError : the key ``test`` of the description at ``path`` is that of another step, or it describes a pipeline.
     """
     source = load_yaml(path)
+    refuse_pipeline(source)
     test = source.data.get("test") if isinstance(source.data, dict) else None
     if isinstance(test, str) and test != step.name:
         what = f"test type mismatch: this command needs 'test: {step.name}'"
         other = f"run 'vdyn {test} {path.name}', or correct the key 'test'"
         remedy = other if test in names() else f"write 'test: {step.name}'"
         raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
+
+
+def refuse_pipeline(source: YamlSource) -> None:
+    """Refuse the description of a pipeline where that of a test is needed.
+
+    Raises
+    ------
+    InputError : the description has the key ``pipeline`` and no key ``test``.
+    """
+    if isinstance(source.data, dict) and "pipeline" in source.data and "test" not in source.data:
+        name = source.path.name
+        remedy = f"run 'vdyn pipeline {name}', or give one of the tests that it lists under 'steps'"
+        raise InputError(Finding(source.where(("pipeline",)), "the file describes a pipeline, not a test", "", remedy))
 
 
 def wrong_channels(step: Step, spec: TestSpec, source: YamlSource, dropped: Collection[Location]) -> list[Finding]:
@@ -125,7 +139,8 @@ def repeated_entries(spec: TestSpec, source: YamlSource) -> list[Finding]:
                 same = (start, stop) == (first, last)
                 what = "the same log is listed twice" if same else "the time window overlaps that of another run"
                 got = f"{log_names(run)[0]}, first at {source.where(('runs', k))}"
-                findings.append(Finding(source.where(("runs", i)), what, got))
+                remedy = "list each recording once: a copy is not independent data"
+                findings.append(Finding(source.where(("runs", i)), what, got, remedy))
                 break
         others.append((start, stop, i))
     return findings

@@ -67,13 +67,24 @@ def execute(
     if refused:
         refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
     quality = with_changes(inputs, baseline)
-    findings = (*inputs.findings, *exact_values(inputs), *implausible_rotating_mass(inputs), *result.findings)
+    given = (*exact_values(inputs), *implausible_rotating_mass(inputs), *(() if level else _dropped_extension(inputs)))
+    findings = (*inputs.findings, *given, *result.findings)
     result = with_warnings(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)
     if refused:
         raise RefusedResultError(record)
     return record
+
+
+def _dropped_extension(inputs: Inputs) -> tuple[Finding, ...]:
+    """A finding if the description requests effects that a run without a diagnosis does not add."""
+    extend = inputs.spec.diagnose.extend
+    if isinstance(extend, str):
+        return ()
+    what = f"'extend' is not applied without a diagnosis: {', '.join(extend)}"
+    place = inputs.source.where(("diagnose", "extend"))
+    return (Finding(place, what, remedy="leave out --no-diagnose", doubt=True),)
 
 
 def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result, Result]:
@@ -129,7 +140,7 @@ def _placed(finding: Finding, inputs: Inputs) -> Finding:
 def with_warnings(result: Result) -> Result:
     """The result with a warning for each doubtful finding, an interval wider than its value, and a large residual."""
     fit = result.fit
-    doubts = [f"{f.where}: {f.what}" for f in merge_similar(result.findings) if f.doubt]
+    doubts = [str(f) for f in merge_similar(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
         warnings.append(f"{fit.misfit}. Unmodeled effect present; values may be off by more than their intervals state")

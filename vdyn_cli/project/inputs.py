@@ -108,7 +108,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     step, known_files = step.of(spec), tuple(known_files)
     unreadable = wrong_channels(step, spec, source, described.dropped)
     problems += [*unreadable, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
-    problems += [*repeated_entries(spec, source), *wrong_segments(spec, source)]
+    repeats = repeated_entries(spec, source)
+    problems += [*repeats, *wrong_segments(spec, source)]
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
     known, files = stated, dict(source.digests)
     for file in known_files:
@@ -128,7 +129,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     cut = with_pair_warnings(clocks, cut)
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
-    problems += repeated_runs(logs, places) if len(places) == len(logs) else []
+    problems += repeated_runs(logs, places) if len(places) == len(logs) and not repeats else []
     wrong = tuple(contradicted_units(logs, [run.units for run in spec.runs])) if len(logs) == len(spec.runs) else ()
     if not unreadable:
         wrong = wrong or _exchanged(step, spec, logs) or tuple(other_units(logs))

@@ -135,6 +135,15 @@ class Task:
     level: float = POLICY.level
 
 
+def _refuse_test(source: YamlSource) -> None:
+    """Refuse the description of a test where that of a pipeline is needed."""
+    test = source.data.get("test") if isinstance(source.data, dict) and "pipeline" not in source.data else None
+    if test in names():
+        what, name = "the file describes a test, not a pipeline", source.path.name
+        remedy = f"run 'vdyn {test} {name}', or list {name} under 'steps' of a pipeline"
+        raise InputError(Finding(source.where(("test",)), what, f"test: {test}", remedy))
+
+
 def load_plan(path: Path) -> tuple[PipelineSpec, YamlSource, tuple[Task, ...]]:
     """Read a pipeline's description and put its steps in order.
 
@@ -146,6 +155,7 @@ def load_plan(path: Path) -> tuple[PipelineSpec, YamlSource, tuple[Task, ...]]:
     InputError : lists all problems: an unreadable description, one without a known step, two descriptions of the same
         step, or a circular dependency of steps.
     """
+    _refuse_test(load_yaml(path))
     spec, source = load_spec(path, PipelineSpec)
     found: dict[str, Path] = {}
     findings: list[Finding] = []

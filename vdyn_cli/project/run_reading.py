@@ -119,6 +119,11 @@ def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
             what = f"'{key}' is long before the clock of {name} starts, at {moment(first)} s"
             remedy = f"use the clock of the log: '{key}: {moment(first + end)} s' is {moment(end)} s after its start"
             raise InputError(Finding(place, what, f"{moment(end)} s", remedy))
+    if run.from_time is not None and run.to_time is not None and start >= stop:
+        what = f"'from_time' is not before 'to_time': the time window of {name} contains no samples"
+        raise InputError(
+            Finding(place, what, f"{moment(start)} s to {moment(stop)} s", "exchange them, or correct one")
+        )
     within = found if run.from_time is None and run.to_time is None else found.between(start, stop)
     if within is not found and within.log.time.size < 2:
         got = f"{moment(start)} s to {moment(stop)} s"

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 LONGEST_NAME = 100  # characters of names that are compared for a misspelling; headers of loggers have up to some 60
 MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
+BEFORE_REMEDY = "\n    -> "  # between the fact and the remedy of a printed finding
 MOST_LOGS = 3  # logs that one message names; of the others it states the number
 
 
@@ -54,7 +55,7 @@ class Finding:
         if self.got:
             text += f" (got {visible(self.got)})"
         if self.remedy:
-            text += f"\n    -> {visible(self.remedy)}"
+            text += f"{BEFORE_REMEDY}{visible(self.remedy)}"
         return text
 
 

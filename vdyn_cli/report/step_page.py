@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from vdyn_cli.project.result_document import StepRecord
-from vdyn_cli.quantities.errors import merge_similar
+from vdyn_cli.quantities.errors import BEFORE_REMEDY, merge_similar
 from vdyn_cli.report import comparison, residual_map, typography
 from vdyn_cli.report.chips import Chip, chips
 from vdyn_cli.report.clock_table import clock_table
@@ -54,6 +54,7 @@ class StepPage:
     slug : prefix of every id of the page.
     about : short description of the step.
     refused : reasons why there is no result; empty for a published one.
+    warnings : fact and remedy of each; the remedy may be empty.
     withheld : parameters that the data do not determine.
     """
 
@@ -67,7 +68,7 @@ class StepPage:
     parameters: tuple[ParameterRow, ...]
     refused: tuple[Mapping[str, str], ...]
     withheld: tuple[MissingRow, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[tuple[str, str], ...]
     comparisons: tuple[Plot, ...]
     maps: tuple[Plot, ...]
     figures: tuple[Plot, ...]
@@ -149,7 +150,7 @@ def step_page(record: StepRecord) -> StepPage:
         parameters=parameter_rows(result.parameters),
         refused=tuple(finding_texts(f) for f in result.refused),
         withheld=tuple(missing_row(name, why, "") for name, why in result.withheld.items()),
-        warnings=tuple(typography.prose(w) for w in result.fit.warnings),
+        warnings=tuple(_warning(w) for w in result.fit.warnings),
         comparisons=tuple(_comparison(c, f"{name}-run{i}") for i, c in enumerate(grouped)),
         maps=_maps(grouped, name),
         figures=tuple(figures),
@@ -163,6 +164,12 @@ def step_page(record: StepRecord) -> StepPage:
         strongest=strongest(result.parameters.correlation),
         provenance=provenance_view(record.provenance),
     )
+
+
+def _warning(text: str) -> tuple[str, str]:
+    """The fact and the remedy of a warning; an empty remedy if it states none."""
+    fact, _, remedy = text.partition(BEFORE_REMEDY)
+    return typography.prose(fact), typography.prose(remedy)
 
 
 def _about(step: str) -> str:
