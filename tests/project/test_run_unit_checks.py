@@ -39,6 +39,27 @@ def test_a_sign_that_differs_in_one_run_gets_a_remedy_for_that_run() -> None:
     assert with_run_signs([wrong], coasts(-1.0))[0] is wrong
 
 
+def test_a_unit_of_time_stated_for_a_run_has_priority_over_the_file(root: Path, tmp_path: Path) -> None:
+    head, *rows = (root / "sample_logs" / "coast_1.csv").read_text(encoding="utf-8").splitlines()
+    assert "[s]" in head
+    cells = [row.split(",") for row in rows]
+    written = [head, *(",".join([f"{1e3 * float(time):.6g}", *others]) for time, *others in cells)]
+    (tmp_path / "ms.csv").write_text("\n".join(written), encoding="utf-8")
+    log = f"{root / 'sample_logs' / 'coast_1.csv'}"
+    remedy = r"'units: {time: ms}'"
+    with pytest.raises(InputError, match=remedy):
+        gather(load_step("coastdown"), described(tmp_path, root, "coastdown", (log, "ms.csv")))
+    path = described(tmp_path, root, "coastdown", (log, "ms.csv"), ("start: 0 s", "start: 0 s, units: {time: ms}"))
+    ms = gather(load_step("coastdown"), path).logs[0]
+    assert ms.duration == pytest.approx(float(cells[-1][0]) - float(cells[0][0]), abs=1.0)
+    (note,) = [f for f in ms.findings if "states another unit 's'" in f.what]
+    assert not note.doubt
+    assert f"{path.name}:12" in note.what
+    path = described(tmp_path, root, "coastdown", ('"Time [s]", unit: s', '"Time [s]", unit: ms'))
+    with pytest.raises(InputError, match=remedy):
+        gather(load_step("coastdown"), path)
+
+
 def test_every_command_names_the_run_whose_sign_is_wrong(root: Path, tmp_path: Path) -> None:
     path = described(tmp_path, root, "coastdown", ("start: 0 s}", "start: 0 s, signs: {speed: -1}}"))
     for command in (check, plan, lambda path: execute("coastdown", path)):

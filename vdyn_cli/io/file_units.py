@@ -12,7 +12,6 @@ from vdyn_cli.quantities.unit_grammar import written_powers
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
 _SIGNS = str.maketrans({"℃": "°C", "℉": "°F"})
 _OTHER_WORDS = {"m_sec2": "m/s2"}  # of Car Scanner
-OTHER_UNIT = "correct the unit in the description, or make sure that the file's is wrong"  # a remedy
 BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 
 
@@ -65,13 +64,19 @@ def contradicts(stated: str, column: Column, only_scale: bool = False) -> bool:
 
 
 def contradiction(where: str, channel: str, column: Column, stated: str) -> Finding:
-    """The warning that the file ``where`` states another unit than the description, whose unit is used."""
+    """The finding that the file ``where`` states another unit than the description, whose unit is used: a note if it is
+    stated for the run, otherwise a warning."""
     place = f" ({column.where})" if column.where else ""
     what = (
         f"channel '{channel}' is read in '{column.unit}' as the description says{place}, but the file states "
         f"another unit '{unit_text(stated)}'"
     )
-    return Finding(where, what, "", OTHER_UNIT, doubt=True)
+    if column.of_run:
+        return Finding(where, what)
+    remedy = (
+        f"correct the unit in the description; if the file's is wrong, write 'units: {{{channel}: {column.unit}}}' "
+    )
+    return Finding(where, what, "", f"{remedy}at the run", doubt=True)
 
 
 def unit_problem(column: Column, name: str) -> Finding | None:

@@ -45,6 +45,7 @@ class Column:
     group, source : group of channels or device, if the file has several channels of this name; the log gets the clock
         of the group of the channel ``time``.
     scale : factor on the file's values that corrects the sensor's gain.
+    of_run : the unit is stated for this run alone, and so has priority over the file's.
     """
 
     column: str
@@ -56,6 +57,7 @@ class Column:
     group: str = ""
     source: str = ""
     scale: float = 1.0
+    of_run: bool = False
 
     def in_si(self, values: Array) -> Array:
         """Values (n,) of the file in SI, times ``scale``, in vdyn's sign convention."""

@@ -150,7 +150,7 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         findings.append(Finding(where, what, remedy=remedy, minor=True))
     if usual > 10.0 or usual < 1e-5:
         what = f"the typical step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
-        findings.append(Finding(where, what, remedy="check the unit of time"))
+        findings.append(Finding(where, what, remedy=_unit_of_time(usual > 10.0)))
     return tuple(findings)
 
 
@@ -164,7 +164,7 @@ def impossible_clock(log: Log) -> Iterator[Finding]:
     duration, where = log.duration, f"{log.name}, channel 'time'"
     usual = duration / max(log.time.size - 1, 1)
     what = f"the log lasts {duration:.3g} s, with a sample every {usual:.3g} s"
-    remedy = "check the unit of time"
+    remedy = _unit_of_time(duration > LONGEST or usual > COARSEST)
     if not SHORTEST <= duration <= LONGEST or not FINEST <= usual <= COARSEST:
         yield Finding(where, f"{what}: impossible for a road test", remedy=remedy)
         return
@@ -174,6 +174,13 @@ def impossible_clock(log: Log) -> Iterator[Finding]:
         if change > MOST_ACCELERATION * duration:
             what = f"the log lasts {duration:.3g} s, in which '{name}' changes by {change:.3g} m/s"
             yield Finding(where, what, remedy="check the units of time and speed")
+
+
+def _unit_of_time(too_long: bool) -> str:
+    unit = "ms" if too_long else "s"
+    return (
+        f"check the unit of time; if the file's is wrong, write the correct one at the run, 'units: {{time: {unit}}}'"
+    )
 
 
 def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf) -> str:

@@ -222,7 +222,7 @@ def _chosen(
             unit = stated_unit(fitting[0].name, fitting[0].unit)
             doubts = [contradiction(place, channel, column, unit)] if contradicts(unit, column) else []
             # A clock in a wrong unit makes every rate wrong, and no other check detects it.
-            (problems if channel == "time" else findings).extend(doubts)
+            (problems if channel == "time" and not column.of_run else findings).extend(doubts)
         elif fitting:
             problems.append(_several(column, channel, fitting, name))
         elif column.optional:

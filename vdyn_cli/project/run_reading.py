@@ -69,11 +69,12 @@ def read_run(
         mapped |= {n: c.model_copy(update={"unit": run.units[n]}) for n, c in mapped.items() if n in run.units}
         quantities = {n: q for n, q in step.channels().items() if n in mapped}
         columns = {n: column_of(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
-        own = {n: replace(c, where=source.where(("runs", index, "units", n))) for n, c in columns.items()}
-        wrong = {n for n, c in columns.items() if unit_problem(c, name) is not None}  # reported with the channels
+        own = {n: source.where(("runs", index, "units", n)) for n in columns if n in run.units}
+        columns |= {n: replace(columns[n], where=at_run, of_run=True) for n, at_run in own.items()}
+        wrong = {n: f for n, c in columns.items() if (f := unit_problem(c, name)) is not None}
+        problems += [f for n, f in wrong.items() if n in own]  # the others are reported with the channels
         columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
-        no_unit |= wrong
-        problems += [f for n in sorted(wrong & run.units.keys()) if (f := unit_problem(own[n], name)) is not None]
+        no_unit |= wrong.keys()
         units |= {n: c.unit for n, c in columns.items()}
         window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
         options = ReadOptions(**logger.reading.model_dump(), window=window)

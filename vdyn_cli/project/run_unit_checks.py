@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from vdyn_cli.io.file_units import OTHER_UNIT
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
@@ -60,17 +59,15 @@ def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]])
     ----------
     logs : of all runs. stated : for each run, the units that the description states for it alone, which have priority.
     """
-    found = [(k, f, m) for k, log in enumerate(logs) for f in log.findings if (m := _contradicted(f)) is not None]
+    found = [
+        (k, f, m) for k, log in enumerate(logs) for f in log.findings if (m := _CONTRADICTION.match(f.what)) is not None
+    ]
     for k, finding, match in found:
         channel, unit = match["channel"], match["unit"]
         runs = {i for i, _, other in found if other["channel"] == channel}
         if len(runs) < len(logs) and channel not in stated[k]:
             remedy = f"write 'units: {{{channel}: {unit}}}' at this run: the files of the other runs agree with "
             yield replace(finding, remedy=remedy + f"the description; '{match['read']}' if its file is wrong")
-
-
-def _contradicted(finding: Finding) -> re.Match[str] | None:
-    return _CONTRADICTION.match(finding.what) if finding.remedy == OTHER_UNIT else None
 
 
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:

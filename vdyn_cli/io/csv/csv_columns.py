@@ -42,7 +42,7 @@ def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> M
             position[channel] = at[0]
             doubts = _unit_findings(layout, at[0], channel, column, name)
             # A clock in a wrong unit makes every rate wrong, and no other check detects it.
-            (problems if channel == "time" else findings).extend(doubts)
+            (problems if channel == "time" and not column.of_run else findings).extend(doubts)
         elif at:
             problems.append(_repeated(column, channel, at, name))
         elif column.optional:
