@@ -36,8 +36,8 @@ class Fits:
         (name,) = effects
         self.requested.append(name)
         assert (values == {f"{name}_size": 7.0}) == (name in self.far)
-        runs = Made(regression=Made(log_noise=0.0))
-        made = Made(solution=Made(cost=self.costs.get(name)), error=self.missed.get(name, 1.0), runs=runs)
+        runs = Made(regression=Made(log_noise=0.0), error=self.missed.get(name, 1.0))
+        made = Made(solution=Made(cost=self.costs.get(name)), runs=runs)
         return made if name in self.costs else None
 
 
@@ -48,7 +48,7 @@ def found(evidence: dict[str, float]) -> Any:
 
 @pytest.fixture(autouse=True)
 def given_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fits_alone, "rms_alone", lambda fit: fit.error)
+    monkeypatch.setattr(fits_alone, "rms_of", lambda runs: runs.error)
 
 
 def strongest(fits: Fits, evidence: dict[str, float]) -> str | None:

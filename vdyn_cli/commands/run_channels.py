@@ -11,7 +11,7 @@ from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.csv.coastdown_report import HEAD
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.number_text import decimals
+from vdyn_cli.quantities.number_text import capitalized, decimals
 from vdyn_cli.quantities.result_schema import ChannelEntry, ChannelsDocument
 
 _LONGEST_NAME = 42  # characters of a name in the table; longer ones are shortened in the middle
@@ -181,7 +181,7 @@ def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:
         lines.append(f"A report of coast-downs, one row per run: 'vdyn init coastdown {path.name}' describes its runs.")
     elif not clocks:
         what, remedy = without_clock(facts)
-        lines += [f"{what[:1].upper()}{what[1:]}: this is not a log, or its time is damaged.", f"    -> {remedy}"]
+        lines += [f"{capitalized(what)}: this is not a log, or its time is damaged.", f"    -> {remedy}"]
     elif clocks > 1:
         lines.append(f"{clocks} clocks: a step resamples channels of different clocks to one clock.")
     if any(f.column.startswith(_BUS_FRAMES) for f in facts):

@@ -55,7 +55,7 @@ def _from_coarse_starts(strategy: LinearizedStrategy, found: Detection) -> dict[
     for name in sorted(starts, key=lambda n: starts[n][0])[: POLICY.most_relinearized]:
         error, start = starts[name]
         best = _best_fit(fits)
-        fits_already = best is not None and POLICY.far_worse * rms_alone(best) < baseline
+        fits_already = best is not None and POLICY.far_worse * rms_of(best.runs) < baseline
         if not fits_already or error <= POLICY.coarse_gain * baseline:
             fits[name] = relinearization.from_values((name,), start, _stop_beside(fits, strategy))
     return fits
@@ -76,8 +76,8 @@ def _stop_beside(fits: FitsAlone, strategy: LinearizedStrategy) -> Stop:
         best = _best_fit(fits)
         if best is None:
             return False
-        far = POLICY.far_worse * rms_alone(best)
-        now, last = rms_alone(fit), rms_alone(before)
+        far = POLICY.far_worse * rms_of(best.runs)
+        now, last = rms_of(fit.runs), rms_of(before.runs)
         return (now > far and last > far and now > last / POLICY.far_worse) or is_hopeless(strategy, fit, best)
 
     return stop
@@ -95,7 +95,7 @@ def best_of(fits: FitsAlone) -> str | None:
     with about the same error of the main channel are compared.
     """
     made = {n: fit for n, fit in fits.items() if fit is not None}
-    error = {n: rms_alone(fit) for n, fit in made.items()}
+    error = {n: rms_of(fit.runs) for n, fit in made.items()}
     least = min(error.values(), default=0.0)
     near = [n for n in made if error[n] <= POLICY.far_worse * least]
     return min(near, key=lambda n: own_cost(made[n]), default=None)
@@ -110,11 +110,6 @@ def is_hopeless(strategy: LinearizedStrategy, fit: FittedModel, best: FittedMode
         return False
     explained = own_cost(strategy.base) - own_cost(best)
     return own_cost(fit) - own_cost(best) > max(POLICY.hopeless_share**2 * explained, POLICY.large_t**2)
-
-
-def rms_alone(fit: FittedModel) -> float:
-    """Root mean square error of the main channel with a fit, each run's own unknowns fitted."""
-    return rms_of(fit.runs)
 
 
 def own_cost(fit: FittedModel) -> float:

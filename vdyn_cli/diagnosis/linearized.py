@@ -9,8 +9,9 @@ from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.effect_unknowns import bounds_of, is_scale
-from vdyn_cli.diagnosis.fits_alone import FitsAlone, best_of, fits_alone, is_hopeless, rms_alone
+from vdyn_cli.diagnosis.fits_alone import FitsAlone, best_of, fits_alone, is_hopeless
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel, full_model, with_open_range
+from vdyn_cli.diagnosis.held_out_gain import rms_of
 from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.diagnosis.nested_fits import NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
@@ -130,7 +131,7 @@ class LinearizedStrategy:
         best one does, and those that leave much of the misfit where ``strongest`` leaves almost none.
         """
         made = {n: fit for n, fit in alone.items() if fit is not None}
-        least = min(map(rms_alone, made.values()), default=0.0)
+        least = min((rms_of(fit.runs) for fit in made.values()), default=0.0)
         answer = candidate_model(local, (strongest,))
         almost_all = answer is not None and (answer.sufficient or answer.nearly_sufficient)
         best = made.get(strongest) if almost_all else None
@@ -138,7 +139,7 @@ class LinearizedStrategy:
             if name == strongest or self.relinearization.nondifferentiable((name,)):
                 continue
             fit, own = made.get(name), None
-            if fit and rms_alone(fit) < POLICY.far_worse * least and not (best and is_hopeless(self, fit, best)):
+            if fit and rms_of(fit.runs) < POLICY.far_worse * least and not (best and is_hopeless(self, fit, best)):
                 there = self._linearized_about(fit)
                 own = there.fitted((name,)) if there else None
             local._fits.keep((name,), _weighted_like(own, local.model.regression) if own else None)
@@ -156,7 +157,7 @@ class LinearizedStrategy:
             fitted = local.fitted((effect,))
             if local is self:
                 fitted = self.relinearization.from_values((effect,), fitted.values if fitted else NO_VALUES) or fitted
-            if fitted is None or (before and _settled(fitted.solution, before)):
+            if fitted is None or (before and _has_settled(fitted.solution, before)):
                 break
             again = self._linearized_about(fitted)
             if again is None:
@@ -237,13 +238,13 @@ def _baseline_values(setup: DiagnosisSetup) -> Mapping[str, float]:
     values: Mapping[str, float] = NO_VALUES
     for _ in range(1 + POLICY.linearizations * setup.nondifferentiable):
         found = solve(linearized(setup.regression((), (), start=values)), tolerance=LEAST_STEP, unconverged=True)
-        settled = values and _settled(found, values)
+        settled = values and _has_settled(found, values)
         values = found.values
         if settled:
             break
     return values
 
 
-def _settled(solution: Solution, before: Mapping[str, float]) -> bool:
+def _has_settled(solution: Solution, before: Mapping[str, float]) -> bool:
     """Whether a fit moves these values by a small share of their standard deviations."""
     return all(abs(solution.values[n] - v) < POLICY.settled_std * solution.std[n] for n, v in before.items())

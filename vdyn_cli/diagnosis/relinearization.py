@@ -68,7 +68,7 @@ class Relinearization:
                 if self.nondifferentiable(effects):
                     fit, settled = self._twice(effects, values), True
                 else:
-                    fit, settled = self._settled(effects, values, stop)
+                    fit, settled = self._until_settled(effects, values, stop)
             except (ResultError, ArithmeticError):
                 return None
             if not settled:
@@ -151,7 +151,7 @@ class Relinearization:
             self._last = {key: regression(every, extra, start=start)}
         return self._last[key]
 
-    def _settled(
+    def _until_settled(
         self, effects: tuple[str, ...], about: Mapping[str, float], stop: Stop | None
     ) -> tuple[FittedModel, bool]:
         """The fit relinearized about its own amplitudes until they move by less than ``settled_std``.

@@ -11,7 +11,7 @@ from vdyn_cli.diagnosis.held_out_gain import HeldOutGain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.diagnosis import Detectable, Size
-from vdyn_cli.quantities.number_text import decimals, two_digits
+from vdyn_cli.quantities.number_text import capitalized, decimals, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 
 # These choose words, no verdict.
@@ -73,7 +73,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         return f"No model error detected ({p})."
     if judgment.one_way_effects is not None:
         label = " with ".join(judgment.one_way_effects)
-        found = f"{_capital(label)} would explain the misfit" if label else "No other error detected"
+        found = f"{capitalized(label)} would explain the misfit" if label else "No other error detected"
         return f"{found} ({p}), but {judgment.why}: wind, slope and resistance are confounded."
     if judgment.verdict == "not_testable":
         return not_possible(judgment.why or "no candidate effect would be visible in these data")
@@ -82,9 +82,9 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         if judgment.closest:
             labels = " with ".join(effects[e].label for e in judgment.closest.effects)
             verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
-            closest = f" {_capital(labels)} {verb} closest, but {judgment.why or 'a significant residual remains'}."
+            closest = f" {capitalized(labels)} {verb} closest, but {judgment.why or 'a significant residual remains'}."
             if judgment.beyond_range and (amount := amplitude_text(effects[judgment.closest.effects[0]], amplitudes)):
-                closest = f" {_capital(labels)}{amount} would explain it."
+                closest = f" {capitalized(labels)}{amount} would explain it."
         return f"Unmodeled effect present ({p}): no candidate effect explains the misfit.{closest}"
     if judgment.verdict == "ambiguous":
         return _ambiguous(judgment, effects, amplitudes)
@@ -98,7 +98,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
         return f"Data fault: {text}"
     if not answer.sufficient:
         text += f" {remainder_sentence(answer.rest_share)}"
-    return _capital(text)
+    return capitalized(text)
 
 
 def remainder_sentence(share: float, most_like: str = "") -> str:
@@ -118,7 +118,7 @@ def _immaterial(
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.immaterial.effects)
     verb = "come" if len(judgment.immaterial.effects) > 1 or is_plural(named) else "comes"
     what = "would explain it" if judgment.immaterial_suffices else f"{verb} closest to it"
-    return f"{text}{size_text(size)}. {_capital(named)} {what}."
+    return f"{text}{size_text(size)}. {capitalized(named)} {what}."
 
 
 def size_text(size: Size | None) -> str:
@@ -152,7 +152,7 @@ def _ambiguous(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Ma
         return f"{text}; these data cannot discriminate between them."
     parts = [_either([_with_amplitude(effects[e], amplitudes) for e in one]) for one in sets]
     text = f"{', and '.join(parts)}, explain {_share(judgment.gain)}"
-    return f"{_capital(text)}; these data cannot discriminate between the effects joined by 'or'."
+    return f"{capitalized(text)}; these data cannot discriminate between the effects joined by 'or'."
 
 
 def _either(named: Sequence[str]) -> str:
@@ -229,7 +229,3 @@ def _factor_text(effect: Effect, e: Estimate) -> str:
     if effect.sensor:
         return f" (reads {off:.3g} times too {'high' if factor > 1.0 else 'low'}{usual})"
     return f" ({factor:.3g} times the stated value{usual})"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -27,6 +27,11 @@ class Bins:
     width: Array
     lead: Array
 
+    @property
+    def lags(self) -> Array:
+        """Time between each two groups, (b, b), s: |t_i - t_j| of their mean times."""
+        return np.asarray(np.abs(self.time[:, None] - self.time[None, :]))
+
     def mean(self, values: Array) -> Array:
         """Mean of each group, of (n,) values or (n, k) columns."""
         sums = np.add.reduceat(values, self.first, axis=0)

@@ -245,7 +245,7 @@ def speed_noise(s: Surroundings) -> RunNoise:
     gust = -integral * s.pull[None, :]
     parts = (
         White("speed_noise", s.speed_level**2 / s.bins.count),
-        Colored("gust", "gust_time", gust, _lag(s.bins)),
+        Colored("gust", "gust_time", gust, s.bins.lags),
         SteadyComponent("run_wind", gust.sum(axis=1)),
         SteadyComponent(s.constant_force, integral.sum(axis=1)),
     )
@@ -261,7 +261,7 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
     push = np.vstack([integral, here])
     gust = -push * s.pull[None, :]
     road = -GRAVITY * np.vstack([s.slope_share * integral, -(1.0 - s.slope_share) * here])
-    none, lag = np.zeros(s.bins.time.size), _lag(s.bins)
+    none, lag = np.zeros(s.bins.time.size), s.bins.lags
     parts = (
         White("speed_noise", np.r_[s.speed_level**2 / s.bins.count, none]),
         White("acceleration_noise", np.r_[none, s.acceleration_level**2 / s.bins.count]),
@@ -278,7 +278,7 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
 
 def force_noise(s: Surroundings) -> RunNoise:
     """Noise of the specific force on an open road, m/s^2: colored noise of any cause, and a zero of std ``s.zero``."""
-    lag, ones = _lag(s.bins), np.ones(s.bins.time.size)
+    lag, ones = s.bins.lags, np.ones(s.bins.time.size)
     parts = (
         White("acceleration_noise", s.acceleration_level**2 / s.bins.count),
         Colored("gust", "gust_time", np.diag(-s.pull), lag),
@@ -287,10 +287,6 @@ def force_noise(s: Surroundings) -> RunNoise:
         SteadyComponent(s.constant_force, ones),
     )
     return RunNoise(parts, s.zero**2 * np.outer(ones, ones), ones)
-
-
-def _lag(bins: Bins) -> Array:
-    return np.asarray(np.abs(bins.time[:, None] - bins.time[None, :]))
 
 
 def _walk(s: Surroundings) -> Array:

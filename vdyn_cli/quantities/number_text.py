@@ -1,8 +1,13 @@
-"""Numbers as text, rounded according to their uncertainty."""
+"""Numbers as text, rounded according to their uncertainty, and the capital of a sentence."""
 
 from __future__ import annotations
 
 from math import isfinite
+
+
+def capitalized(text: str) -> str:
+    """The text with its first letter as a capital and all others as they are."""
+    return text[:1].upper() + text[1:]
 
 
 def magnitude(value: float, digits: int) -> int:

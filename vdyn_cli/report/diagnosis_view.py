@@ -10,6 +10,7 @@ from types import MappingProxyType
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.verdict_text import remainder_sentence
 from vdyn_cli.quantities.diagnosis import Diagnosis, Gain
+from vdyn_cli.quantities.number_text import capitalized
 from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.report import diagnosis_tables as tables
 from vdyn_cli.report import effect_labels, typography
@@ -168,7 +169,7 @@ def _extended(source: Diagnosis) -> str:
     if not source.extended:
         why = typography.prose(source.not_extended)
         if why or not causes:
-            return f"{_capitalized(why)}." if why else ""
+            return f"{capitalized(why)}." if why else ""
         if source.learned is not None:
             return "The model was not extended by the learned law; write 'extend: learned' under diagnose to add it."
         return "The model was not extended, as the description requests (extend: never)."
@@ -180,7 +181,7 @@ def _extended(source: Diagnosis) -> str:
         text += f" Later steps and exports keep {' and '.join(lasting)} as part of the vehicle."
     if passing:
         belong = "belong" if len(passing) > 1 else "belongs"
-        text += f" {_capitalized(' and '.join(passing))} {belong} to this test, not to the vehicle."
+        text += f" {capitalized(' and '.join(passing))} {belong} to this test, not to the vehicle."
     return text
 
 
@@ -199,7 +200,3 @@ def _ambiguous(source: Diagnosis) -> str:
 
 def _either(labels: Sequence[str]) -> str:
     return f"{', '.join(labels[:-1])} or {labels[-1]}" if len(labels) > 1 else labels[0]
-
-
-def _capitalized(text: str) -> str:
-    return text[:1].upper() + text[1:]

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vdyn_cli.quantities.number_text import magnitude
+from vdyn_cli.quantities.number_text import capitalized, magnitude
 
 if TYPE_CHECKING:
     from vdyn_cli.quantities.parameters import Estimate
@@ -194,8 +194,7 @@ def run_name(text: str) -> str:
 
 def title(identifier: str) -> str:
     """``cg_height`` as "CG height", with a capital first letter."""
-    text = name(identifier)
-    return text[:1].upper() + text[1:]
+    return capitalized(name(identifier))
 
 
 def symbol(text: str) -> tuple[tuple[str, str], ...]:

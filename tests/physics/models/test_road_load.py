@@ -99,7 +99,8 @@ def test_specific_force_is_blind_to_slope_but_for_the_turning_parts() -> None:
     assert force(0.03) - force(0.0) == pytest.approx(GRAVITY * 0.03 * 88.0 / 1676.0, rel=0.01)
 
 
-EPA = RoadLoad.from_epa(22.883, -0.15919, 0.020143)  # the paper's car on the EPA's list
+LBF, MPH = 4.4482216152605, 0.44704  # N, m/s
+EPA = RoadLoad(22.883 * LBF, -0.15919 * LBF / MPH, 0.020143 * LBF / MPH**2)  # the paper's car on the EPA's list
 MASS = 1587.6
 
 

@@ -41,16 +41,6 @@ class RoadLoad:
     beyond: tuple[Array, Array] | None = None
     spread: tuple[Array, Array] | None = None
 
-    @classmethod
-    def from_epa(cls, a: float, b: float, c: float) -> RoadLoad:
-        """From A lbf, B lbf/mph, C lbf/mph^2."""
-        return cls(a * POUND_FORCE, b * POUND_FORCE / MILE_PER_HOUR, c * POUND_FORCE / MILE_PER_HOUR**2)
-
-    @classmethod
-    def from_dyno(cls, f0: float, f1: float, f2: float) -> RoadLoad:
-        """From F0 N, F1 N/(km/h), F2 N/(km/h)^2."""
-        return cls(f0, f1 * KILOMETER_PER_HOUR, f2 * KILOMETER_PER_HOUR**2)
-
     @property
     def coefficients(self) -> Array:
         """f0, f1, f2 as (3,), SI."""

@@ -75,11 +75,11 @@ def fit_effects(
     ------
     ResultError : the drives do not determine the amplitudes, or a simulation is not finite.
     """
-    last = _settled(setup, regression)
+    last = _relinearized_until_settled(setup, regression)
     profiled = profile_estimates(last.setup, reference)
     if any(abs(at - last.solution.values[n]) > AGAIN * std for n, (at, std) in profiled.items()):
         extra = tuple(replace(u, start=profiled[u.name][0]) if u.name in profiled else u for u in last.setup.extra)
-        last = _settled(replace(last.setup, extra=extra), regression)
+        last = _relinearized_until_settled(replace(last.setup, extra=extra), regression)
         profiled = profile_estimates(last.setup, reference)
     solution = last.solution
     # With local maxima, the last move and the difference of the two estimates add to the uncertainty.
@@ -130,7 +130,7 @@ class _Pass:
     moves: Mapping[str, float]
 
 
-def _settled(setup: SimulationSetup, regression: Callable[[SimulationSetup], Regression]) -> _Pass:
+def _relinearized_until_settled(setup: SimulationSetup, regression: Callable[[SimulationSetup], Regression]) -> _Pass:
     first, moved = _relinearized(setup, regression)
     if moved < SETTLED:
         return first

@@ -65,22 +65,22 @@ def slow_noise(
         gust = -moved * drag
         parts: list[White | SteadyComponent | Colored] = [
             White("speed_noise", level**2 / count),
-            Colored("gust", "gust_time", gust, _lag(bins)),
+            Colored("gust", "gust_time", gust, bins.lags),
             SteadyComponent("run_wind", gust.sum(axis=1)),
             SteadyComponent("run_drive", moved.sum(axis=1)),
         ]
         if FELT_SLOPE in s.inputs:
             # Errors of a slope from an accelerometer and of an estimated torque are correlated over time.
-            parts.append(Colored("push", "push_time", moved, _lag(bins)))
+            parts.append(Colored("push", "push_time", moved, bins.lags))
         else:
-            parts.append(Colored("road", "road_time", -GRAVITY * values["mass"] / inertia * moved, _lag(bins)))
+            parts.append(Colored("road", "road_time", -GRAVITY * values["mass"] / inertia * moved, bins.lags))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
     direct = here - drag[:, None] * moved
     push, none = np.vstack([moved, direct]), np.zeros(count.size)
     gust = -push * drag
     share = values["mass"] / inertia
     road = -GRAVITY * np.vstack([share * moved, share * direct - here])
-    lag = _lag(bins)
+    lag = bins.lags
     force = layout.levels["acceleration"]
     parts = [
         White("speed_noise", np.r_[level**2 / count, none]),
@@ -94,10 +94,6 @@ def slow_noise(
     known = np.zeros((2 * count.size, 2 * count.size))
     known[: count.size, : count.size] = walk
     return RunNoise(tuple(parts), known, push.sum(axis=1))
-
-
-def _lag(bins: Bins) -> Array:
-    return np.asarray(np.abs(bins.time[:, None] - bins.time[None, :]))
 
 
 def sizing_bins(layout: RowLayout) -> Bins:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
-from vdyn_cli.steps.validate.jerk import JERK, resolves_jerk, smooth_derivative
+from vdyn_cli.steps.validate.jerk import JERK, low_passed, resolves_jerk, smooth_derivative
 from vdyn_cli.steps.validate.regimes import REGIMES
 from vdyn_cli.steps.validate.residual_rows import RESTING
 from vdyn_cli.steps.validate.segments import WHEELS
@@ -120,7 +120,7 @@ def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
     s, outcome = w.setup.segments[run], w.setup.first[run]
     measured = s.outputs.get("jerk")
     force = s.outputs["acceleration"]
-    made = smooth_derivative(s.time, force) if measured is None else smooth_derivative(s.time, measured, derive=False)
+    made = smooth_derivative(s.time, force) if measured is None else low_passed(s.time, measured)
     error = smooth_derivative(s.time, outcome.values["acceleration"]) - made
     slopes = smooth_derivative(s.time, outcome.sensitivities["acceleration"][:, : len(root)])
     level = w.whitenings[run].layout.levels["acceleration"] * JERK.noise_gain(s.time)
