@@ -22,6 +22,6 @@ def test_an_interval_that_holds_other_answers_says_which() -> None:
     )
     said: list[str] = []
     tell_result(SimpleNamespace(result=result), lambda text, detail=False: said.append(text))  # type: ignore[arg-type]
-    (line,) = [text for text in said if "also includes" in text]
+    (line,) = [text for text in said if "interval includes" in text]
     assert "a headwind" in line
-    assert line.endswith(": b")
+    assert line.startswith("  b: ")

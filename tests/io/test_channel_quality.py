@@ -117,7 +117,7 @@ def test_missing_values_are_counted_and_placed() -> None:
     values[:300] = np.nan
     values[1000:1003] = np.nan
     text = said(values)
-    assert "has no value in 303 of 4000 rows (0.076 of them), 2 times, the longest in lines 2 to 301" in text
+    assert "has no value in 303 of 4000 rows (7.6 %), 2 times, longest: lines 2 to 301" in text
     assert not check(values).problems
 
 

@@ -98,7 +98,7 @@ def test_runs_without_a_heading_have_no_wind(tmp_path: Path) -> None:
     for path in paths:
         path.write_text(path.read_text(encoding="utf-8").replace("Heading", "Lean"), encoding="utf-8")
     text, data = drafted(tmp_path, *paths, station(tmp_path / "wx.csv"))
-    assert "mean wind 2.5 m/s; its direction along the road is unknown" in text
+    assert "mean wind 2.5 m/s; its direction along the road is unknown, since 3 of 3 logs have no heading" in text
     assert [run["start"] for run in data["runs"]] == ["0.0 s", "600.0 s", "1200.0 s"]
 
 

@@ -23,7 +23,7 @@ GLOSSARY = {
     "amplitude": "the estimate of an effect's unknown, such as a headwind of 2 m/s",
     "visibility": "share of an effect's sensitivity that is not collinear with the fitted parameters, 0 to 1",
     "not testable effect": "a candidate effect that these data cannot show, with the bias it would cause",
-    "biased": "error of a parameter while the model lacks the effect",
+    "bias": "error of a parameter while the model lacks the effect",
     "remainder": "significant residual that remains with the named effects",
     "free profile": "a smooth curve over speed, time or position, a substitute for any law that is not listed",
     "held-out gain": "decrease of the error in runs that neither the fit nor the choice of effect used",

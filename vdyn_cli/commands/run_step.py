@@ -94,7 +94,7 @@ def tell_result(record: StepRecord, tell: Tell) -> None:
     }
     for spans, keys in wider.items():
         if spans:
-            tell(f"  the interval also includes the value with {spans_text(spans)}: {', '.join(keys)}")
+            tell(f"  {', '.join(keys)}: the interval includes the estimate for '{spans_text(spans)}'")
     for key, why in result.withheld.items():
         tell(f"  {key:<30} withheld: {why}")
     tell(result.sentence)

@@ -192,7 +192,7 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     restate = extended_result.restate
     return replace(
         extended_result,
-        sentence=f"Extended by {labels}: {extended_result.sentence}",
+        sentence=f"Model extended by {labels}. {extended_result.sentence}",
         restate=None if restate is None else partial(_extended_sentence, labels, restate),
         parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
@@ -202,7 +202,7 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
 def _extended_sentence(
     labels: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]
 ) -> str:
-    return f"Extended by {labels}: {restate(estimates, extra)}"
+    return f"Model extended by {labels}. {restate(estimates, extra)}"
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:

@@ -68,13 +68,18 @@ class Curve:
 def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | None) -> Curve | None:
     """The curve of one of the fitted parts; None where the data cover fewer than ``FEWEST_POINTS`` points.
 
-    The band is the wider of two: by the scatter between units, and by the noise model with the smoothness prior, which
-    includes the truncation error. A point is covered if samples are near and the band is at most half of the prior's.
+    The 95 % band, half-width h, at a point x of the coordinate with the gradient g of the curve by the unknowns::
+
+        h^2 = 1.96^2 (g' C g + truncation error)
+
+    C is the covariance by the scatter between units or by the noise model with the smoothness prior, whichever gives
+    the wider band. A point is covered if samples are near and h is at most ``covered_share`` of the prior's band.
 
     Parameters
     ----------
-    fitted : the fit with the part free. base : the fit without. samples : of the coordinate in the runs; None:
-        everywhere.
+    part : the element whose law is free, one of ``fitted.parts``; its coordinate and curve are in SI.
+    fitted : the fit with the part free. base : the fit without.
+    samples : (n,) of the coordinate in the runs; None: everywhere.
     """
     solution = fitted.solution
     x = part.points(POINTS)

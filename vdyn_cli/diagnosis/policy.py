@@ -209,8 +209,8 @@ class Policy:
     )  # fmt: skip
     negligible_rest: float = _threshold(
         0.1, "share of the rms misfit", "that may remain significant beside a large effect, in the same part",
-        "Two laws of one element that differ by 10 % rms are the same cause to an engineer (dry friction as a step or "
-        "as tanh over 5 mm/s, a damper's knee): published curves of one part scatter as much. If a law of another part "
+        "Two laws of one element that differ by 10 % rms are the same effect (dry friction as a step or as tanh over "
+        "5 mm/s, a damper's knee): published curves of one part scatter as much. If a law of another part "
         "explained this share, that part would cause a tenth of the misfit: hence 'in the same part'.",
     )  # fmt: skip
     exact_rest: float = _threshold(
@@ -308,7 +308,8 @@ class Policy:
         "A bound of the cost: a refit takes a dozen simulations with the sensitivities of one part.",
     )  # fmt: skip
     part_squares: float = _threshold(
-        0.8, "share of the explainable squares", "that a part must explain to be at fault, a learned law to be named",
+        0.8, "share of the explainable squares",
+        "that a part must explain to be at fault, and a learned law to be named",
         "All parts and candidates together also explain some of the noise; where a part leaves more than a fifth, "
         "another fault is present. Set by tests/bench/other_laws.md.",
     )  # fmt: skip

@@ -19,8 +19,10 @@ from vdyn_cli.engine.maths import exp
 def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that still rub after braking, and then release.
 
-    F = Fb exp(-t/T), t since the run's log began, for all wheels together; for a wheel with a force sensor it is the
-    force at its rim. T is 20 s where the data do not determine it.
+    F = Fb exp(-t/T)
+
+    with F and Fb in N, all wheels together (for a wheel with a force sensor: at its rim), t the time since the start of
+    the run's log and T the time constant, s. T is 20 s where the data do not determine it.
     """
     rubbing = q.brake_drag_fading * exp(-s.run_time / q.brake_drag_fading_time)
     return brake(s.but(brake_force=s.brake_force + s.share * rubbing))

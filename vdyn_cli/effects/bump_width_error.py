@@ -16,5 +16,8 @@ def bump_width_error(road: Law, s: Signals, q: Signals) -> Number:
     """A bump whose true width differs from the described one.
 
     u = A shape(x / (lambda (1 + ew)))
+
+    with u the road's height (m) at the distance x (m) from the bump's start, A the bump's height and lambda its
+    described width (m), ew the relative error of lambda, and shape the bump's profile over 0 to 1.
     """
     return road(s.but(width=s.width * (1.0 + q.bump_width_error)))

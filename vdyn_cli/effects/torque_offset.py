@@ -16,6 +16,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def torque_offset(drive_torque: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel with a wrong zero.
 
-    The sensor reads T + T0: the torque on the car is the reading minus T0. Two half-shaft sensors have the same T0.
+    T = reading - T0
+
+    with T the torque on the car and T0 the zero, N m. Two half-shaft sensors have the same T0.
     """
     return drive_torque(s.but(value=s.value - q.torque_offset))

@@ -119,7 +119,7 @@ def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOpt
             _Line("TYRESIDE", "LEFT"),
         ),
         "DIMENSION": (
-            _Line("UNLOADED_RADIUS", unloaded, f"{why['wheel_radius']}; and a third of the deflection, assumed"),
+            _Line("UNLOADED_RADIUS", unloaded, f"{why['wheel_radius']}, plus one third of the deflection (assumed)"),
             _Line("WIDTH", WIDTH, usual),
             _Line("ASPECT_RATIO", ASPECT, usual),
             _Line("RIM_RADIUS", unloaded - WIDTH * ASPECT, usual),

@@ -136,7 +136,7 @@ def _minimize(regression: Regression, most_iterations: int, tolerance: float) ->
         return minimize(Objective(regression), regression.start(), lower, upper, most_iterations, tolerance)
     except ArithmeticError as error:
         start = _start_text(regression, regression.start())
-        remedy = "check the start values and the logs for gaps"
+        remedy = "check the 'unit' of each channel and the values under 'vehicle' and 'given' for wrong powers of ten"
         raise ResultError(Finding("fit", str(error), start, remedy)) from error
 
 

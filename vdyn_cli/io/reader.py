@@ -139,7 +139,15 @@ class Recorded:
 def channel_info(
     name: str, unit: str, time: Array | None, values: Array | None, group: str = "", source: str = ""
 ) -> ChannelInfo:
-    """The ``ChannelInfo`` of a channel; rate and span from its times (n,), s, and values (n,), each possibly None."""
+    """The ``ChannelInfo`` of a channel, with rate and span of its samples.
+
+    rate = (m - 1) / (t_m - t_1), from the m times with a value; NaN for fewer than two
+
+    Parameters
+    ----------
+    unit : as the file states it. time : (n,) s, or None. values : (n,), or None.
+    group : of the channels with the same clock. source : of the channel in the vehicle, such as its control unit.
+    """
     at = np.empty(0)
     if time is not None and values is not None and time.size == values.size:
         at = time[np.isfinite(values) & np.isfinite(time)]

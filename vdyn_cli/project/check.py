@@ -41,7 +41,8 @@ def step_of(path: Path) -> Step:
     if test not in names():
         known = ", ".join(names())
         remedy = did_you_mean(str(test), names(), f"write 'test:' and one of {known}")
-        raise InputError(Finding(source.where(("test",)), "the key 'test' is not a step", repr(test), remedy))
+        what = "the key 'test' is missing" if test is None else f"{str(test)!r} is not a step"
+        raise InputError(Finding(source.where(("test",)), what, remedy=remedy))
     return load_step(str(test))
 
 

@@ -49,11 +49,14 @@ class GuessedLog:
 
 
 def split_coast_downs(log: GuessedLog, falling: str, drive: Collection[str]) -> list[GuessedLog]:
-    """The parts of a log with several coast-downs, each from a few seconds before it; else the log.
+    """The parts of a log with several coast-downs, each from 5 s before it; else the log alone.
+
+    A coast-down is a decrease of the speed of at least 10 s without a break, and of half the longest one.
 
     Parameters
     ----------
-    falling, drive : as in ``why_left_out``.
+    falling : the channel that decreases in a coast-down; empty: the log is not split.
+    drive : channels that drive the car; a log with one of them is not split.
     """
     facts = log.guesses[falling].facts if falling else None
     if facts is None or set(drive) & set(log.columns()):

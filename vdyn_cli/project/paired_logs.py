@@ -48,9 +48,9 @@ def doubtful_pairs(clocks: Sequence[ClockDifference], logs: Sequence[Log]) -> It
         for clock, ratio in zip(same, ratios / usual, strict=True):
             if abs(ratio - 1.0) > CHECK.run_ratio:
                 speeds = f"'{pair[1]}' over '{pair[0]}'"
-                what = f"{speeds} is {ratio:.3f} times its median of all runs: are {clock.run} and {clock.logger} "
+                what = f"{speeds} is {ratio:.3f} times its median of all runs: {clock.run} and {clock.logger} "
                 remedy = "check which files were recorded together, by their times or by the order of the runs"
-                yield Finding(clock.run, f"{what}of the same run?", remedy=remedy, doubt=True)
+                yield Finding(clock.run, f"{what}are probably not from one run", remedy=remedy, doubt=True)
 
 
 def _mean_ratio(clock: ClockDifference, log: Log) -> float:

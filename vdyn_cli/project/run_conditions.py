@@ -141,7 +141,9 @@ def _add_winds(
     if len(bearings) < len(keys):
         mean = station.mean("wind_speed", (spans[0][0], spans[-1][1]))
         wind = "" if mean is None else f"mean wind {mean[0]:.1f} m/s; "
-        return f"{station.name}: {wind}its direction along the road is unknown, since not every log has a heading"
+        lack = f"{len(keys) - len(bearings)} of {len(keys)} logs have no heading"
+        unknown = f"its direction along the road is unknown, since {lack}"
+        return f"{station.name}: {wind}{unknown}; log the heading, or state wind_speed of each run"
     winds = [station.wind(bearing, span) for bearing, span in zip(bearings, spans, strict=True)]
     for own, one in zip(keys, winds, strict=True):
         if one is not None:

@@ -1,1 +1,1 @@
-"""Quantities, parameters, logs, results and errors: the types that every room shares."""
+"""Quantities, parameters, logs, results and errors: the types that every package shares."""

@@ -42,9 +42,8 @@ class EstimateEntry(Entry):
     source: str = Field(description="'given', 'measured', or the step that estimated it")
     spans: list[str] = Field(
         [],
-        description="other possible explanations of the diagnosis whose values the interval includes: names of effects "
-        "joined by ' + ', 'baseline', or 'unexplained' for a bias that no effect explains; empty where the interval "
-        "is that of the fit alone",
+        description="effects whose values the interval includes, joined by ' + '; also 'baseline', or 'unexplained' "
+        "for a bias that no effect explains; empty: the interval of the fit alone",
     )
 
 

@@ -50,7 +50,13 @@ def main_channel(one: CutLog) -> str:
 
 
 def flag_segments(one: CutLog) -> FlagSegments:
-    """First time, last time (s) and kind (cut, marked, kept) of each flagged segment, by channel."""
+    """First time, last time (s) and kind of each flagged segment, by channel.
+
+    Parameters
+    ----------
+    one : a run, whole and cut. Its ledger has the segments cut or, by the description, kept; its flags those marked as
+        suspect.
+    """
     found: FlagSegments = {}
     for row in one.ledger:
         found.setdefault(row.channel, []).append((row.start, row.stop, _kind(row)))

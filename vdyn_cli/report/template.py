@@ -50,7 +50,12 @@ def grouped(text: str) -> Markup:
 
 
 def fill(template: str, **context: Any) -> str:
-    """A template with its context filled in; every text is escaped except what ``markup`` marks."""
+    """A template (file name in this folder) with its context filled in; every text is escaped except by ``markup``.
+
+    Raises
+    ------
+    jinja2.TemplateNotFound : no such file. jinja2.UndefinedError : the template uses a name that ``context`` lacks.
+    """
     page = _environment().get_template(template).render(**context)
     return page.encode("utf-8", "replace").decode("utf-8")  # file names may contain lone surrogates
 

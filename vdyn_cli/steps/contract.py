@@ -1,4 +1,4 @@
-"""The contracts of the room ``steps``: the step, and the problem that it prepares once for many requests."""
+"""The contracts of the package ``steps``: the step, and the problem that it prepares once for many requests."""
 
 from __future__ import annotations
 

@@ -216,7 +216,7 @@ class StepPolicy:
     )  # fmt: skip
     # Inertia and pendulum ---------------------------------------------------------------------------------------------
     inertia_disagreement: float = threshold(
-        3.5, "standard deviations", "between road and pendulum, beyond which both are doubted",
+        3.5, "standard deviations", "between road and pendulum, beyond which both results are marked as doubtful",
         "By chance once in 2 000 tests.",
     )  # fmt: skip
     least_rim_share: float = threshold(

@@ -261,7 +261,7 @@ def test_road_and_pendulum_that_agree_are_weighted(car: tuple[Vehicle, tuple[Log
     assert estimate.std < min(road["std"], swing["std"])
     weight = road["std"] ** -2 / (road["std"] ** -2 + swing["std"] ** -2)
     assert estimate.value == pytest.approx(weight * road["wheel_inertia"] + (1 - weight) * swing["wheel_inertia"])
-    assert "agree within" in result.sentence
+    assert "pendulum agree" in result.sentence
 
 
 def test_where_they_disagree_the_pendulum_stands_and_the_gap_is_explained(

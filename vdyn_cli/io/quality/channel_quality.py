@@ -118,8 +118,8 @@ def _missing(missing: Mask, rows: Rows, where: str, every: _Rows) -> Finding:
     first, stop = max(runs, key=lambda r: r[1] - r[0])
     share = (n - rows.size) / n
     what = (
-        f"has no value in {n - rows.size} of {n} rows ({share:.2g} of them), {_times(len(runs))},"
-        f" the longest in {every.span(first, stop - first)}"
+        f"has no value in {n - rows.size} of {n} rows ({100 * share:.2g} %), {_times(len(runs))},"
+        f" longest: {every.span(first, stop - first)}"
     )
     return Finding(where, what)
 

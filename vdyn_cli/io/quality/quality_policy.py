@@ -149,7 +149,7 @@ class QualityPolicy:
         "One in 200: at 10 Hz, one in 20 s. A channel with more spikes needs a repair, not a cut.",
     )  # fmt: skip
     spike_return: float = threshold(
-        0.5, "share of the spike", "by which its two neighbors may differ (half of that relative to the local slope)",
+        0.5, "share of the spike", "allowed difference of its two neighbors; half of it, relative to the local slope",
         "The signal is the same before and after a single wrong sample, but not after a step or on a steep flank.",
     )  # fmt: skip
     dropout_jump: float = threshold(
@@ -175,11 +175,11 @@ class QualityPolicy:
         "spikes and short dropouts are interpolated. At longer cuts the run is split.",
     )  # fmt: skip
     tie_window: float = threshold(
-        0.5, "s", "over which physically related (tied) channels are compared",
+        0.5, "s", "over which physically related channels are compared",
         "Ten samples at 20 Hz, and longer than the delays between sensors and the oscillations of body and tires.",
     )  # fmt: skip
     fewest_tie_windows: int = threshold(
-        16, "windows", "of two tied channels, from which a change of the gain between them is tested",
+        16, "windows", "of two related channels, from which a change of the gain between them is tested",
         "Eight seconds: five windows on either side determine a gain and its scatter.",
     )  # fmt: skip
     least_tie_share: float = threshold(

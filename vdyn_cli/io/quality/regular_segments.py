@@ -25,12 +25,12 @@ def quantum(values: Array) -> float:
 
 
 def equal(values: Array) -> Mask:
-    """(n,): whether each value equals the previous one."""
+    """Whether each value (n,) equals the previous one, (n,)."""
     return np.concatenate([[False], values[1:] == values[:-1]])
 
 
 def straight(place: Array, values: Array, tolerance: float) -> Mask:
-    """(n,): whether each value and the five before it lie within ``tolerance`` of the chord of the six.
+    """Whether each value (n,) and the five before it lie within ``tolerance`` of the chord of the six, (n,).
 
     Parameters
     ----------
@@ -53,13 +53,13 @@ def spans(flags: Mask) -> Spans:
 
 
 def nearly_straight(values: Array, tolerance: float) -> Mask:
-    """(n,): whether each value is within four tolerances of the line through the two values before it."""
+    """Whether each value (n,) is within four tolerances of the line through the two values before it, (n,)."""
     bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
     return np.concatenate([[False, False], bends <= 4.0 * tolerance])
 
 
 def alternating(values: Array, tolerance: float) -> Mask:
-    """(n,): where the bend exceeds four tolerances and changes sign, as noise does."""
+    """Whether the bend x_k - 2 x_k-1 + x_k-2 of values (n,) exceeds four tolerances and changes sign, (n,)."""
     bends = values[2:] - 2.0 * values[1:-1] + values[:-2]
     bends = np.where(np.abs(bends) > 4.0 * tolerance, bends, 0.0)
     return np.concatenate([[False, False, False], bends[1:] * bends[:-1] < 0.0])[: values.size]

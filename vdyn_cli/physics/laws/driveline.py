@@ -53,6 +53,9 @@ def driveline(s: Signals) -> Number:
 
     F = (F0 + c V) s
 
+    Source: constant and linear term of the coast-down force, J. Y. Wong, Theory of Ground Vehicles, 4th ed., 2008,
+    section 3.1.
+
     Parameters
     ----------
     s : driveline_drag F0 in N, driveline_viscous c in N s/m, speed m/s, sense s (-1 to 1, see ``standstill_friction``),

@@ -37,8 +37,8 @@ def cornering(s: Signals) -> Number:
     Fy = Fz D c a / sqrt(D^2 + (c a)^2)
 
     Signals: ``load`` Fz, N; ``slip`` a, lateral sliding over forward speed (the tangent of the slip angle), with the
-    sign of the force; ``tire_cornering_stiffness`` c, per load, 1/rad; ``tire_D`` D. Returns N. A saturating line is
-    sufficient for straight driving, where lateral slip is only a disturbance.
+    sign of the force; ``tire_cornering_stiffness`` c, per load, 1/rad; ``tire_D`` D. Returns N. An empirical saturating
+    line, sufficient for straight driving, where lateral slip is only a disturbance.
     """
     line = s.tire_cornering_stiffness * s.slip
     return s.load * s.tire_D * line / sqrt(s.tire_D**2 + line**2)

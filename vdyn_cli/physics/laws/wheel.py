@@ -7,7 +7,10 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 
 def bearing(s: Signals) -> Number:
-    """Friction torque outboard of the wheel force sensor, N m: T = T_b, zero in the baseline."""
+    """Friction torque outboard of the wheel force sensor, N m: T = Tb, zero in the baseline.
+
+    Signals: ``bearing_torque`` Tb, N m. Assumed constant, Coulomb friction of a wheel that always rolls forward.
+    """
     return s.bearing_torque
 
 
@@ -15,7 +18,8 @@ def bearing_drag_torque(s: Signals) -> Number:
     """Drag torque of a wheel's bearing, seals and pads, N m: T = sense (Tb + cb |om|).
 
     Signals: ``bearing_torque`` Tb at standstill, N m; ``bearing_viscous`` cb, N m s/rad; ``wheel_speed`` om, rad/s;
-    ``sense`` -1 to 1, direction of rotation. Windage, a torque proportional to om^2, is not included.
+    ``sense`` -1 to 1, direction of rotation. Windage, a torque proportional to om^2, is not included. Source: Coulomb
+    and viscous friction, Armstrong-Helouvry et al., Automatica 30 (1994) 1083.
     """
     return s.bearing_torque * s.sense + s.bearing_viscous * s.wheel_speed
 

@@ -25,7 +25,13 @@ def sentence(budget: Budget, share: float, box_area: float) -> str:
 
 
 def silhouette(shape: Silhouette, share: float, edges: BoxEdges) -> Table:
-    """Table of the silhouette in pixels; ``share`` of the box with these ``edges``."""
+    """Table of the silhouette.
+
+    Parameters
+    ----------
+    shape : the silhouette: its area (pixels), threshold and contrast of the gray levels.
+    share : of the box's area that it fills, 0 to 1. edges : of the box, pixels.
+    """
     rows = (
         ("silhouette", f"{shape.pixels:.0f} pixels"),
         ("box", f"{edges.across:.1f} x {edges.down:.1f} pixels"),

@@ -84,7 +84,7 @@ def _times(one: Estimate, factor: int) -> Estimate:
 def _sentence(estimates: dict[str, Estimate], wheels: int) -> str:
     texts = [f"{name.replace('_', ' ')} {with_interval(e, e.unit)}" for name, e in estimates.items()]
     of = "One wheel" if wheels == 1 else "The axle" if len(texts) == 3 else "The half car"
-    return f"{of} on the rig has: {'; '.join(texts)}."
+    return f"{of} on the rig: {'; '.join(texts)}."
 
 
 def _per_wheel(wheels: int) -> list[Finding]:

@@ -51,8 +51,12 @@ def half_car_matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]
 def natural_modes(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Natural frequency (Hz) and damping ratio of bounce, pitch and both wheel hops.
 
-    From the eigenvalues s of (M s^2 + C s + K) q = 0: frequency |s|/2 pi, damping -Re s/|s|. In wheel hop an axle has
-    the largest amplitude; of the two body modes, bounce is the one with more heave. Overdamped modes are left out.
+    (M s^2 + C s + K) q = 0: frequency |s| / 2 pi, damping ratio -Re s / |s|
+
+    with mass, damping and stiffness matrices M, C, K of ``half_car_matrices``, and q the heave, the pitch and both
+    axles. In wheel hop an axle has the largest amplitude; of the two body modes, bounce is the one with more heave.
+    Overdamped modes are left out. Source: complex modes of a damped system, L. Meirovitch, Fundamentals of
+    Vibrations, 2001.
 
     Parameters
     ----------

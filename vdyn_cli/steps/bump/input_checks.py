@@ -148,8 +148,13 @@ def doubts(log: Log, crossing: Crossing, stated: Given | None) -> list[Finding]:
 def airborne(crossing: Crossing, static: Mapping[str, float], wheelbase: float) -> Finding | None:
     """The finding that excludes a run whose axle is off the road for much of the crossing, or None.
 
+    An axle is off the road where its load is below 2 % of the static one. The run is excluded if the share of such
+    samples, from the front axle's contact with the bump to ``BEHIND`` s after the rear axle's, exceeds
+    ``bump_airborne``.
+
     Parameters
     ----------
+    crossing : the run's loads, N, and speed about the bump.
     static : axle loads at rest, N, by channel. wheelbase : m.
     """
     front = crossing.time[0] + (crossing.distance - crossing.origin) / crossing.pace

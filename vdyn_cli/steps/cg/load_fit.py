@@ -146,9 +146,11 @@ class LoadFit:
             return (later, moved), moved if tolerance == TOLERANCE else np.inf
 
         settled = until_settled(refit, (first, np.inf), MOST_ROUNDS - 1, SETTLED)
-        last, _ = settled.state
+        last, moved = settled.state
         if not settled.converged:
-            finding = Finding("fit", "the fit of the moment balance does not converge", remedy="check units and signs")
+            what = f"the fit of the moment balance does not converge in {MOST_ROUNDS} iterations"
+            got = f"last step {moved:.2g} standard deviations"
+            finding = Finding("fit", what, got, "check units and signs of accelerometer and loads")
             raise RefusedFitError([finding], self.regression(self.place(last)), lambda: last)
         return last
 

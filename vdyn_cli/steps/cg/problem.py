@@ -41,9 +41,9 @@ MOST_ITERATIONS = 100  # of that fit in a round: one that has not converged then
 LAW_UNKNOWNS = 3  # most unknowns of a law, an amplitude and two shapes; a free function has many more
 SPEED_INTEGRATED = Finding(
     "cg",
-    "the speed is not logged: it is integrated from the acceleration, zero where the run is slowest",
+    "speed is not logged; it is the integral of the acceleration, zero at its minimum",
     "",
-    "map the speed, which also shows a tilt or a zero of the accelerometer",
+    "map 'speed' if logged: it also shows a tilt or a zero of the accelerometer",
     minor=True,
 )
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}

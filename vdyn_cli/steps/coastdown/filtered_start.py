@@ -32,9 +32,20 @@ FEWEST_ROWS = 12  # samples of such a start, whose fit has four unknowns
 def filter_lag(logs: Sequence[Log]) -> float | None:
     """The time constant T, s, of the filter that all runs show at their start; None where they show none.
 
+    V(t) = V0 - a (t - T) - q a T exp(-t/T) + curvature t^2
+
+    T is the value of ``LAGS`` with the least mean squared residual; with it, q of each run follows by linear least
+    squares. A filter is found if the mean of q over runs is above zero by a one-sided Student t test
+    (``clutch_chance``) and within ``filter_share`` of 1.
+
     Parameters
     ----------
-    logs : the coasts, each from its start.
+    logs : the coasts with ``speed``, m/s, each from its start.
+
+    Notes
+    -----
+    Assumes a first-order filter with the same T in all runs, and a constant speed before the start. The exponential is
+    the ramp response of a first-order low-pass.
     """
     from scipy.special import stdtrit
 

@@ -66,12 +66,17 @@ class DriveWindows:
 
 
 def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Model = WHEEL_SPIN) -> DriveWindows:
-    """Cut a run into windows of about ``width`` s, leaving out gaps, missing values and standstill.
+    """Cut a run into w windows of about ``width`` s, leaving out gaps, missing values and standstill.
 
     Parameters
     ----------
+    log : of the run, with ``wheel_speed`` (rad/s) and the inputs of ``model`` as channels, SI.
     wheel : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty for a free wheel.
-    model : the log has its inputs as channels.
+
+    Returns
+    -------
+    First and last sample, change of wheel speed (rad/s) and noise of each window, (w,); w is 0 where no segment between
+    gaps is as long as a window.
     """
     inputs = model.inputs
     time, speed = log.time, log["wheel_speed"]

@@ -18,11 +18,11 @@ from vdyn_cli.steps.interval_text import with_interval
 METHODS = (
     "Road: the wheel's moment balance is integrated over windows of a quarter of a second (setting window), so that "
     "the wheel's speed is never differentiated. Least squares on the impulses, whitened by the noise of torque, forces "
-    "and speed (adjoining windows share one reading of the speed); each run's torque zero is a nuisance parameter "
-    "within the sensors' data sheets. Intervals were computed from the scatter of blocks of equal information (Bell "
-    "and McCaffrey 2002); standard deviations of wheel mass, radius, rolling resistance and gain were propagated. "
-    "Pendulum: the nonlinear equation of motion with viscous, dry and air friction and the sensor's zero was fitted to "
-    "the recording, split at a disturbance; uncertainties of period and rig were propagated to first order."
+    "and speed (adjacent windows share one speed sample); each run's torque zero is a nuisance parameter within the "
+    "sensors' data sheets. Intervals follow from the scatter of blocks of equal information (Bell and McCaffrey 2002) "
+    "and from the standard deviations of wheel mass, radius, rolling resistance and gain, to first order. Pendulum: "
+    "least squares of the recording, split at a disturbance, with the nonlinear equation of motion with viscous, dry "
+    "and air friction and the sensor's zero; uncertainties of period and rig are propagated to first order."
 )
 NOTHING = 1e-6  # kg m^2, below which a change is not listed
 ALL = 0.995  # share of the weight above which it rounds to 100 %
@@ -49,7 +49,7 @@ def origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia |
         return f"It is the pendulum's value; the road disagrees by {apart:.1f} standard deviations ({both}). {gap}"
     weight = answer.contributions[1].slope
     share = "nearly all" if weight > ALL else f"{100 * weight:.0f} %"
-    agree = f"Road and pendulum agree within {apart:.1f} standard deviations ({both})"
+    agree = f"Road and pendulum agree: they differ by {two_digits(apart)} standard deviations ({both})"
     return f"{agree}; the pendulum has {share} of the weight."
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.interval_text import with_interval
 from vdyn_cli.steps.inverse_variance import weighted_mean
 from vdyn_cli.steps.shaft.shaft_side import UNIT, LoggedShaft, ShaftSide
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -48,7 +49,7 @@ def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used
     for other, budget in list(methods.items())[1:]:
         apart = (best.value - budget.value) / float(np.hypot(best.std, budget.std) or np.inf)
         if abs(apart) > STEP_POLICY.agreeing_std:
-            got = f"{best.value:.5g} against {budget.value:.5g} {UNIT}, {abs(apart):.1f} standard deviations"
+            got = f"{with_interval(best)} against {with_interval(budget, UNIT)}, {abs(apart):.1f} standard deviations"
             what, remedy = _disagreement(best, other, budget)
             findings.append(Finding(f"{side.name}, {first} and {other}", what, got, remedy))
         elif budget.std > 0 and best.std > 0:
@@ -68,8 +69,8 @@ def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
             f"the shaft is {100 * (1 - best.value / budget.value):.0f} % softer than calculated from its drawing: "
             f"joints and splines with {series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
         ), "none, if the joints belong to the shaft of the model"
-    what = "they disagree" + ("; joints cannot make a shaft stiffer than its bar" if other == "drawing" else "")
-    return what, "check units and gains of torque and twist, diameters, shear modulus"
+    joints = "; joints cannot make a shaft stiffer than its bar" if other == "drawing" else ""
+    return f"the stiffnesses differ{joints}", "check units and gains of torque and twist, diameters, shear modulus"
 
 
 def _attributed_to_joints(side: ShaftSide, drawing: Budget) -> Finding:

@@ -262,8 +262,11 @@ class FittedCurve:
 def fitted_curve(fit: TireFit) -> FittedCurve:
     """The whole curve where the sweeps extend beyond its peak, else one with the shape of passenger car tires.
 
-    In the latter case, and where the sweeps do not determine the shape, only the slope at zero slip is determined. With
-    stated C and E the shape is known, so that a peak beyond the sweeps is published.
+    Fx = Fz D sin(C atan(B s - E (B s - atan(B s)))), least squares in Fx and in the slip s
+
+    Otherwise C = 1.6 +- 0.15 and E = 0 +- 0.6 are priors, and only the slope at zero slip, B C D, is determined. With
+    stated C and E the shape is known, so that a peak beyond the sweeps is published. Source: Pacejka, Tire and Vehicle
+    Dynamics, 3rd ed., 2012, section 4.3.1.
 
     Parameters
     ----------

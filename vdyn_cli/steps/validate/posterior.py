@@ -55,11 +55,19 @@ class Posterior:
 def posterior(w: WhitenedDrives) -> Posterior:
     """The posterior of the parameters from prior and drives.
 
-    The linearized drives update the prior: C_post^-1 = C^-1 + J' J, with J the whitened sensitivities.
+    m_post = m + C_post (J' r - C^-1 (m - m0)),   C_post^-1 = C^-1 + J' J
+
+    repeated until m (k,) changes by less than ``SETTLED`` standard deviations, at most ``STEPS`` times, with m0 and C
+    the prior's mean and covariance (k, k), r the whitened residuals, measured minus simulated, and J (rows, k) the
+    whitened sensitivities. Each segment's own unknowns are eliminated.
 
     Parameters
     ----------
     w : whitened residuals and sensitivities of all drives, with the prior.
+
+    Raises
+    ------
+    LinAlgError : prior and drives leave a combination of the parameters without information.
 
     Notes
     -----
