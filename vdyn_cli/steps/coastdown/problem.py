@@ -185,44 +185,59 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     given = known_parameters(spec, logs, known)
     drive = drive_signal(spec.settings, logs)
     raise_all(f for log in logs for f in sign_findings(log, drive))
-    logs = _with_winds(spec, logs)
-    logs, grades, by_elevation = _with_slopes(spec, logs, drive, given)
-    selection = selected(spec, logs, drive, given)
-    use = _accelerometer_use(selection.segments, spec)
-    zeros: dict[str, AccelerometerZero] = {}
-    if use == "alone":
-        error, slope = spec.settings.elevation_error.value, spec.settings.mean_slope.value
-        zeros = {s.name: zero_of(logs[s.run], error, slope) for s in selection.segments}
-    else:
-        selection = replace(selection, segments=tuple(one for s in selection.segments for one in split(s)))
+    sloped, grades, by_elevation = _with_slopes(spec, _with_winds(spec, logs), drive, given)
+    selection, use, zeros = _segments_and_sensor(spec, sloped, selected(spec, sloped, drive, given))
     segments = selection.segments
-    starts = run_starts(spec.runs, logs)
-    runs = tuple(
-        replace(_road_run(spec, s, float(logs[s.run].time[0]), drive, given), start=starts[s.run]) for s in segments
-    )
+    runs = [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in segments]
+    starts = run_starts(spec.runs, sloped)
+    runs = [replace(r, start=starts[s.run]) for r, s in zip(runs, segments, strict=True)]
     if use == "none":
-        runs = tuple(replace(r, acceleration=None) for r in runs)
+        runs = [replace(r, acceleration=None) for r in runs]
     elif zeros:
-        runs = tuple(_without_zero(r, zeros[r.name]) for r in runs)
+        runs = [_without_zero(r, zeros[r.name]) for r in runs]
     if grades:
-        runs = tuple(
-            replace(r, slope_error=grades[s.run].error_at(r.time)) for r, s in zip(runs, segments, strict=True)
-        )
+        runs = [replace(r, slope_error=grades[s.run].error_at(r.time)) for r, s in zip(runs, segments, strict=True)]
+    campaign = _campaign(spec, tuple(runs), drive, given, use)
+    findings = (*by_elevation, *assumptions(known), *direction_findings(spec.runs, sloped, segments, use))
+    if drive == "coasting":
+        findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
+    return CoastdownProblem(spec, sloped, known, campaign, selection, zeros, findings)
+
+
+def _segments_and_sensor(
+    spec: CoastdownSpec, logs: Sequence[Log], found: SegmentSelection
+) -> tuple[SegmentSelection, AccelerometerUse, Mapping[str, AccelerometerZero]]:
+    """The segments as they are fitted, the use of the accelerometer, and its zeros if it is used alone.
+
+    Segments are split into their windows unless the specific force is fitted alone: then no speed is simulated, which
+    would have to begin anew in each.
+    """
+    use = _accelerometer_use(found.segments, spec)
+    if use != "alone":
+        return replace(found, segments=tuple(one for s in found.segments for one in split(s))), use, {}
+    error, slope = spec.settings.elevation_error.value, spec.settings.mean_slope.value
+    return found, use, {s.name: zero_of(logs[s.run], error, slope) for s in found.segments}
+
+
+def _campaign(
+    spec: CoastdownSpec,
+    runs: tuple[RoadRun, ...],
+    drive: DriveSignal,
+    given: Mapping[str, Given],
+    use: AccelerometerUse,
+) -> Campaign:
+    """The campaign of these runs, with its unknowns, stated road and type of noise."""
     air_share = 0.0
     if any(r.air_density is not None for r in runs):  # the common density cannot be an unknown beside individual ones
         air_share = given["air_density"].std / given["air_density"].value
         given = {**given, "air_density": replace(given["air_density"], std=0.0)}
     values = model_values(given, use, drive)
-    both_ways = {"out", "back"} <= {spec.runs[s.run].direction for s in segments}
+    both_ways = {HEADING["out"], HEADING["back"]} <= {r.heading for r in runs}
     unknowns = campaign_unknowns(given, values, use, spec.settings.terms, both_ways)
     white, levels = spec.settings.noise == "white", tuple(r.levels for r in runs)
     rough = spec.settings.road.roughness.value if spec.settings.road.roughness else None
     campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
-    campaign = replace(campaign, air_share=air_share, roughness=rough, level_road=rough == 0)
-    findings = (*by_elevation, *assumptions(known), *direction_findings(spec.runs, logs, segments, use))
-    if drive == "coasting":
-        findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
-    return CoastdownProblem(spec, tuple(logs), known, campaign, selection, zeros, findings)
+    return replace(campaign, air_share=air_share, roughness=rough, level_road=rough == 0)
 
 
 def _with_winds(spec: CoastdownSpec, logs: Sequence[Log]) -> list[Log]:
