@@ -156,6 +156,15 @@ def test_whole_trajectories_are_bit_identical(model, parameters, effects, unknow
     assert found.final == expected.final
 
 
+def test_an_unknown_has_the_same_derivatives_beside_few_and_many_others():
+    drive = Drive(np.arange(1000) * 0.002, {"speed": 7.0})
+    many = Simulator(HALF_CAR, HALF, tuple(HALF), backend="llvm")(drive, list(HALF.values()))
+    for name, at in ((n, list(HALF).index(n)) for n in list(HALF)[-3:]):
+        alone = Simulator(HALF_CAR, HALF, (name,), backend="llvm")(drive, [HALF[name]])
+        for output, slope in alone.sensitivities.items():
+            assert slope[:, 0] == pytest.approx(many.sensitivities[output][:, at], rel=1e-10, abs=1e-300)
+
+
 def test_the_environment_decides_where_the_caller_does_not(monkeypatch):
     def kind(backend):
         graph = Simulator(ROAD_LOAD, ROAD)._graph

@@ -9,9 +9,9 @@ from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.kernel import Kernel, Seeds
 
 Backend = Literal["auto", "llvm", "vm"]
-# Unknowns per kernel; more of them take several kernels. With the full vehicle's states, twice as many would exceed
-# the first-level cache, and vectors for 17 to 31 unknowns would be partly empty.
-MOST_DIRECTIONS = 16
+# Unknowns per kernel; more of them take several kernels. The values, which cost as much as the tangents of 20 unknowns,
+# are computed once for all of a kernel's unknowns.
+MOST_DIRECTIONS = 48
 VARIABLE = "VDYN_BACKEND"
 
 

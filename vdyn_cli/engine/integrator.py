@@ -12,7 +12,7 @@ import numpy as np
 from vdyn_cli.engine.backend import MOST_DIRECTIONS
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.finite import diverged_first, first_not_finite, not_finite
-from vdyn_cli.engine.kernel import Kernel
+from vdyn_cli.engine.kernel import Kernel, from_groups
 from vdyn_cli.quantities.arrays import Array
 
 # Integration steps from which several threads are used: a step takes 1 to 4 us, starting a thread some 0.2 ms.
@@ -148,8 +148,8 @@ class Integrator:
             samples = slice(-(-begin // sub), (begin + n - 1) // sub + 1)
             seen.readings[:, samples] = w[at, m * directions :].T
             if directions:
-                carried = w[at, : m * directions].reshape(-1, m, directions)[:, :, : tangents.shape[2]]
-                tangents[:, samples] = carried.transpose(1, 0, 2)
+                carried = from_groups(w[at, : m * directions], m, directions, kernel.width)
+                tangents[:, samples] = carried[:, :, : tangents.shape[2]]
             if seen.trajectory.size:
                 seen.trajectory[:, samples] = passed[at].T
             if samples.stop > samples.start:
@@ -168,7 +168,6 @@ class Integrator:
 
 
 def blocks(unknowns: int) -> list[slice]:
-    """Slices of the unknowns, one per kernel, of at most MOST_DIRECTIONS; one empty slice where there are none."""
-    return [
-        slice(first, min(first + MOST_DIRECTIONS, unknowns)) for first in range(0, max(unknowns, 1), MOST_DIRECTIONS)
-    ]
+    """Slices of the unknowns, one per kernel, about equal and of at most MOST_DIRECTIONS; one empty one without any."""
+    size = -(-unknowns // max(1, -(-unknowns // MOST_DIRECTIONS)))
+    return [slice(first, min(first + size, unknowns)) for first in range(0, max(unknowns, 1), max(size, 1))]

@@ -1,4 +1,4 @@
-"""A graph as LLVM IR: a loop over steps, each value with K tangent directions.
+"""A graph as LLVM IR: a loop over steps, each value with groups of tangent directions.
 
 Without fast-math flags and built-in knowledge of libm, values equal those of CasADi's virtual machine, bit for bit.
 """
@@ -15,7 +15,7 @@ import casadi as ca
 from vdyn_cli.engine.dual import Tangents, Value, tangent
 from vdyn_cli.engine.evaluation_order import EvaluationOrder, ordered
 from vdyn_cli.engine.graph import Graph
-from vdyn_cli.engine.ir_steps import print_steps
+from vdyn_cli.engine.ir_steps import KernelSizes, print_steps
 
 _ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
 _COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
@@ -41,7 +41,7 @@ _FUNCTIONS = {
     ca.OP_COPYSIGN: "llvm.copysign.f64",
 }
 _BINARY = (ca.OP_ATAN2, ca.OP_POW, ca.OP_CONSTPOW, ca.OP_FMAX, ca.OP_FMIN, ca.OP_COPYSIGN)
-ROW = 8  # tangents per vector instruction, roughly
+_STATE, _RESULTS = "ptr %z, ptr %k, double %h", "ptr %f, ptr %w"
 # Stack alignment keeps spilled tangents within cache lines: saves a third of the time of small models.
 _ATTRIBUTES = 'attributes #0 = { nounwind alignstack=64 "no-builtins" }'
 
@@ -67,12 +67,15 @@ class _ValuePrinter:
         self.lines: list[str] = []
         self.used: set[str] = set()
         self._count = 0
+        self._names: dict[str, str] = {}
 
     def name(self, text: str) -> str:
-        """A new name for the result of an instruction."""
-        self._count += 1
-        self.lines.append(f"%v{self._count} = {text}")
-        return f"%v{self._count}"
+        """The name of the result of an instruction, which is printed once: all arrays that are read are constant."""
+        if text not in self._names:
+            self._count += 1
+            self._names[text] = f"%v{self._count}"
+            self.lines.append(f"{self._names[text]} = {text}")
+        return self._names[text]
 
     def value(self, op: int, *arguments: Value) -> str:
         a = [constant(x) if isinstance(x, float) else x for x in arguments]
@@ -132,22 +135,26 @@ class _ValuePrinter:
 
 
 class Printer(_ValuePrinter):
-    """The algebra that prints: values are names in the text, tangents are lists of terms not summed yet."""
+    """The algebra that prints: values are names in the text, tangents are lists of terms not summed yet.
 
-    def __init__(self, directions: int) -> None:
+    Values and tangents are printed apart, into ``lines`` and ``rows``, because the values are computed once for all
+    groups of directions. The factors of terms pass from one to the other on a *tape*, in the order of ``tape``.
+    """
+
+    def __init__(self, width: int) -> None:
         super().__init__()
-        self._row = f"<{directions} x double>"
-        self._directions = directions
-        self._spread: dict[str, str] = {}
+        self.rows: list[str] = []
+        self._type = f"<{width} x double>"
+        self._zeros = f"<{width} x i32> zeroinitializer"
+        self._fused = f"llvm.fmuladd.v{width}f64"
+        self.tape: dict[str, int] = {}
 
     def scale(self, tangents: Tangents, by: Value) -> Tangents:
-        """The tangents times a value; a few terms are scaled one by one (scalars, not rows), many are summed first."""
+        """The tangents, summed to one term, times a value: only the factor is computed."""
         scalar = constant(by) if isinstance(by, float) else by
-        few = tangents if len(tangents) <= max(1, self._directions // ROW) else self.collected(tangents)
-        return tuple(
-            _Term(t.row, scalar if t.factor is None else self.name(f"fmul double {t.factor}, {scalar}"), t.minus)
-            for t in few
-        )
+        (one,) = self.collected(tangents)
+        factor = scalar if one.factor is None else self.name(f"fmul double {one.factor}, {scalar}")
+        return (_Term(one.row, factor, one.minus),)
 
     def add(self, left: Tangents, right: Tangents) -> Tangents:
         """The sum: terms of the same row are merged, the others are kept until the sum is needed."""
@@ -172,40 +179,56 @@ class Printer(_ValuePrinter):
 
     def choose(self, condition: Value, tangents: Tangents) -> Tangents:
         """The tangents where the condition is not 0, else 0."""
-        truth = self._compare("une", condition, constant(0.0))
-        return self._single(
-            self.name(f"select i1 {truth}, {self._row} {self.sum(tangents)}, {self._row} zeroinitializer")
-        )
+        truth = self._row(f"fcmp une double {self._from_tape(condition)}, {constant(0.0)}")
+        row = f"select i1 {truth}, {self._type} {self.sum(tangents)}, {self._type} zeroinitializer"
+        return _single(self._row(row))
 
     def collected(self, tangents: Tangents) -> Tangents:
         """The tangents summed to one term."""
-        return tangents if len(tangents) == 1 else self._single(self.sum(tangents))
+        return tangents if len(tangents) == 1 else _single(self.sum(tangents))
 
     def sum(self, tangents: Tangents) -> str:
-        """Name of the row that is the sum of the terms."""
-        total = ""
-        for term in tangents:
-            row = term.row if term.factor is None else self._times(term.row, term.factor)
-            if total:
-                total = self.name(f"{'fsub' if term.minus else 'fadd'} {self._row} {total}, {row}")
-            else:
-                total = self.name(f"fneg {self._row} {row}") if term.minus else row
+        """Name of the row that is the sum of the terms; processors that can do so add a product in one instruction."""
+        first, *others = tangents
+        total = first.row if first.factor is None else self._row(f"fmul {self._type} {first.row}, {self._all(first)}")
+        total = self._row(f"fneg {self._type} {total}") if first.minus else total
+        for term in others:
+            if term.factor is None:
+                total = self._row(f"{'fsub' if term.minus else 'fadd'} {self._type} {total}, {term.row}")
+                continue
+            factor = self._all(term)
+            factor = self._row(f"fneg {self._type} {factor}") if term.minus else factor
+            three = ", ".join(f"{self._type} {row}" for row in (term.row, factor, total))
+            total = self._row(f"call {self._type} @{self._fused}({three})")
+            self.used.add(f"{self._type} @{self._fused}({', '.join([self._type] * 3)})")
         return total
 
-    def _single(self, row: str) -> Tangents:
-        return (_Term(row, None, False),)
+    def _row(self, text: str) -> str:
+        """A new name for the result of an instruction on tangents."""
+        self._count += 1
+        self.rows.append(f"%r{self._count} = {text}")
+        return f"%r{self._count}"
 
-    def _times(self, row: str, scalar: str) -> str:
-        if scalar not in self._spread:
-            one = self.name(f"insertelement {self._row} undef, double {scalar}, i32 0")
-            zeros = f"<{self._directions} x i32> zeroinitializer"
-            self._spread[scalar] = self.name(f"shufflevector {self._row} {one}, {self._row} undef, {zeros}")
-        return self.name(f"fmul {self._row} {row}, {self._spread[scalar]}")
+    def _all(self, term: _Term) -> str:
+        """The row whose elements are all the factor of a term."""
+        assert term.factor is not None
+        one = self._row(f"insertelement {self._type} undef, double {self._from_tape(term.factor)}, i32 0")
+        return self._row(f"shufflevector {self._type} {one}, {self._type} undef, {self._zeros}")
+
+    def _from_tape(self, scalar: str) -> str:
+        """A value, loaded from the tape; a literal and the step ``%h`` as they are."""
+        if not scalar.startswith("%v"):
+            return scalar
+        if scalar not in self.tape:
+            self.tape[scalar] = len(self.tape)
+            self.store(scalar, "%tape", self.tape[scalar])
+        at = self._row(f"getelementptr double, ptr %tape, i64 {self.tape[scalar]}")
+        return self._row(f"load double, ptr {at}, align 8")
 
     def load_tangents(self, array: str, offset: int) -> Tangents:
-        """The row of K derivatives in an array at an offset, in doubles."""
-        at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
-        return self._single(self.name(f"load {self._row}, ptr {at}, align 8"))
+        """The row of derivatives in an array at an offset, in doubles."""
+        at = self._row(f"getelementptr double, ptr {array}, i64 {offset}")
+        return _single(self._row(f"load {self._type}, ptr {at}, align 8"))
 
     def move_tangents(self, offset: int) -> Tangents:
         """Tangents of z + h k of one state."""
@@ -213,48 +236,51 @@ class Printer(_ValuePrinter):
         return self.collected(moved)
 
     def store_tangents(self, tangents: Tangents | None, array: str, offset: int) -> None:
-        """Write the row of K derivatives into an array at an offset; None is zero."""
-        at = self.name(f"getelementptr double, ptr {array}, i64 {offset}")
+        """Write the row of derivatives into an array at an offset; None is zero."""
         row = "zeroinitializer" if tangents is None else self.sum(tangents)
-        self.lines.append(f"store {self._row} {row}, ptr {at}, align 8")
+        at = self._row(f"getelementptr double, ptr {array}, i64 {offset}")
+        self.rows.append(f"store {self._type} {row}, ptr {at}, align 8")
+
+
+def _single(row: str) -> Tangents:
+    return (_Term(row, None, False),)
 
 
 @lru_cache(maxsize=64)
-def print_kernel(graph: Graph, directions: int, live: frozenset[int], seeded: frozenset[int]) -> str:
-    """The text of ``void run(i64 n, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
+def print_kernel(graph: Graph, width: int, live: frozenset[int], seeded: frozenset[int]) -> str:
+    """The text of ``void run(i64 n, i64 groups, z, u, dt, p, p_tangents, w, trajectory)``, arrays as in kernel.py.
 
-    ``directions`` is K, the number of tangent directions; ``live`` and ``seeded`` are the indices of the states and
+    ``width`` is the number of tangent directions of a group; ``live`` and ``seeded`` are the indices of the states and
     constants whose tangents can be nonzero.
     """
     states, inputs = int(graph.field.size1_in(0)), int(graph.field.size1_in(1))
-    body = _Body(ordered(graph.field), directions, live, seeded, states, graph.readings)
+    body = _Body(ordered(graph.field), width, live, seeded)
     first, out = body.prepared(), body.field()
-    arrays = "ptr %z, ptr %k, double %h, ptr %u, ptr %p, ptr %tp, ptr %q, ptr %f, ptr %w, i1 %reading"
     text = [*(f"declare {function}" for function in sorted(first.used | out.used))]
-    text += ["define internal void @prepare(ptr %p, ptr %tp, ptr %q) #0 {", *first.lines, "ret void", "}"]
-    text += [f"define internal void @field({arrays}) #0 {{", *out.lines, "ret void", "}"]
-    text += print_steps(states, inputs, graph.readings, directions, body.held * (1 + directions))
-    return "\n".join([*text, _ATTRIBUTES])
+    text += _function("prepare", "ptr %p, ptr %q, ptr %tape", first.lines)
+    text += _function("field", f"{_STATE}, ptr %u, ptr %p, ptr %q, {_RESULTS}, ptr %tape, i1 %reading", out.lines)
+    if width:
+        text += _function("prepare_tangents", "ptr %tp, ptr %q, ptr noalias %tape", first.rows)
+        arrays = f"{_STATE}, ptr %tp, ptr %q, {_RESULTS}, ptr noalias %tape, i1 %reading"
+        text += _function("tangents", arrays, out.rows)
+    tape = max(len(first.tape), len(out.tape))
+    sizes = KernelSizes(states, inputs, len(graph.constants), graph.readings, width, body.held, tape)
+    return "\n".join([*text, *print_steps(sizes), _ATTRIBUTES])
+
+
+def _function(name: str, arguments: str, lines: Sequence[str]) -> list[str]:
+    return [f"define internal void @{name}({arguments}) #0 {{", *lines, "ret void", "}"]
 
 
 class _Body:
     """A field in two functions: ``prepare`` stores the values that depend on constants only, ``field`` does the rest.
 
-    Rates f and readings w are those of the state z + h k; rows are arranged [tangents | values]. Values needed for
-    readings only are skipped in the stages without readings.
+    Rates f and readings w are those of the state z + h k. Values needed for readings only are skipped in the stages
+    without readings. Each function has a second part, which computes the tangents of one group of directions.
     """
 
-    def __init__(
-        self,
-        order: EvaluationOrder,
-        directions: int,
-        live: frozenset[int],
-        seeded: frozenset[int],
-        states: int,
-        readings: int,
-    ) -> None:
-        self._order, self._directions, self._live, self._seeded = order, directions, live, seeded
-        self._states, self._readings = states, readings
+    def __init__(self, order: EvaluationOrder, width: int, live: frozenset[int], seeded: frozenset[int]) -> None:
+        self._order, self._width, self._live, self._seeded = order, width, live, seeded
         self._kept = {place: row for row, place in enumerate(order.kept)}
         self._tangents: dict[int, bool] = {}
 
@@ -264,31 +290,33 @@ class _Body:
         return len(self._kept)
 
     def prepared(self) -> Printer:
-        out = Printer(self._directions)
+        out = Printer(self._width)
         work = self._computed(out, self._order.once, {})
         for place, row in self._kept.items():
             value, carried = work[place]
             self._tangents[place] = carried is not None
-            out.store(value, "%q", self.held * self._directions + row)
+            out.store(value, "%q", row)
             if carried is not None:
-                out.store_tangents(carried, "%q", row * self._directions)
+                out.store_tangents(carried, "%q", row * self._width)
         return out
 
     def field(self) -> Printer:
-        out, order = Printer(self._directions), self._order
+        out, order = Printer(self._width), self._order
         work = self._computed(out, order.moving, {})
-        self._store(out, work, order.rates, "%f", self._states)
-        out.lines += ["br i1 %reading, label %read, label %done", "read:"]
-        self._store(out, self._computed(out, order.reading, work), order.readings, "%w", self._readings)
-        out.lines += ["br label %done", "done:"]
+        self._store(out, work, order.rates, "%f")
+        for lines in (out.lines, out.rows):
+            lines += ["br i1 %reading, label %read, label %done", "read:"]
+        self._store(out, self._computed(out, order.reading, work), order.readings, "%w")
+        for lines in (out.lines, out.rows):
+            lines += ["br label %done", "done:"]
         return out
 
-    def _store(self, out: Printer, work: _Work, places: Sequence[int], array: str, count: int) -> None:
+    def _store(self, out: Printer, work: _Work, places: Sequence[int], array: str) -> None:
         for i, place in enumerate(places):
             value, carried = self._found(out, work, place)
-            out.store(value, array, count * self._directions + i)
-            if self._directions:
-                out.store_tangents(carried, array, i * self._directions)
+            out.store(value, array, i)
+            if self._width:
+                out.store_tangents(carried, array, i * self._width)
 
     def _computed(self, out: Printer, places: Sequence[int], work: _Work) -> _Work:
         for place in places:
@@ -301,7 +329,7 @@ class _Body:
                 found = [self._found(out, work, k) for k in of]
                 a, t = [v for v, _ in found], [carried for _, carried in found]
                 v = out.value(op, *a)
-                carried = tangent(out, op, a, v, t) if self._directions else None
+                carried = tangent(out, op, a, v, t) if self._width else None
                 # Tangents that are used several times are summed once.
                 shared = carried is not None and self._order.uses[place] > 1
                 work[place] = v, out.collected(carried) if shared else carried
@@ -311,18 +339,16 @@ class _Body:
         """A value, loaded where ``prepare`` has stored it."""
         if place not in work:
             row = self._kept[place]
-            carried = out.load_tangents("%q", row * self._directions) if self._tangents[place] else None
-            work[place] = out.load("%q", self.held * self._directions + row), carried
+            carried = out.load_tangents("%q", row * self._width) if self._tangents[place] else None
+            work[place] = out.load("%q", row), carried
         return work[place]
 
     def _input(self, out: Printer, source: int, i: int) -> tuple[str, Tangents | None]:
-        directions = self._directions
+        width = self._width
         if source == 0:
-            moved = out.move(
-                out.load("%z", self._states * directions + i), out.load("%k", self._states * directions + i)
-            )
-            return moved, out.move_tangents(i * directions) if directions and i in self._live else None
-        carried = out.load_tangents("%tp", i * directions) if directions and source == 2 and i in self._seeded else None
+            moved = out.move(out.load("%z", i), out.load("%k", i))
+            return moved, out.move_tangents(i * width) if width and i in self._live else None
+        carried = out.load_tangents("%tp", i * width) if width and source == 2 and i in self._seeded else None
         return out.load(("%u", "%p")[source - 1], i), carried
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from vdyn_cli.quantities.arrays import Array
 
 
@@ -24,9 +26,13 @@ class Seeds:
 
 
 class Kernel(Protocol):
-    """Machine code, or its fallback, for the steps of one graph with K >= k tangent directions for k unknowns."""
+    """Machine code, or its fallback, for the steps of one graph with K >= k tangent directions for k unknowns.
+
+    Tangents are arranged in K / width groups: [rows of width derivatives of group 1 | of group 2 | ...].
+    """
 
     directions: int
+    width: int
     rows: int
 
     # Seven parameters: the signature of the compiled function
@@ -37,7 +43,7 @@ class Kernel(Protocol):
 
         Parameters
         ----------
-        z : (states (K + 1),) [K derivatives of each state | states] before the first step; updated in place.
+        z : (states (K + 1),) [derivatives of the states | states] before the first step; updated in place.
         u : (n + 1, inputs), linear over each step.
         dt : (n,) s; a step of length zero does not change the states.
         p : (constants,).
@@ -45,3 +51,19 @@ class Kernel(Protocol):
         trajectory : (n, states), output: the states before each step.
         """
         ...
+
+
+def in_groups(derivatives: Array, directions: int, width: int) -> Array:
+    """Derivatives (m, k), padded with zeros to K directions and arranged in groups, (K / width, m, width)."""
+    m, k = derivatives.shape
+    padded = np.zeros((m, directions))
+    padded[:, :k] = derivatives
+    groups = directions // width if width else 0
+    return np.ascontiguousarray(padded.reshape(m, groups, width).transpose(1, 0, 2))
+
+
+def from_groups(rows: Array, readings: int, directions: int, width: int) -> Array:
+    """Rows (n, readings K) arranged in groups, as derivatives (readings, n, K)."""
+    n = rows.shape[0]
+    apart = rows.reshape(n, directions // width, readings, width)
+    return apart.transpose(2, 0, 1, 3).reshape(readings, n, directions)

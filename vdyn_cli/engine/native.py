@@ -7,11 +7,9 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 from typing import Any
 
-import numpy as np
-
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir import print_kernel
-from vdyn_cli.engine.kernel import Seeds
+from vdyn_cli.engine.kernel import Seeds, in_groups
 from vdyn_cli.engine.object_cache import cached
 from vdyn_cli.quantities.arrays import Array
 
@@ -20,25 +18,26 @@ from vdyn_cli.quantities.arrays import Array
 # values alone they vectorize the equal operations of a vehicle's four corners, which gains a sixth.
 _LEVEL = 1
 CACHE = 2**15  # numbers that a call may write so that they are still in the cache when read: a quarter of a megabyte
-DIRECTIONS = (0, 1, 2, 4, 8, 16)  # full vectors: the processor would pad other numbers to these
+WIDTHS = (0, 1, 2, 4, 8)  # directions of a group: full vectors; the processor would pad other numbers to these
 
 
 class MachineCode:
     """A kernel in machine code; any number of steps up to ``rows``."""
 
     def __init__(self, graph: Graph, seeds: Seeds) -> None:
-        constants, unknowns = seeds.constants.shape
-        self.directions = next(directions for directions in DIRECTIONS if directions >= unknowns)
+        unknowns = seeds.constants.shape[1]
+        self.width = next((width for width in WIDTHS if width >= unknowns), WIDTHS[-1])
+        self.directions = -(-unknowns // self.width) * self.width if unknowns else 0
         self.rows = max(1, min(1024, CACHE // (graph.readings * (1 + self.directions) + len(graph.states))))
-        self._p_tangents = np.zeros((constants, self.directions))
-        self._p_tangents[:, :unknowns] = seeds.constants
+        self._p_tangents = in_groups(seeds.constants, self.directions, self.width)
         self._run, self._owner = compiled(
-            print_kernel(graph, self.directions, seeds.live, seeds.seeded), vectorized=not self.directions
+            print_kernel(graph, self.width, seeds.live, seeds.seeded), vectorized=not self.width
         )
 
     # Seven parameters: as Kernel.__call__
     def __call__(self, n: int, z: Array, u: Array, dt: Array, p: Array, w: Array, trajectory: Array) -> None:
-        self._run(n, *(array.ctypes.data for array in (z, u, dt, p, self._p_tangents, w, trajectory)))
+        arrays = z, u, dt, p, self._p_tangents, w, trajectory
+        self._run(n, self._p_tangents.shape[0], *(array.ctypes.data for array in arrays))
 
 
 @cache
@@ -91,7 +90,7 @@ def compiled(text: str, vectorized: bool = False) -> tuple[Callable[..., None], 
     # The engine loads the object code in place of an empty module, so that cached and new code run the same way.
     code = cached((text, str(vectorized), *_versions(llvm), str(_LEVEL), cpu, features), object_code)
     owner = engine(llvm.parse_assembly("define void @run() {\nret void\n}"), getbuffer_func=lambda _: code)
-    signature = ctypes.CFUNCTYPE(None, ctypes.c_int64, *[ctypes.c_void_p] * 7)
+    signature = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * 7)
     return signature(owner.get_function_address("run")), owner
 
 

@@ -17,7 +17,7 @@ from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.drive import Drive, Simulated
 from vdyn_cli.engine.graph import refuse_unknown, trace
 from vdyn_cli.engine.integrator import Grid, GridReadings, Integrator, blocks, grid
-from vdyn_cli.engine.kernel import Kernel, Seeds
+from vdyn_cli.engine.kernel import Kernel, Seeds, in_groups
 from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction
@@ -206,11 +206,8 @@ class Simulator:
         k = self._seeds.shape[1] if sensitivities else 0
         kernels, rows = self._kernels(k), []
         for kernel, some in zip(kernels, blocks(k), strict=True):
-            z = np.zeros(count * (kernel.directions + 1))
-            z[: count * kernel.directions].reshape(count, kernel.directions)[:, : some.stop - some.start] = seeds[
-                :, some
-            ]
-            z[count * kernel.directions :] = start + 0.0  # -0.0 becomes 0.0
+            tangents = in_groups(seeds[:, some], kernel.directions, kernel.width)
+            z = np.concatenate([tangents.ravel(), start + 0.0])  # -0.0 becomes 0.0
             rows.append(z)
         names = (*self._graph.states, *self._graph.outputs)
         constants = everything[count:]

@@ -19,7 +19,7 @@ class VirtualMachine:
     rows = 128
 
     def __init__(self, graph: Graph, seeds: Seeds) -> None:
-        self.directions = seeds.constants.shape[1]
+        self.directions = self.width = seeds.constants.shape[1]
         chain = _runge_kutta(_with_tangents(graph.field, seeds)).mapaccum(self.rows)
         self._held = [np.zeros(chain.nnz_in(k)) for k in range(chain.n_in())]
         self._got = [np.zeros(chain.nnz_out(k)) for k in range(chain.n_out())]
