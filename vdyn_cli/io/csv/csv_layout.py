@@ -49,7 +49,7 @@ class Layout:
     delimiter: str
     decimal: str
     header: tuple[str, ...]
-    header_line: int
+    header_line: int  # 0 without a header
     units: tuple[str, ...]  # as long as the header, or empty where there is no units row
     first_line: int  # of the numbers, counted from 1
     offset: int  # byte at which the numbers begin
@@ -70,7 +70,8 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
     """Find the header, the units row and the first row of numbers.
 
     The header is the row with most of the wanted columns; if no row has any, the text row above the numbers that
-    resembles them most, so that the message on missing columns can list the existing ones.
+    resembles them most, so that the message on missing columns can list the existing ones. The columns of a table
+    without a header are called ``column 1`` and so on.
 
     Parameters
     ----------
@@ -100,7 +101,29 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
             return _layout(table, [len(line) for line in lines], options, name)
         if not part:
             break
+    bare = _without_header(choices, wanted) if options.header_row is None else None
+    if bare is not None:
+        return _layout(bare, [len(line) for line in lines], options, name)
     raise _no_table(choices, encoding, options, name)
+
+
+def _without_header(choices: Sequence[tuple[str, list[_Record]]], wanted: Sequence[str]) -> _Table | None:
+    """A table that begins with numbers, its columns named by number; None if other names are wanted."""
+    tables: list[tuple[float, int, str, list[_Record]]] = []
+    for delimiter, records in choices:
+        first = [r for r in records if any(map(is_written, r.fields))][:_SHOWN]
+        shares = [_share_of_numbers(r.fields) for r in first]
+        widths = {len(r.fields) for r in first}
+        if len(first) > 1 and len(widths) == 1 and min(shares) > 0.5 and widths != {1}:
+            tables.append((min(shares), widths.pop(), delimiter, records))
+    if not tables:
+        return None
+    share, width, delimiter, records = max(tables, key=lambda t: t[:2])
+    header = [f"column {i + 1}" for i in range(width)]
+    mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
+    if wanted and not mapped:
+        return None
+    return _Table(delimiter, header, [], [], [""] * width, records, 0, mapped, len(mapped), share)
 
 
 def _delimiters(options: ReadOptions, lines: Sequence[str], name: str) -> list[str]:
@@ -362,9 +385,8 @@ def _no_table(
     delimiter, records = max(choices, key=lambda c: max((len(r.fields) for r in c[1]), default=0))
     numbers = [r for r in records if _is_numbers(r.fields, None)]
     if numbers and numbers[0].line == 1:
-        remedy = (
-            f"add a first line with the names of its {len(numbers[0].fields)} columns, such as time_s and speed_kmh"
-        )
+        count = len(numbers[0].fields)
+        remedy = f"write 'column 1' to 'column {count}' for its columns, or add a first line with their names"
         got = repr(delimiter.join(numbers[0].fields)[:60])
         return InputError(Finding(f"{name}:1", "has no header: the first line contains numbers", got, remedy))
     text = next((r for r in records if any(f.strip() for f in r.fields)), None)

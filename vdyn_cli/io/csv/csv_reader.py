@@ -59,7 +59,8 @@ class CsvReader:
         layout, numbers, text = _whole_table(path)
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
         units = {i: unit_in_header(layout, i) for i in names}
-        timed = [i for i, cell in names.items() if i not in text and is_clock(cell, units[i])]
+        bare = layout.header_line == 0  # any column may be the clock
+        timed = [i for i, cell in names.items() if i not in text and (bare or is_clock(cell, units[i]))]
         begins = dict(numbers.begins)
         for i in (i for i in timed if not units[i]):
             if (of_day := seconds_of_digits(numbers.columns[i])) is not None:
