@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vdyn_cli.project.check import check
 from vdyn_cli.project.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
@@ -29,3 +30,6 @@ def test_a_rotating_mass_out_of_proportion_is_doubted(root: Path, tmp_path: Path
         found = implausible_rotating_mass(gather(load_step("coastdown"), path))
         assert [share in f.what for f in found if share] == ([True] if share else [])
         assert bool(found) is (share is not None)
+        document, _ = check(path)
+        assert ("Doubtful: rotating_mass is 100 % of mass" in document.sentence) is (share is not None)
+        assert any(f.doubt and "rotating_mass" in f.what for f in document.findings) is (share is not None)

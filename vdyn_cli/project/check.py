@@ -12,6 +12,7 @@ from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.project.description_checks import refuse_pipeline
+from vdyn_cli.project.exact_values import implausible_rotating_mass
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
@@ -63,13 +64,14 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     found, refused = _track_check(inputs), _refused(inputs)
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
     redundancy, contradictions = compared_over_runs(tied)
+    vehicle = implausible_rotating_mass(inputs)
     runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]
     document = CheckDocument(
         format="vdyn/check/1",
         step=inputs.step.name,
         title=inputs.spec.title,
         good=all(r.verdict == "keep" for r in runs),
-        sentence=_sentence(runs, found),
+        sentence=_sentence(runs, found, vehicle),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
@@ -79,18 +81,25 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         findings=[
             FindingEntry(**asdict(f))
             for f in merge_similar(
-                [*refused, *contradictions, *inputs.findings, *(f for one in inputs.unsplit for f in one.log.findings)]
+                [
+                    *refused,
+                    *contradictions,
+                    *vehicle,
+                    *inputs.findings,
+                    *(f for one in inputs.unsplit for f in one.log.findings),
+                ]
             )
         ],
     )
     return document, inputs
 
 
-def _sentence(runs: Sequence[CheckedRun], track: TrackCheck) -> str:
-    """The answer: the runs to repeat or those with notes, and missing directions or unmet limits of the campaign."""
-    coasts, said = track.coasts, [_of_runs(runs)]
+def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[Finding]) -> str:
+    """The answer: the runs to repeat or those with notes, doubts about the vehicle, and missing directions or unmet
+    limits of the campaign."""
+    coasts, said = track.coasts, [_of_runs(runs), *(f"Doubtful: {f.what}." for f in vehicle)]
     if coasts is None:
-        return said[0]
+        return " ".join(said)
     if not coasts.out and not coasts.back:
         said.append("No run states its direction.")
     unmet = [f"{x.regulation} {x.clause} ({x.found})" for x in coasts.limits if x.outcome == "not met"]

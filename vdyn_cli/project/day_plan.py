@@ -13,6 +13,7 @@ from vdyn_cli.description.spec_loading import load_partial
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.diagnosis.run_plan import RunPlan, run_plan
 from vdyn_cli.project.check import step_of
+from vdyn_cli.project.exact_values import implausible_rotating_mass
 from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.planned_inputs import DayDescription, planned_test
@@ -154,7 +155,9 @@ def _assumed(test: DayDescription) -> Iterator[Assumed]:
 def _document(expected: _Expected, runs: int, basis: str, assumed: Sequence[Assumed]) -> PlanDocument:
     inputs, result, shown = expected.inputs, expected.result, expected.plan
     parameters = list(_parameters(expected))
-    findings = merge_similar([*inputs.findings, *result.findings, *result.refused, *expected.failed])
+    findings = merge_similar(
+        [*implausible_rotating_mass(inputs), *inputs.findings, *result.findings, *result.refused, *expected.failed]
+    )
     return PlanDocument.model_validate(
         {
             "format": "vdyn/plan/1",

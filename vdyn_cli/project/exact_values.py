@@ -20,9 +20,10 @@ def implausible_rotating_mass(inputs: Inputs) -> tuple[Finding, ...]:
     mass, rotating = (inputs.known[n].value for n in ("mass", "rotating_mass"))
     if rotating <= MOST_ROTATING * mass:
         return ()
+    place = inputs.source.where(("vehicle", "rotating_mass"))
     what = f"rotating_mass is {100 * rotating / mass:.0f} % of mass; wheels and driveline have 2 to 12 %"
     remedy = "state the inertia of all rotating parts / wheel radius^2, such as 'rotating_mass: 60 +- 15 kg'"
-    return (Finding("vehicle", what, f"{rotating:g} kg", remedy, doubt=True),)
+    return (Finding(place, what, f"{rotating:g} kg", remedy, doubt=True),)
 
 
 def exact_values(inputs: Inputs) -> tuple[Finding, ...]:

@@ -142,6 +142,15 @@ class StepPolicy:
         0.03, "", "rolling resistance above which a result is doubted",
         "Twice that of car tires on asphalt: it includes a brake, a driveline or a slope.",
     )  # fmt: skip
+    least_drag: float = threshold(
+        0.17, "", "drag coefficient below which a result is doubted",
+        "Production cars have 0.19 (EV1, XL1) and more. A mass in lb instead of kg halves it, a speed in mph instead "
+        "of km/h reduces it by 38 %.",
+    )  # fmt: skip
+    most_drag: float = threshold(
+        1.5, "", "drag coefficient above which a result is doubted",
+        "Motorcycles with an upright rider and trucks with a trailer have up to 1.0, a flat plate has 1.2.",
+    )  # fmt: skip
     # Center of gravity ------------------------------------------------------------------------------------------------
     cg_gentle: float = threshold(
         0.5, "m/s^2", "standard deviation of the acceleration below which a run is doubted",

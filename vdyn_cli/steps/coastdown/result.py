@@ -223,6 +223,7 @@ def result_of(
     tables += [answer.quality.table()] if answer.quality.shifts else []
     tables += [text.rejections(answer.selection.rejected)] if answer.selection.rejected else []
     parameters, extra = _parameters(answer, frontal_area), _extra(answer)
+    findings += _implausible_drag(parameters.get("drag_coefficient"))
     restate = partial(text.sentence, fixed=answer.fixed, speed=answer.quoted, logs=_logs(fit.campaign))
     return Result(
         SOURCE,
@@ -290,6 +291,16 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
         what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
     return (*found, *answer.quality.findings(), *_outlying_runs(answer), *_contradicted_givens(answer))
+
+
+def _implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
+    """A warning if an estimated drag coefficient is outside the range of road vehicles."""
+    if drag is None or drag.source == "given" or STEP_POLICY.least_drag <= drag.value <= STEP_POLICY.most_drag:
+        return ()
+    side = "lower" if drag.value < STEP_POLICY.least_drag else "higher"
+    remedy = "check the unit of the speed, the mass and the frontal area"
+    what = f"{side} than the drag coefficient of any road vehicle"
+    return (Finding("drag_coefficient", what, f"{drag.value:.3f}", remedy, doubt=True),)
 
 
 def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
