@@ -147,14 +147,9 @@ def repeated_entries(spec: TestSpec, source: YamlSource) -> list[Finding]:
 
 
 def wrong_segments(spec: TestSpec, source: YamlSource) -> Iterator[Finding]:
-    """Findings on segments to cut or keep whose channel is not mapped, or that end before they begin, and on segments
-    to keep where there are no automatic cuts."""
+    """Findings on segments to cut or keep whose channel is not mapped, or that end before they begin."""
     mapped = sorted({n for channels, _ in channel_maps(spec) for n in logged_channels(channels)} - {"time"})
     for i, run in enumerate(spec.runs):
-        if run.keep and run.cuts != "automatic":
-            got = "none" if run.cuts == "none" else "a list of segments"
-            what = "'keep' has no effect: it exempts segments from the automatic cuts, which 'cuts' replaces"
-            yield Finding(source.where(("runs", i, "keep")), what, got, "remove 'keep' or 'cuts' from the run")
         for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
             for k, one in enumerate(listed if isinstance(listed, list) else ()):
                 place = source.where(("runs", i, key, k))
