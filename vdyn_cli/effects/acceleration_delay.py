@@ -17,6 +17,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def acceleration_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """An acceleration by a slower device, or through a lower filter, than wheel loads and pitch rate.
 
-    It reads a(t - tau); its moment in the balance belongs to an earlier time.
+    a_read(t) = a(t - tau), tau in s: its moment in the balance belongs to an earlier time.
     """
     return clock(s) + q.acceleration_delay

@@ -17,7 +17,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
 def accelerometer_gain(acceleration: Law, s: Signals, q: Signals) -> Number:
     """An accelerometer whose gain is wrong.
 
-    It reads (1 + e) a.
+    a_read = (1 + e) a, a the specific force, m/s^2.
     """
     gain = 1.0 + q.accelerometer_gain_error
     return acceleration(s) * gain if reads(s) else acceleration(s.but(value=s.value / gain))

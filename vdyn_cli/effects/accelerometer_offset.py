@@ -18,7 +18,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
 def accelerometer_offset(acceleration: Law, s: Signals, q: Signals) -> Number:
     """An accelerometer with a wrong zero.
 
-    It reads a + a0.
+    a_read = a + a0, m/s^2.
     """
     if reads(s):
         return acceleration(s) + q.accelerometer_offset

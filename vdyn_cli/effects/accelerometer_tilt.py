@@ -19,7 +19,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 def accelerometer_tilt(acceleration: Law, s: Signals, q: Signals) -> Number:
     """An accelerometer whose axis points upward: it measures a component of gravity.
 
-    It reads a cos(q) + g sin(q).
+    a_read = a cos(q) + g sin(q), q the axis's angle above the road, rad.
     """
     pull, share = GRAVITY * sin(q.accelerometer_tilt), cos(q.accelerometer_tilt)
     if reads(s):

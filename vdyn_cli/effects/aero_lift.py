@@ -21,7 +21,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def aero_lift(lift: Law, s: Signals, q: Signals) -> Number:
     """Aerodynamic lift of the body, with a share f at the front axle.
 
-    F = f 1/2 rho Cl A V |V| upward at the front axle, (1 - f) of it at the rear one. With both axle loads measured,
+    F = 1/2 rho Cl A V |V|, N upward: f F at the front axle, (1 - f) F at the rear one. With both axle loads measured,
     their sum determines Cl A and their moment f; with one, only f Cl A is determined, and f stays at 1/2.
     """
     share = (1 - s.rear) * q.aero_lift_front + s.rear * (1 - q.aero_lift_front)

@@ -23,8 +23,8 @@ CORNER = 2e-3  # m/s, over which the two slopes meet; far below the stroke rates
 def asymmetric_damping(damper: Law, s: Signals, q: Signals) -> Number:
     """Dampers that resist rebound (extension, positive stroke rate) more than compression.
 
-    F = C (v + a |v|): slope C (1 + a) in rebound, C (1 - a) in compression. Front and rear dampers are different parts:
-    a (1 + b) in front, a (1 - b) at the rear.
+    F = C (v + a |v|), N, v the stroke rate: slope C (1 + a) in rebound, C (1 - a) in compression. Front and rear
+    dampers are different parts: a (1 + b) in front, a (1 - b) at the rear.
     """
     asymmetry = q.damping_asymmetry * of_axle(s, q.damping_asymmetry_balance)
     return damper(s) + asymmetry * s.damping * s.stroke_rate * tanh(s.stroke_rate / CORNER)

@@ -30,8 +30,9 @@ def on_a_flank(rest_twist: Law, s: Signals, q: Signals) -> Number:
 def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
     """Free play: no contact within it, twist of the shaft minus the play beyond it; flanks transmit no tension.
 
-    T = k d + c d', d = phi beyond +-b, 0 within; T = 0 where damping would pull the flanks together. The corners are
-    smoothed over 2e-5 rad. The derivative at zero gives no information on relevant play, so start values are tried.
+    T = k d + c d', N m; d, rad, is the part of the twist phi beyond +-b, with the free play 2 b. T = 0 where damping
+    would pull the flanks together. The corners are smoothed over 2e-5 rad. The derivative at zero gives no information
+    on relevant play, so start values are tried.
     """
     above, below = s.twist - q.backlash, s.twist + q.backlash
     far_above, far_below = sqrt(above * above + CORNER**2), sqrt(below * below + CORNER**2)

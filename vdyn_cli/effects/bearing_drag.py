@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def bearing_drag(bearing: Law, s: Signals, q: Signals) -> Number:
     """Drag torque of bearing and seals between the sensor and the wheel, proportional to the speed.
 
-    Tb = cb om.
+    Tb = cb om, N m, om the wheel's speed, rad/s.
     """
     return bearing(s.but(bearing_torque=s.bearing_torque + q.bearing_drag * s.wheel_speed))

@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def brake_drag(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that rub with a constant force.
 
-    F = Fb for all wheels together, distributed equally. For a single wheel on a rig it is the force at its rim.
+    F = Fb, N, for all wheels together, distributed equally. For a single wheel on a rig it is the force at its rim.
     """
     return brake(s.but(brake_force=s.brake_force + s.share * q.brake_drag))

@@ -16,5 +16,8 @@ def bump_height_error(road: Law, s: Signals, q: Signals) -> Number:
     """A bump whose true height differs from the described one.
 
     u = A (1 + eA) shape(x / lambda)
+
+    with u the road's height (m) at the distance x (m) from the bump's start, A its described height and lambda its
+    width (m), and shape the bump's profile over 0 to 1.
     """
     return road(s.but(height=s.height * (1.0 + q.bump_height_error)))

@@ -19,7 +19,10 @@ from vdyn_cli.engine.maths import fmax, fmin
 def bump_trapezoid(road: Law, s: Signals, q: Signals) -> Number:
     """A shape between the described one and a trapezoid of the same height and width.
 
-    u = (1 - m) u0 + m A min(1, max(0, min(x, l - x)) / (l (1 - p) / 2)), l the bump's length
+    u = (1 - m) u0 + m A min(1, max(0, min(x, l - x)) / (l (1 - p) / 2))
+
+    with u the road's height and u0 the described one (m) at the distance x (m) from the bump's start, A the bump's
+    height and l its length (m).
     """
     ramp = s.length * (1.0 - q.bump_flat_share) / 2
     trapezoid = s.height * fmin(fmax(fmin(s.position, s.length - s.position), 0.0) / ramp, 1.0)

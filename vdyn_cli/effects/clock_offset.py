@@ -22,7 +22,7 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
 def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:
     """Channels of one device that are logged late relative to those of another.
 
-    x_read(t) = x(t - tau). On a bump the late channels are the body's acceleration and pitch rate; in runs for the
-    center of gravity the wheel loads; at a wheel the hub's torque and forces.
+    x_read(t) = x(t - tau), tau in s. On a bump the late channels are the body's acceleration and pitch rate; in runs
+    for the center of gravity the wheel loads; at a wheel the hub's torque and forces.
     """
     return clock(s) - q.clock_offset

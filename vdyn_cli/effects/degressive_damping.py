@@ -23,8 +23,9 @@ CORNER = 2e-3  # m/s, over which the magnitude of the rate is rounded; far below
 def degressive_damping(damper: Law, s: Signals, q: Signals) -> Number:
     """Dampers whose force rises less (degressive valves) or more (orifices) than in proportion to the stroke rate.
 
-    F = C v (1 + |v|/v0)^-p with v0 = 0.2 m/s: rate C at rest, and force over |v|^(1 - p) in fast strokes; p = 0 is
-    linear, p < 0 progressive. Front and rear dampers are different parts: p (1 + b) in front, p (1 - b) at the rear.
+    F = C v (1 + |v|/v0)^-p, N, v the stroke rate and v0 = 0.2 m/s: rate C at rest, and force over |v|^(1 - p) in fast
+    strokes; p = 0 is linear, p < 0 progressive. Front and rear dampers are different parts: p (1 + b) in front, p (1 -
+    b) at the rear.
     """
     exponent = q.damping_degression * of_axle(s, q.damping_degression_balance)
     factor = exp(-exponent * log(1.0 + soft_abs(s.stroke_rate, CORNER) / LOW_SPEED))

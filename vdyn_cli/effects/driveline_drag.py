@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def driveline_drag(driveline: Law, s: Signals, q: Signals) -> Number:
     """Spin losses of the driven axle, independent of the torque.
 
-    F = F0 on the driven wheels. A loss that increases with speed is collinear with such a rolling resistance.
+    F = F0, N, on the driven wheels. A loss that increases with speed is collinear with such a rolling resistance.
     """
     return driveline(s.but(driveline_drag=s.driveline_drag + s.share * q.driveline_drag))

@@ -17,7 +17,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def driveline_dry_loss(dry_loss: Law, s: Signals, q: Signals) -> Number:
     """A constant loss of the driveline between the torque's sensor and the half-shafts.
 
-    T = T0 at the driven wheels together, against the motion. A torque channel with a wrong zero has the same effect
-    while the car moves forward.
+    T = T0, N m, at the driven wheels together, against the motion. A torque channel with a wrong zero has the same
+    effect while the car moves forward.
     """
     return dry_loss(s.but(dry_loss=s.dry_loss + q.driveline_dry_loss))

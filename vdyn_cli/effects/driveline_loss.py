@@ -15,7 +15,7 @@ from vdyn_cli.engine.maths import fabs
     tags={"driving"},
 )
 def driveline_loss(drive: Law, s: Signals, q: Signals) -> Number:
-    """A loss of drive force: F = F0 - e |F0|, where F0 is the force of the law that is corrected.
+    """A loss of drive force: F = F0 - e |F0|, N, where F0 is the force of the law that is corrected.
 
     The loss opposes the motion: less force acts while the car is driven, and it decelerates more while the wheels drive
     the driveline, as under recuperation. Only for the model of a mass on a road, whose call states ``whole`` = 1; in

@@ -18,6 +18,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def driveline_viscous(spin_loss: Law, s: Signals, q: Signals) -> Number:
     """A torque loss in proportion to speed, between the torque's sensor and the half-shafts.
 
-    T = c V / r at the driven wheels together.
+    T = c V / r, N m at the driven wheels together, V the speed, m/s, and r the wheel radius, m.
     """
     return spin_loss(s.but(viscous=s.viscous + q.driveline_viscous))

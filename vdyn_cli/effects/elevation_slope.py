@@ -15,6 +15,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def elevation_slope(grade: Law, s: Signals, q: Signals) -> Number:
     """Hills that a logged elevation shows, and that the simulation does not have.
 
-    i = i_known + q i_z, i_z the likeliest slope over the distance driven (``steps.elevation_grade``).
+    i = i_known + q i_z, q the share of the logged hills (1: as logged) and i_z the likeliest slope over the distance
+    driven (``steps.elevation_grade``).
     """
     return grade(s) + q.elevation_slope * s.elevation_slope

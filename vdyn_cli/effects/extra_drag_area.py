@@ -15,6 +15,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def extra_drag_area(air: Law, s: Signals, q: Signals) -> Number:
     """Drag area that is not in the baseline: external measuring equipment, an open window, a roof rack.
 
-    F = 1/2 rho (Cd A + dCdA) (v + w) |v + w|. Collinear with Cd A where that is estimated.
+    F = 1/2 rho (Cd A + dCdA) (V + w) |V + w|, N, V the speed and w the headwind, m/s. Collinear with Cd A where that is
+    estimated.
     """
     return air(s.but(drag_area=s.drag_area + q.extra_drag_area))

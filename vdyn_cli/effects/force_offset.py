@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def force_offset(force_x: Law, s: Signals, q: Signals) -> Number:
     """A force channel with a constant error.
 
-    F_read = F + F0.
+    F_read = F + F0, N.
     """
     return force_x(s) + q.force_offset

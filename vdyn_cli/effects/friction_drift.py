@@ -16,6 +16,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def friction_drift(friction: Law, s: Signals, q: Signals) -> Number:
     """Friction of a tread that heats, wears or dries while each sweep lasts.
 
-    mu = D (1 + q t), t from the start of the sweep.
+    mu = D (1 + q t), mu the peak friction and t the time since the start of the sweep, s.
     """
     return friction(s) * (1.0 + q.friction_drift * s.elapsed)

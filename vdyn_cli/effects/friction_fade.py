@@ -17,6 +17,6 @@ CORNER = 0.05  # m/s, over which |vs| is smoothed
 def friction_fade(friction: Law, s: Signals, q: Signals) -> Number:
     """Peak friction that decreases with sliding speed, in addition to the curve's decrease over slip.
 
-    D (1 - kv |vs|), vs = s V.
+    mu = D (1 - kv |vs|), vs = s V, with mu the peak friction, vs the sliding speed, m/s, s the slip, V the speed.
     """
     return friction(s) * (1 - q.friction_fade * s.sliding * tanh(s.sliding / CORNER))

@@ -16,6 +16,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def headwind(air: Law, s: Signals, q: Signals) -> Number:
     """A steady wind along the track, against the vehicle on the way out and behind it on the way back.
 
-    F = 1/2 rho Cd A (v + w h) |v + w h| with heading h = +1 out, -1 back. Assumes no crosswind.
+    F = 1/2 rho Cd A (V + w h) |V + w h|, N, V the speed (m/s) and h the heading: +1 out, -1 back. Assumes no crosswind.
     """
     return air(s.but(wind=s.wind + s.heading * q.headwind))

@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def hub_torque_gain(hub_torque: Law, s: Signals, q: Signals) -> Number:
     """A torque sensor at the hub whose gain differs from that of the force sensor.
 
-    T = T_read / (1 + g). In steady driving it is equivalent to a radius that is 1 + g times as large.
+    T = T_read / (1 + g), N m. In steady driving it is equivalent to a radius that is 1 + g times as large.
     """
     return hub_torque(s) / (1 + q.hub_torque_gain)

@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def hub_torque_offset(hub_torque: Law, s: Signals, q: Signals) -> Number:
     """A torque sensor at the hub with the same zero error in every run, beyond its data sheet.
 
-    T = T_read - T0.
+    T = T_read - T0, N m.
     """
     return hub_torque(s) - q.hub_torque_offset

@@ -16,6 +16,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def load_sensitivity(friction: Law, s: Signals, q: Signals) -> Number:
     """A friction coefficient that decreases with the vertical load.
 
-    D (1 - k (Fz - F0)), F0 the mean load of all sweeps.
+    mu = D (1 - k (Fz - F0)), mu the peak friction, Fz the load, N, and F0 its mean over all sweeps.
     """
     return friction(s.but(tire_load_sensitivity=s.tire_load_sensitivity + q.load_sensitivity))

@@ -19,6 +19,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def mass_error(parameters: Law, s: Signals, q: Signals) -> Number:
     """A vehicle that is heavier or lighter than described.
 
-    M (1 + q) wherever mass enters: inertia, weight on the tires, slope.
+    M (1 + q), kg, wherever mass enters: inertia, weight on the tires, slope.
     """
     return parameters(s.but(mass=s.mass * (1.0 + q.mass_error)))

@@ -24,6 +24,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def motor_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
     """Motors, gears and shafts on the inner side of the half-shafts whose inertia is not in the model.
 
-    Jd + q, reduced to the driven wheels together: of all parts that turn with the differential's carrier.
+    Jd + q, kg m^2, reduced to the driven wheels together: of all parts that turn with the differential's carrier.
     """
     return parameters(s.but(driveline_inertia=s.driveline_inertia + q.motor_inertia))

@@ -15,6 +15,6 @@ from vdyn_cli.quantities.constants import GRAVITY
 def pitch_axis(motion_moment: Law, s: Signals, q: Signals) -> Number:
     """A center of gravity that moves to the rear when the nose rises, because the body turns about an axis below it.
 
-    Its weight then adds the moment M g e th.
+    Its weight then adds the moment M g e th, N m nose-up, M the mass, kg, and th the pitch angle, rad.
     """
     return motion_moment(s) + s.mass * GRAVITY * q.pitch_axis * s.pitch

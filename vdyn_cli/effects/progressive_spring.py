@@ -17,6 +17,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def progressive_spring(spring: Law, s: Signals, q: Signals) -> Number:
     """Springs whose stiffness increases with compression: progressive coils, bump stops, changing lever ratios.
 
-    F = K x (1 + k2 x) for a compression x: stiffness K (1 + 2 k2 x), lower in extension.
+    F = K x (1 + k2 x), N, for a compression x, m: stiffness K (1 + 2 k2 x), lower in extension.
     """
     return spring(s) - q.progressive_spring * s.stiffness * s.stroke**2

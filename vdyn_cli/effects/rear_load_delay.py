@@ -17,6 +17,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def rear_load_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """Loads of the rear axle that are logged late relative to the other channels: F_read(t) = F(t - tau).
 
-    Where only loads are logged, early front loads look the same.
+    tau in s. Where only loads are logged, early front loads look the same.
     """
     return clock(s) - q.rear_load_delay

@@ -16,7 +16,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def rotating_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels, shafts and machines that turn with the car and are not in its rotating mass.
 
-    (M + mr + q) V' = F. In a model with single wheels, each receives a quarter as moment of inertia, q r^2 / 4.
+    (M + mr + q) V' = F, M the mass and mr the known rotating mass, kg, F the sum of the forces, N. In a model with
+    single wheels, each receives a quarter as moment of inertia, q r^2 / 4.
     """
     if hasattr(s, "rotating_mass"):
         return parameters(s.but(rotating_mass=s.rotating_mass + q.extra_rotating_mass))

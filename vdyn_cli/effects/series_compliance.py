@@ -16,6 +16,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def series_compliance(shaft: Law, s: Signals, q: Signals) -> Number:
     """Constant-velocity joints and splines that twist in series with the bar.
 
-    1/k = 1/k_bar + s. Visible only in comparison with a drawing, or another measurement of the bar alone.
+    1/k = 1/k_bar + s, k the shaft's stiffness and k_bar the bar's, N m/rad. Visible only in comparison with a drawing,
+    or another measurement of the bar alone.
     """
     return shaft(s.but(stiffness=s.stiffness / (1 + s.stiffness * q.series_compliance)))

@@ -14,7 +14,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def shaft_damping(parameters: Law, s: Signals, q: Signals) -> Number:
     """Half-shafts with a higher or lower damping than in the model, left and right by the same share.
 
-    c (1 + q)
+    c (1 + q), c the stated damping, N m s/rad.
     """
     scale = 1.0 + q.shaft_damping_error
     left, right = s.shaft_damping_left * scale, s.shaft_damping_right * scale

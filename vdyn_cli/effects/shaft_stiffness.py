@@ -16,7 +16,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def shaft_stiffness(parameters: Law, s: Signals, q: Signals) -> Number:
     """Half-shafts that are softer or stiffer than in the model, left and right by the same share.
 
-    k (1 + q)
+    k (1 + q), k the stated stiffness, N m/rad.
     """
     scale = 1.0 + q.shaft_stiffness_error
     left, right = s.shaft_stiffness_left * scale, s.shaft_stiffness_right * scale

@@ -16,7 +16,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def slip_lag(slip: Law, s: Signals, q: Signals) -> Number:
     """A force that is logged later than the slip, or builds up later, by a constant time.
 
-    F(t) = F(s(t - tau)), s(t - tau) = s - tau s'. Only where no speed is logged: with it, ``tire_relaxation`` and the
-    times of the channels can be told apart.
+    F(t) = F(s(t - tau)), s(t - tau) = s - tau s', to first order, F the force, N, and s the slip. Only where no speed
+    is logged: with it, ``tire_relaxation`` and the times of the channels can be told apart.
     """
     return slip(s) - q.slip_lag * s.slip_rate

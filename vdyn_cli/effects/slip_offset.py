@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def slip_offset(slip: Law, s: Signals, q: Signals) -> Number:
     """A slip computed with a wrong radius, or from a speed sensor with a wrong gain.
 
-    s = (1 + s_read) (1 - s0) - 1: an error of s0 without slip, and of zero at a locked wheel.
+    s = (1 + s_read) (1 - s0) - 1, s the slip, a fraction: an error of s0 without slip, and of zero at a locked wheel.
     """
     return (1 + slip(s)) * (1 - q.slip_offset) - 1

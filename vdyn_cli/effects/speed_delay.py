@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def speed_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """A speed channel whose clock lags that of the other channels.
 
-    It reads V(t - tau). In coasts alone it is collinear with the start speed.
+    V_read(t) = V(t - tau), tau in s. In coasts alone it is collinear with the start speed.
     """
     return clock(s) - q.speed_delay

@@ -16,6 +16,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def speed_dependent_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
     """Rolling resistance that increases with speed; in the baseline it is constant.
 
-    Rr = (frr + (frr1 + q) V) Fz
+    Rr = (frr + (frr1 + q) V) Fz, N, V the speed, m/s, Fz the load, N, and frr1 the known slope, s/m.
     """
     return rolling(s.but(rolling_speed=s.rolling_speed + q.speed_dependent_rolling))

@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def speed_error(speed: Law, s: Signals, q: Signals) -> Number:
     """A speed channel with a wrong gain, which changes the apparent length of bump and wheelbase.
 
-    V = V_read / (1 + ev).
+    V = V_read / (1 + ev), m/s.
     """
     return speed(s) / (1 + q.speed_error)

@@ -29,7 +29,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
 def speed_scale(speed: Law, s: Signals, q: Signals) -> Number:
     """A speed channel with a wrong gain.
 
-    It reads (1 + e) V; where the measured speed drives the model, V is the reading over 1 + e.
+    V_read = (1 + e) V, m/s; where the measured speed drives the model, V = V_read / (1 + e).
     """
     scale = 1.0 + q.speed_scale_error
     return speed(s) * scale if reads(s) else speed(s.but(value=s.value / scale))

@@ -16,10 +16,10 @@ def bristle(s: Signals) -> Number:
 
     z' = (1 - m^2) (v - |v| z^5) / sqrt(STICK^2 + (FASTEST v)^2) + m (tanh(v / w) - z) / (LAG + BENT / w)
 
-    with m = w / (w + RATED).
+    with m = w / (w + RATED), v the stroke rate and w the turning rate of the friction, m/s.
 
     The fifth power gives a spring with a sharp onset of slip. Both rates are limited, so that the integration is stable
-    with steps of 1 ms. With a turning rate w, friction does not hold at rest, and z is tanh(v / w).
+    with steps of 1 ms. With w > 0, friction does not hold at rest, and z is tanh(v / w).
     Source: after Dahl, A Solid Friction Model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
     """
     v, z, w = s.stroke_rate, s.bristle, s.suspension_friction_rate
@@ -53,9 +53,9 @@ def bristle(s: Signals) -> Number:
 def suspension_friction(damper: Law, s: Signals, q: Signals) -> Number:
     """Dry friction of struts, bushings and seals: a force of constant magnitude against the motion.
 
-    F = C v + Fc z, where z from -1 to 1 follows the stroke over some tenths of a millimeter, or is tanh(v / w). Struts
-    in front and at the rear are different parts: Fc (1 + b) in front, Fc (1 - b) at the rear. A call that represents a
-    part of the axle has its share.
+    F = C v + Fc z, N, v the stroke rate, m/s, where z from -1 to 1 follows the stroke over some tenths of a millimeter,
+    or is tanh(v / w). Struts in front and at the rear are different parts: Fc (1 + b) in front, Fc (1 - b) at the rear.
+    A call that represents a part of the axle has its share.
     """
     friction = q.suspension_friction * of_axle(s, q.suspension_friction_balance)
     return damper(s) + s.share * friction * s.bristle

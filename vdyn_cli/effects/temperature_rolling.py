@@ -16,7 +16,8 @@ REFERENCE = 293.15  # K
 def temperature_rolling(rolling: Law, s: Signals, q: Signals) -> Number:
     """Rolling resistance that depends on the temperature of each run, whereas the baseline has one for all runs.
 
-    frr / (1 + k (T - 20 degC)). Needs runs with different stated temperatures.
+    Rr = frr Fz / (1 + k (T - 20 degC)), N, T the temperature of the run and Fz the load, N. Needs runs with different
+    stated temperatures.
     """
     warmer = s.temperature - REFERENCE
     return rolling(s.but(rolling_resistance=s.rolling_resistance / (1.0 + q.temperature_rolling * warmer)))

@@ -15,6 +15,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def tire_damping(tire_vertical: Law, s: Signals, q: Signals) -> Number:
     """Tires that resist the rate of their deflection, in addition to their stiffness.
 
-    Fz = max(0, F0 + Kt (u - z) + Ct (u' - z')). A call that represents a part of the axle's tires has its share.
+    Fz = max(0, F0 + Kt (u - z) + Ct (u' - z')), N, u the road's height, z the wheel's above rest, m. A call that
+    represents a part of the axle's tires has its share.
     """
     return tire_vertical(s.but(damping=s.damping + s.share * q.tire_damping))

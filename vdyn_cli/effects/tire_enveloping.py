@@ -23,7 +23,8 @@ NODES = ((0.119309593041598, 0.467913934572691), (0.330604693233132, 0.360761573
 def tire_enveloping(road: Law, s: Signals, q: Signals) -> Number:
     """A contact patch that bridges shorter irregularities: the tire follows the mean height under the patch.
 
-    u = 1/p integral of u(x + y) for y from -p/2 to p/2, by six nodes.
+    u_t(x) = 1/p integral of u(x + y) dy from y = -p/2 to p/2, by six nodes: u_t the height under the tire, u the
+    road's, p the length of the patch, m.
     """
     middle = road(s)
     total = middle

@@ -16,6 +16,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def torque_delay(lead: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel whose clock lags that of the other channels.
 
-    It reads T(t - tau), so that the torque on the car is the one logged tau later.
+    T_read(t) = T(t - tau), tau in s, so that the torque on the car is the one logged tau later.
     """
     return lead(s) + q.torque_delay

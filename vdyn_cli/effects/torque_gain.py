@@ -26,6 +26,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def torque_gain(drive_torque: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel with a wrong gain.
 
-    It reads (1 + e) T, so that the torque on the car is the reading over 1 + e.
+    T_read = (1 + e) T: the torque on the car is T = T_read / (1 + e), N m.
     """
     return drive_torque(s.but(value=s.value / (1.0 + q.torque_gain)))

@@ -15,8 +15,9 @@ from vdyn_cli.quantities.constants import GRAVITY
 def unsprung_mass(load_moment: Law, s: Signals, q: Signals) -> Number:
     """Axles whose mass moves vertically on the tires while the body pitches.
 
-    The force on the body is F - m (g + z'') at either axle, z'' = -F''/Kt, and its center lies
-    lr' = (M lr - m L)/(M - 2 m) ahead of the rear axle. Kt is the tires' vertical stiffness, if known, else that of
+    The force on the body is F - m (g + z'') at either axle, N, z'' = -F''/Kt, and the body's center lies
+    lr' = (M lr - m L)/(M - 2 m) ahead of the rear axle, with the car's mass M (kg), its center lr (m) ahead of the
+    rear axle and the wheelbase L (m). Kt is the tires' vertical stiffness, if known, else that of
     tires that deflect by 19.5 mm under the car.
     """
     m = q.unsprung_mass

@@ -14,6 +14,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def wheel_force_gain(wheel_force: Law, s: Signals, q: Signals) -> Number:
     """Wheel load sensors with a common gain error.
 
-    F = F_read / (1 + g).
+    F = F_read / (1 + g), N.
     """
     return wheel_force(s) / (1 + q.wheel_force_gain)

@@ -17,6 +17,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def wheel_inertia(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels with a larger or smaller moment of inertia than in the model.
 
-    Jw (1 + q), the same for all four.
+    Jw (1 + q), kg m^2, the same q for all four.
     """
     return parameters(s.but(wheel_inertia=s.wheel_inertia * (1.0 + q.wheel_inertia_error)))

@@ -15,6 +15,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def wheel_mass(parameters: Law, s: Signals, q: Signals) -> Number:
     """A wheel whose mass differs from the stated one, which changes the difference of hub and road forces.
 
-    mw + q. Because car and wheel accelerate together, only Jw + mw r^2 is observable.
+    mw + q, kg. Because car and wheel accelerate together, only Jw + mw r^2 is observable.
     """
     return parameters(s.but(wheel_mass=s.wheel_mass + q.wheel_mass_error))

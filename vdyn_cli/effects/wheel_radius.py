@@ -20,6 +20,6 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def wheel_radius(parameters: Law, s: Signals, q: Signals) -> Number:
     """Wheels that are larger or smaller than described.
 
-    r (1 + q) as lever of the torque and as rolling radius.
+    r (1 + q), m, as lever of the torque and as rolling radius.
     """
     return parameters(s.but(wheel_radius=s.wheel_radius * (1.0 + q.wheel_radius_error)))

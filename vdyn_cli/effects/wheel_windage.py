@@ -17,7 +17,7 @@ from vdyn_cli.engine.maths import fabs
 def wheel_windage(bearing: Law, s: Signals, q: Signals) -> Number:
     """Aerodynamic drag torque of spokes and tread, proportional to the squared speed.
 
-    Tw = cw om |om|.
+    Tw = cw om |om|, N m, om the wheel's speed, rad/s.
     """
     turn = s.wheel_speed
     return bearing(s.but(bearing_torque=s.bearing_torque + q.wheel_windage * turn * fabs(turn)))

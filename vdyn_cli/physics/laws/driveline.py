@@ -53,8 +53,7 @@ def driveline(s: Signals) -> Number:
 
     F = (F0 + c V) s
 
-    Source: constant and linear term of the coast-down force, J. Y. Wong, Theory of Ground Vehicles, 4th ed., 2008,
-    section 3.1.
+    Source: a line over speed, the first two terms of the road load of SAE J2263.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ def climb(s: Signals) -> Number:
 
     Parameters
     ----------
-    s : mass kg, grade i (rise over run).
+    s : mass M kg, grade i (rise over run).
     """
     return s.mass * GRAVITY * s.grade / sqrt(1.0 + s.grade**2)
 

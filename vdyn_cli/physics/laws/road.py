@@ -31,12 +31,12 @@ def road(s: Signals) -> Number:
 
 
 def haversine(share: Number) -> Number:
-    """One period of a cosine, 1/2 (1 - cos(2 pi x / lambda)) = sin^2(pi x / lambda), smooth at its edges."""
+    """One period of a cosine, sin^2(pi x / lambda), smooth at its edges; ``share`` x / lambda, zero outside 0 to 1."""
     return sin(math.pi * fmin(fmax(share, 0.0), 1.0)) ** 2
 
 
 def half_sine(share: Number) -> Number:
-    """Half a period of a sine, sin(pi x / lambda), with a corner at either edge."""
+    """Half a period of a sine, sin(pi x / lambda), corners at both edges; ``share`` x / lambda, zero outside 0 to 1."""
     return sin(math.pi * fmin(fmax(share, 0.0), 1.0))
 
 

@@ -9,10 +9,11 @@ from vdyn_cli.engine.model_builder import Number, Signals
 def tire(s: Signals) -> Number:
     """Longitudinal force by the magic formula.
 
-    F = Fz D sin(C atan(B s - E (B s - atan(B s)))), s = om r / V - 1.
+    F = Fz D sin(C atan(B s - E (B s - atan(B s)))), s = om r / V - 1
 
-    Signals: ``load`` Fz, N; ``slip`` s, fraction; ``tire_B``, ``tire_C``, ``tire_D``, ``tire_E``. Returns N, positive
-    when it drives the car. Pure longitudinal slip in steady state, friction independent of load.
+    with om r the rim's speed and V the hub's, m/s. Signals: ``load`` Fz, N; ``slip`` s, fraction; ``tire_B``,
+    ``tire_C``, ``tire_D``, ``tire_E``, without unit. Returns N, positive when it drives the car. Assumes pure
+    longitudinal slip in steady state, friction independent of load.
 
     Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.1; slip after SAE J670.
     """

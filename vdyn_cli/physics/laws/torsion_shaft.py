@@ -21,6 +21,6 @@ def rest_twist(s: Signals) -> Number:
 
     phi = T / k
 
-    with ``torque`` T (N m) and ``stiffness`` k (N m/rad). Assumes no free play.
+    with ``torque`` T (N m) and ``stiffness`` k (N m/rad). Assumes no free play and no damping torque: phi' = 0.
     """
     return s.torque / s.stiffness

@@ -27,7 +27,8 @@ def bearing_drag_torque(s: Signals) -> Number:
 def free_wheel_spin(s: Signals) -> Number:
     """Angular acceleration of a free wheel, rad/s^2: J om' = T - Tb.
 
-    Signals: ``hub_torque`` T and ``bearing_torque`` Tb, N m; ``wheel_inertia`` J, kg m^2, of all rotating parts.
+    Signals: ``hub_torque`` T and ``bearing_torque`` Tb, N m; ``wheel_inertia`` J, kg m^2, of all rotating parts; om is
+    the wheel's speed, rad/s.
     """
     return (s.hub_torque - s.bearing_torque) / s.wheel_inertia
 
@@ -37,9 +38,11 @@ def wheel_spin(s: Signals) -> Number:
 
     Jw om' = T - Tb - (Fx + mw a) r - frr (Fz + mw g) r
 
-    with T the hub torque and Fx, Fz the hub forces (N m, N), a the specific force along the road (which includes the
-    slope), mw the mass and r (m) the radius between hub and road. Assumes one radius for both levers and a rolling
-    wheel. Source: the wheel's moment balance, equations (19)-(22) of doi:10.4271/2017-01-1574.
+    with om the wheel's speed (rad/s), Jw its moment of inertia (kg m^2), T the hub torque and Fx, Fz the hub forces
+    (N m, N), Tb the bearing's friction torque (N m), frr the rolling resistance, g gravity, a the specific force along
+    the road (which includes the slope), mw the mass and r (m) the radius between hub and road. Assumes one radius for
+    both levers and a rolling wheel. Source: the wheel's moment balance, equations (19)-(22) of
+    doi:10.4271/2017-01-1574.
     """
     ground = s.hub_force_x + s.wheel_mass * s.acceleration
     load = s.hub_force_z + s.wheel_mass * GRAVITY

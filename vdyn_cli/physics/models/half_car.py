@@ -36,6 +36,8 @@ def sprung_body(
     """Mass of the sprung body, kg, and distance of its center behind the front axle, m.
 
     Ms = M - mf - mr,   Ms lf = M cg_to_front - mr L   (moments about the front axle)
+
+    with the car's mass M, the unsprung masses mf and mr (kg) and the wheelbase L (m).
     """
     sprung = mass - unsprung_mass_front - unsprung_mass_rear
     return sprung, (mass * cg_to_front - unsprung_mass_rear * wheelbase) / sprung

@@ -38,7 +38,9 @@ MODELS = {
 def compound_inertia(period: float, mass: float, pivot_distance: float, gravity: float) -> float:
     """Moment of inertia about the center of mass, kg m^2, of a body swinging about a pivot.
 
-    J = m g d T^2 / (4 pi^2) - m d^2, d from pivot to center of mass, T (s) of small oscillations.
+    J = m g d T^2 / (4 pi^2) - m d^2
+
+    with d (m) from pivot to center of mass, m (kg), g ``gravity`` (m/s^2), T (s) the period of small oscillations.
     """
     return mass * pivot_distance * (gravity * (period / (2 * pi)) ** 2 - pivot_distance)
 
@@ -46,31 +48,36 @@ def compound_inertia(period: float, mass: float, pivot_distance: float, gravity:
 def bifilar_inertia(period: float, mass: float, separation: float, length: float, gravity: float) -> float:
     """Moment of inertia about the vertical axis, kg m^2, of a body on two parallel cords.
 
-    J = m g b^2 T^2 / (4 pi^2 l), b half the separation of the cords, l their length, T (s) of small oscillations.
-    Assumes the axis midway between the cords.
+    J = m g b^2 T^2 / (4 pi^2 l)
+
+    with b half the separation of the cords and l their length (m), m (kg), g ``gravity`` (m/s^2), T (s) the period of
+    small oscillations. Assumes the axis midway between the cords.
     """
     return mass * gravity * (separation / 2) ** 2 / length * (period / (2 * pi)) ** 2
 
 
 def torsional_inertia(period: float, torsional_stiffness: float) -> float:
-    """Moment of inertia about the rod, kg m^2: J = kt T^2 / (4 pi^2)."""
+    """Moment of inertia about the rod, kg m^2: J = kt T^2 / (4 pi^2), kt in N m/rad, T the period in s."""
     return torsional_stiffness * (period / (2 * pi)) ** 2
 
 
 def bar_inertia(mass: float, length: float, diameter: float) -> float:
-    """Moment of inertia of a round bar about the middle, across its axis, kg m^2: m (L^2 / 12 + D^2 / 16)."""
+    """Moment of inertia of a solid round bar about a diameter of its middle, kg m^2: m (L^2 / 12 + D^2 / 16), kg, m."""
     return mass * (length**2 / 12 + diameter**2 / 16)
 
 
 def small_swing(
     kind: str, period: float, amplitude: float, separation: float = 0.0, length: float = 1.0, gravity: float = 1.0
 ) -> float:
-    """The period of small oscillations, s, from the period at an amplitude a (rad).
+    """The period T0 of small oscillations, s, from the period T (s) at an amplitude a (rad).
 
     compound    T0 = T agm(1, cos(a/2)), exact; about T / (1 + a^2/16)
     bifilar     T0 = T agm(1, cos(a/2)) / (1 + a^2 (w^2 b^2/(4 g l) - 3 b^2/(16 l^2))), to order a^2, including the
                 energy of the body's rise and the decreasing vertical extent of the cords
     torsional   T0 = T
+
+    with agm the arithmetic-geometric mean, w = 2 pi / T, and of the bifilar kind b half the separation of the cords,
+    l their length (m), g gravity (m/s^2). Source: C. F. Gauss's solution of the complete elliptic integral.
     """
     if kind == "torsional":
         return period

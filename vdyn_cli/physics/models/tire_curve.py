@@ -65,7 +65,10 @@ SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, (*_INPUTS, "slip_rate"))
 
 
 def peak_slip(b: float, c: float, e: float) -> float:
-    """Slip of the magic formula's maximum: B s - E (B s - atan(B s)) = tan(pi / 2 C); infinite for C <= 1."""
+    """Slip s of the maximum of the magic formula (``physics.laws.tire_forces.tire``), by bisection.
+
+    B s - E (B s - atan(B s)) = tan(pi / (2 C)); infinite for C <= 1 and where no slip solves it
+    """
     if c <= 1:
         return float("inf")
     target = tan(pi / (2 * c))

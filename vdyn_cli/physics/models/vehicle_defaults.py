@@ -39,7 +39,12 @@ class Completed:
 
 
 def complete(names: Iterable[str], known: Known) -> Completed:
-    """The values of ``names``: known ones, and defaults for the others."""
+    """The values of ``names``: known ones, and defaults for the others.
+
+    Parameters
+    ----------
+    names : of parameters. known : values by name, SI.
+    """
     values, assumed = _with_defaults(known)
     names = tuple(names)
     missing = [name for name in names if name not in values]

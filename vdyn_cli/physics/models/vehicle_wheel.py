@@ -22,7 +22,9 @@ def spin(
     contact: tuple[Number, Number],
     driven: tuple[Number, float] | None,
 ) -> Number:
-    """Add the wheel's rotation; returns the torque of body and half-shaft on the wheel, N m.
+    """Add the wheel's rotation; returns the torque T of body and half-shaft on the wheel, N m.
+
+    J om' = T - Fx r - Rr r, as in ``models.vehicle``
 
     Parameters
     ----------

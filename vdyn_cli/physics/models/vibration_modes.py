@@ -104,7 +104,8 @@ def modes(
     -----
     Straight, on a flat road without wind, at the torque that holds the speed. Overdamped motions are left out, and so
     is that of an open differential's side gears, which the model condenses.
-    Source: textbook modal analysis; shares as participation factors.
+    Source: participation factors after Perez-Arriaga, Verghese and Schweppe, IEEE Trans. Power App. Syst. 101 (1982)
+    3117.
     """
     state = cruise(parameters, speed, driven, differential)
     swinging = [root for root in state.roots if root.value.imag > 1e-6 * abs(root.value) and not _condensed(root)]
