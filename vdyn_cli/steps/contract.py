@@ -216,24 +216,28 @@ def simulated(step: Step, problem: Problem) -> SimulatedProblem | None:
     return cast(SimulatedProblem, problem) if step.diagnosable is not None else None
 
 
-def unpublished(error: ResultError, shown: Callable[[Solution], Result]) -> ResultError:
-    """The error of a refused fit as an UnpublishedError, if possible; else the error itself.
+def unpublished(
+    error: ResultError, shown: Callable[[Solution], Result], why: Sequence[Finding] | None = None
+) -> ResultError:
+    """The error of a refused fit as an UnpublishedError, if possible; else a ResultError.
 
     Parameters
     ----------
     shown : solution -> result, called with the solution at which the fit ended, if there is one.
+    why : the reasons, in place of those of the error.
     """
     from vdyn_cli.inference import RefusedFitError
 
-    if not isinstance(error, RefusedFitError):
-        return error
-    solution = error.solution()
+    reasons = error.findings if why is None else why
+    solution = error.solution() if isinstance(error, RefusedFitError) else None
     try:
-        return error if solution is None else UnpublishedError(error.findings, shown(solution))
+        if solution is not None:
+            return UnpublishedError(reasons, shown(solution))
     except UnpublishedError as further:  # the result is also refused for another reason
-        return UnpublishedError(error.findings, further.shown)
+        return UnpublishedError(reasons, further.shown)
     except (ResultError, ArithmeticError, ValueError):
-        return error
+        pass
+    return error if why is None else ResultError(*why)
 
 
 def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result | Failure:

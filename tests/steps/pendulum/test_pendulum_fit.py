@@ -55,7 +55,7 @@ def test_the_model_swings_as_energy_demands(kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_period_of_a_noisy_recording_gives_the_inertia(kind: str) -> None:
     gyro, hung, inertia = recording(kind)
-    swing = free_swing(gyro).fit()
+    swing = free_swing(gyro)
     period, std = swing.solution.values["period"], swing.solution.std["period"]
     slope = (inertia_from(hung, period + std) - inertia_from(hung, period - std)) / 2
     assert abs(inertia_from(hung, period) - inertia) < 4 * slope
@@ -69,7 +69,7 @@ def test_a_recording_of_the_angle_serves_as_well() -> None:
     rate = plant.noise_free(hung, inertia, swung)
     angle = 0.2 + np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 1000)])
     noisy = angle + 0.03 + math.radians(0.02) * rng.standard_normal(angle.size)
-    swing = free_swing(Recording("angle.csv", "angle", swung.times, noisy, "compound")).fit()
+    swing = free_swing(Recording("angle.csv", "angle", swung.times, noisy, "compound"))
     assert inertia_from(hung, swing.solution.values["period"]) == pytest.approx(inertia, rel=2e-4)
     assert swing.solution.values["angle_zero"] == pytest.approx(0.03, abs=1e-3)
 
@@ -81,7 +81,7 @@ def test_a_disturbance_is_noticed_and_does_not_shift_the_period() -> None:
     clean = plant.noise_free(hung, inertia, swung)
     late = plant.noise_free(hung, inertia, plant.Swing(swung.times + 0.004, 0.2, 0.0))
     disturbed = np.where(swung.times < 4.3, clean, late) + NOISE * rng.standard_normal(swung.times.size)
-    swing = free_swing(Recording("gyro.csv", "angular_rate", swung.times, disturbed, "compound")).fit()
+    swing = free_swing(Recording("gyro.csv", "angular_rate", swung.times, disturbed, "compound"))
     assert swing.disturbances == pytest.approx((4.3,), abs=0.15)
     assert inertia_from(hung, swing.solution.values["period"]) == pytest.approx(inertia, rel=5e-4)
 
@@ -94,7 +94,7 @@ def test_any_friction_leaves_the_period_alone(dry: float, viscous: float, air: f
     time = np.arange(0.0, 20.0, 0.004)
     clean = solve_ivp(law, (0.0, 20.0), [0.25, 0.0], t_eval=time, rtol=1e-8, atol=1e-10, method="LSODA").y[1]
     noisy = clean + NOISE * np.random.default_rng(1).standard_normal(time.size)
-    swing = free_swing(Recording("gyro.csv", "angular_rate", time, noisy, "compound")).fit()
+    swing = free_swing(Recording("gyro.csv", "angular_rate", time, noisy, "compound"))
     assert swing.solution.values["period"] == pytest.approx(2 * math.pi / math.sqrt(19.2), rel=3e-5)
     assert swing.disturbances == ()
 

@@ -8,7 +8,7 @@ from functools import partial
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import RefusedFitError, Regression, Unknown
+from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.physics.models.dropped_car import AXLES, given
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
 from vdyn_cli.quantities.log import Log
@@ -25,6 +25,9 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 
+NOT_DETERMINED = Finding(
+    "bump", "the drops do not determine springs, dampers and tires", "", "drop from a greater height"
+)
 FREE_FORCE = 200.0  # N, plausible amplitude of a free profile: dry friction of the struts of an axle
 STROKE, STROKE_RATE = 0.05, 0.5  # m, m/s: deflections of springs and dampers in a drop
 
@@ -83,13 +86,8 @@ class DropProblem(SimulatedProblem):
         shown = partial(drop_result, fit, self.wheels, self.findings)
         try:
             solution = fit.solve()
-        except RefusedFitError as error:
-            raise unpublished(error, shown) from None
         except ResultError as error:
-            remedy = Finding(
-                "bump", "the drops do not determine springs, dampers and tires", "", "drop from a greater height"
-            )
-            raise ResultError(*error.findings, remedy) from None
+            raise unpublished(error, shown, (*error.findings, NOT_DETERMINED)) from None
         return shown(solution)
 
 

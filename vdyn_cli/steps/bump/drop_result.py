@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,11 @@ import numpy as np
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.dropped_car import sought
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series, Table
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Comparison, Figure, Result, Series, Table
 from vdyn_cli.steps.bump.drop_fit import DropFit
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.fit_outcome import fit_summary, fitted_parameters
 from vdyn_cli.steps.interval_text import with_interval
 
 METHODS = (
@@ -33,11 +34,9 @@ def drop_result(fit: DropFit, wheels: int, findings: Sequence[Finding], solution
     wheels : number of an axle's wheels on the rig; with one, an axle's parameters are twice the rig's.
     findings : about the description and the logs.
     """
-    names = sought(fit.axles)
-    on_rig = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "bump") for n in names}
+    on_rig = fitted_parameters(solution, sought(fit.axles), "bump")
     estimates = {n: _times(e, 2 // wheels) for n, e in on_rig.items()}
-    correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
-    comparisons, off = [], []
+    comparisons = []
     for k, run in enumerate(fit.runs):
         outputs = fit.simulate(k, fit.local(solution, k)).outputs
         for name in fit.channels:
@@ -45,25 +44,13 @@ def drop_result(fit: DropFit, wheels: int, findings: Sequence[Finding], solution
             measured = run.heights[name]
             time = run.time - run.time[0]
             comparisons.append(Comparison(run.run, name, "m", time, "time since the release in s", measured, simulated))
-            off.append(measured - simulated)
-    noise = float(np.sqrt(np.mean([run.noise[n] ** 2 for run in fit.runs for n in fit.channels])))
-    rms = float(np.sqrt(np.nanmean(np.concatenate(off) ** 2)))
-    warnings = list(solution.warnings)
-    summary = FitSummary(
-        tuple(run.run for run in fit.runs),
-        rms,
-        noise,
-        "m",
-        solution.names,
-        solution.unit,
-        solution.n_units,
-        warnings=tuple(warnings),
-    )
+    residuals = [c.measured - c.simulated for c in comparisons]
+    noise = [run.noise[n] for run in fit.runs for n in fit.channels]
     return Result(
         "bump",
         _sentence(on_rig, wheels),
-        Parameters(estimates, correlation),
-        summary,
+        replace(on_rig, estimates=estimates),
+        fit_summary(solution, (run.run for run in fit.runs), residuals, noise, "m"),
         METHODS,
         tuple(comparisons),
         (_residual(comparisons),),
@@ -81,7 +68,7 @@ def _times(one: Estimate, factor: int) -> Estimate:
     return replace(one, value=value, std=factor * one.std, interval95=(factor * low, factor * high), baseline=value)
 
 
-def _sentence(estimates: dict[str, Estimate], wheels: int) -> str:
+def _sentence(estimates: Mapping[str, Estimate], wheels: int) -> str:
     texts = [f"{name.replace('_', ' ')} {with_interval(e, e.unit)}" for name, e in estimates.items()]
     of = "One wheel" if wheels == 1 else "The axle" if len(texts) == 3 else "The half car"
     return f"{of} on the rig: {'; '.join(texts)}."
@@ -104,7 +91,7 @@ def _residual(comparisons: Sequence[Comparison]) -> Figure:
     return Figure("drop_residual", "Residual of the heights", caption, "time since the release in s", "m", series)
 
 
-def _modes(fit: DropFit, on_rig: dict[str, Estimate]) -> Table:
+def _modes(fit: DropFit, on_rig: Mapping[str, Estimate]) -> Table:
     """Table of natural frequency and damping ratio of body and wheel hop, each axle alone."""
     rows = []
     tire = on_rig["tire_vertical_stiffness"].value

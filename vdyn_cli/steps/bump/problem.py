@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown
+from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.models.half_car import half_car, half_car_on_profile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -23,7 +23,7 @@ from vdyn_cli.steps.bump.parts import bump_parts, coordinate_of
 from vdyn_cli.steps.bump.result import bump_result
 from vdyn_cli.steps.bump.selection import select_crossings
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 
@@ -79,10 +79,7 @@ class BumpProblem(SimulatedProblem):
         return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
 
     def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
+        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
         """The channels of all crossings, whitened by their noise, with effects in the half car."""
         return self.fit_with(effects, unknowns).regression(start=start)
@@ -94,17 +91,13 @@ class BumpProblem(SimulatedProblem):
         ------
         ResultError : the crossings do not determine the unknowns.
         """
+        fit = self.fit_with(effects, unknowns)
         try:
-            fit, solution = self.fit_with(effects, unknowns).solve()
-        except RefusedFitError as error:
-            fit, why = self.fit_with(effects, unknowns), (*error.findings, text.NOT_DETERMINED)
-            found = unpublished(error, lambda solution: bump_result(fit, solution, self.findings))
-            if isinstance(found, UnpublishedError):
-                raise UnpublishedError(why, found.shown) from None
-            raise ResultError(*why) from None
+            weighted, solution = fit.solve()
         except ResultError as error:
-            raise ResultError(*error.findings, text.NOT_DETERMINED) from None
-        return bump_result(fit, solution, self.findings)
+            why = (*error.findings, text.NOT_DETERMINED)
+            raise unpublished(error, lambda end: bump_result(fit, end, self.findings), why) from None
+        return bump_result(weighted, solution, self.findings)
 
 
 def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 
 ENDS = ("front", "rear")
@@ -74,9 +73,3 @@ def replay(fit: BumpFit, solution: Solution, run: int) -> Replay:
         wheelbase=arms["front"] - arms["rear"],
         pace=crossing.pace,
     )
-
-
-def load_rms(replays: Sequence[Replay]) -> float:
-    """Root mean square of the residuals of both loads, N."""
-    residual = np.concatenate([r.residual(n) for r in replays for n in LOADS])
-    return float(np.sqrt(np.nanmean(residual**2)))

@@ -6,21 +6,19 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.half_car import SOUGHT
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.bump import figures, text
 from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.given_sensitivity import sensitivity_to_known
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.half_car_modes import HalfCarMode, half_car_modes
 from vdyn_cli.steps.bump.input_checks import uneven_zeros
-from vdyn_cli.steps.bump.replay import Replay, load_rms, replay
+from vdyn_cli.steps.bump.replay import Replay, replay
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.fit_outcome import fit_summary, fitted_parameters
 
 
 def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -> Result:
@@ -31,30 +29,21 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
     fit : with the channel weights of the solution.
     findings : about the description and the logs.
     """
-    estimates = {n: Estimate.of(n, solution.values[n], solution.std[n], solution.interval95[n], "bump") for n in SOUGHT}
-    correlation = {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}
+    parameters = fitted_parameters(solution, SOUGHT, "bump")
     replays = [replay(fit, solution, run) for run in range(len(fit.crossings))]
     modes = half_car_modes(solution, fit.known.values)
     sensitivity = sensitivity_to_known(fit, solution)
     inflated = {n: m * fit.weights.inflation[n] for n, m in fit.misfit(solution).items()}
-    floor = float(np.sqrt(np.mean([c.noise[n] ** 2 for c in fit.crossings for n in LOADS])))
-    warnings = (*text.warnings(estimates, sensitivity, fit.known), *text.misfit_warnings(inflated))
+    warnings = (*text.warnings(parameters, sensitivity, fit.known), *text.misfit_warnings(inflated))
+    residuals = [r.residual(n) for r in replays for n in LOADS]
+    noise = [c.noise[n] for c in fit.crossings for n in LOADS]
     zeros = {n: [r.zeros[n] for r in replays] for n in fit.channels}
     restate = partial(text.sentence, modes=modes)
     return Result(
         "bump",
-        restate(estimates, {}),
-        Parameters(estimates, correlation),
-        FitSummary(
-            tuple(c.run for c in fit.crossings),
-            load_rms(replays),
-            floor,
-            "N",
-            solution.names,
-            solution.unit,
-            solution.n_units,
-            warnings=(*solution.warnings, *warnings),
-        ),
+        restate(parameters, {}),
+        parameters,
+        fit_summary(solution, (c.run for c in fit.crossings), residuals, noise, "N", warnings),
         text.METHODS,
         figures.comparisons(replays),
         figures.figures(replays),

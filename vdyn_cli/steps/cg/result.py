@@ -12,12 +12,13 @@ from vdyn_cli.physics.models.load_transfer import SOUGHT
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg import figures, text
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_fit import LoadFit
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.fit_outcome import fit_summary
 
 
 def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings: Sequence[Finding]) -> Result:
@@ -30,24 +31,11 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
     moved = _moved(fit, solution, vehicle)
     estimates = _estimates(solution, moved, vehicle)
     runs = figures.balanced_runs(fit, solution)
-    rms, floor = (
-        float(np.sqrt(np.mean(np.concatenate(values) ** 2)))
-        for values in ([r.imbalance for r in runs], [r.deviation for r in runs])
-    )
     return Result(
         "cg",
         text.sentence(estimates, {}),
         Parameters(estimates, {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}),
-        FitSummary(
-            tuple(r.run for r in runs),
-            rms,
-            floor,
-            "N",
-            solution.names,
-            solution.unit,
-            solution.n_units,
-            warnings=solution.warnings,
-        ),
+        fit_summary(solution, (r.run for r in runs), [r.imbalance for r in runs], [r.deviation for r in runs], "N"),
         text.METHODS,
         figures.comparisons(runs),
         figures.figures(runs),

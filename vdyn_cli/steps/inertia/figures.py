@@ -2,46 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vdyn_cli.quantities.result import Comparison, Figure, Series
-from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.wheel_inertia import UNIT
-from vdyn_cli.steps.pendulum.pendulum_fit import FittedSwing
+from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing
 
 SWING_UNITS = {"angle": "rad", "angular_rate": "rad/s"}
 AVERAGED = 20  # parts of a period, over which the residual is averaged to make slow shapes visible
 
 
-def comparisons(road: RoadInertia | None, swing: FittedSwing | None) -> tuple[Comparison, ...]:
-    """The net torque in each window from the wheel's speed and at the hub; the recording and its fit."""
-    found = []
-    if road is not None:
-        found += [
-            Comparison(run.log.name, "spin torque", "N m", run.middle, "time in s", measured, simulated)
-            for run, (measured, simulated) in zip(road.runs, road.torque, strict=True)
-        ]
-    if swing is not None:
-        recording, unit = swing.recording, SWING_UNITS[swing.recording.channel]
-        found.append(
-            Comparison(recording.name, recording.channel, unit, recording.time, "time in s", recording.values,
-                       swing.simulated)
-        )  # fmt: skip
-    return tuple(found)
+def swing_comparison(swing: FreeSwing) -> Comparison:
+    """The recording and its fit."""
+    r = swing.recording
+    return Comparison(r.name, r.channel, SWING_UNITS[r.channel], r.time, "time in s", r.values, swing.simulated)
 
 
-def figures(road: RoadInertia | None, swing: FittedSwing | None) -> tuple[Figure, ...]:
-    """Figures of the balance and residual of the road, and of the residual of the pendulum, for what was measured."""
-    of_road = () if road is None else (_balance(road), _balance_residual(road))
-    return of_road if swing is None else (*of_road, _swing_residual(swing))
+def road_figures(inertia: float, torques: Sequence[Comparison]) -> tuple[Figure, ...]:
+    """Figures of the balance and its residual.
+
+    Parameters
+    ----------
+    inertia : kg m^2. torques : net torque in each window of each run, as ``spin_torques``.
+    """
+    return _balance(inertia, torques), _balance_residual(torques)
 
 
-def _balance(road: RoadInertia) -> Figure:
-    inertia = road.solution.values["wheel_inertia"]
-    clouds = [
-        Series(run.log.name, run.gained / run.duration, simulated, "points")
-        for run, (_, simulated) in zip(road.runs, road.torque, strict=True)
-    ]
+def _balance(inertia: float, torques: Sequence[Comparison]) -> Figure:
+    clouds = [Series(c.run, c.measured / inertia, c.simulated, "points") for c in torques]
     ends = np.array([min(float(c.x.min()) for c in clouds), max(float(c.x.max()) for c in clouds)])
     line = Series(f"{inertia:.3g} {UNIT}", ends, inertia * ends, role="simulated")
     caption = (
@@ -54,11 +44,8 @@ def _balance(road: RoadInertia) -> Figure:
                   "T - (Fx + mw a) r - frr Fz r in N m", (*clouds, line))  # fmt: skip
 
 
-def _balance_residual(road: RoadInertia) -> Figure:
-    series = tuple(
-        Series(run.log.name, run.middle, measured - simulated, "points", role="residual")
-        for run, (measured, simulated) in zip(road.runs, road.torque, strict=True)
-    )
+def _balance_residual(torques: Sequence[Comparison]) -> Figure:
+    series = tuple(Series(c.run, c.x, c.measured - c.simulated, "points", role="residual") for c in torques)
     caption = (
         "Residual of the balance. Good: noise around zero of the same height throughout. Bad: bursts at "
         "every throttle or brake step (clock offset, gain), a slow wave (temperature, drifting zero), steps while "
@@ -67,7 +54,8 @@ def _balance_residual(road: RoadInertia) -> Figure:
     return Figure("balance_residual", "Residual of the moment balance", caption, "time in s", "N m", series)
 
 
-def _swing_residual(swing: FittedSwing) -> Figure:
+def swing_residual(swing: FreeSwing) -> Figure:
+    """Figure of the residual of the fitted oscillation, averaged over parts of a period."""
     recording = swing.recording
     step = float(np.median(np.diff(recording.time)))
     width = max(1, round(swing.solution.values["period"] / AVERAGED / step))

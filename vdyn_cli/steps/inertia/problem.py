@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.acceleration_noise import with_slow_acceleration
@@ -31,7 +31,7 @@ from vdyn_cli.steps.inertia.impulse_scatter import with_scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.result import inertia_result
-from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia, road_inertia_at
+from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, pendulum_inertia
 from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swing
@@ -118,17 +118,13 @@ class InertiaProblem(SimulatedProblem):
     @cached_property
     def swing(self) -> FreeSwing | None:
         """The recording prepared for its fit. Raises ResultError: no oscillation found, too short, or too wide."""
-        rig, recording = self.spec.pendulum, self.data.recording
-        return (
-            None if rig is None or recording is None else free_swing(Recording.of(recording, rig.kind, rig.geometry()))
-        )
+        rig, log = self.spec.pendulum, self.data.recording
+        return None if rig is None or log is None else free_swing(Recording.of(log, rig.kind, rig.geometry()))
 
     @cached_property
     def pendulum(self) -> PendulumInertia | None:
         """The inertia of the suspended wheel. Raises ResultError: no free oscillation, or too short a period."""
-        if self.spec.pendulum is None:
-            return None
-        return pendulum_inertia(self.spec.pendulum, self.swing.fit() if self.swing else None)
+        return None if self.spec.pendulum is None else pendulum_inertia(self.spec.pendulum, self.swing)
 
     @cached_property
     def _diagnosed(self) -> tuple[MomentBalance, float]:
@@ -171,11 +167,6 @@ class InertiaProblem(SimulatedProblem):
             if one.std > 0
         )
 
-    @property
-    def _gain_std(self) -> float:
-        stated = self.spec.settings.gain_std
-        return 0.0 if stated is None else stated.value
-
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """The wheel's inertia from road, pendulum or both; effects enter the balance on the road.
 
@@ -183,40 +174,26 @@ class InertiaProblem(SimulatedProblem):
         ------
         ResultError : no method gives an inertia, the pendulum fails, or the interval contains zero.
         """
-        pendulum = self.pendulum
+        pendulum, balance = self.pendulum, self.balance
         road: RoadInertia | None = None
-        failed: tuple[Finding, ...] = ()
         doubts: tuple[Finding, ...] = ()
-        if self.balance is not None:
-            gain_std = self._gain_std
+        if balance is not None:
+            gain = self.spec.settings.gain_std
+            at = partial(road_inertia, balance, self.known, gain.value if gain else 0.0, effects, unknowns)
+
+            def shown(end: Solution) -> Result:
+                return inertia_result(at(end), None, self.findings, unknowns)
+
             try:
-                road = road_inertia(self.balance, self.known, gain_std, effects, unknowns)
-                doubts = self.balance.doubted_inertia(float(road.solution.values["wheel_inertia"]))
+                road = at(solve(balance.regression(balance.first_inertia, effects, unknowns)))
+                doubts = balance.doubted_inertia(road.solution.values["wheel_inertia"])
             except ResultError as error:
-                failed = self.balance.negative_inertia() or error.findings
+                doubts = balance.negative_inertia() or error.findings
                 if pendulum is None:
-                    raise self._unpublished(error, failed, effects, unknowns) from None
+                    raise unpublished(error, shown, doubts) from None
         recording = self.data.recording
         of_pendulum = (*(recording.findings if recording else ()), *(pendulum.findings if pendulum else ()))
-        return inertia_result(road, pendulum, (*self.findings, *failed, *doubts, *of_pendulum), unknowns)
-
-    def _unpublished(
-        self,
-        error: ResultError,
-        why: tuple[Finding, ...],
-        effects: Sequence[Effect],
-        unknowns: Sequence[Unknown],
-    ) -> ResultError:
-        """The error of the road's fit, with the unpublished result where the fit ended."""
-        balance, gain_std = self.balance, self._gain_std
-        assert balance is not None
-
-        def shown(solution: Solution) -> Result:
-            road = road_inertia_at(solution, balance, self.known, gain_std, effects, unknowns)
-            return inertia_result(road, None, self.findings, unknowns)
-
-        found = unpublished(error, shown)
-        return UnpublishedError(why, found.shown) if isinstance(found, UnpublishedError) else ResultError(*why)
+        return inertia_result(road, pendulum, (*self.findings, *doubts, *of_pendulum), unknowns)
 
 
 def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaProblem:

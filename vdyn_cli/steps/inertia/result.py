@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from vdyn_cli.inference import Unknown
-from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result
 from vdyn_cli.steps.contract import UnpublishedError
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
+from vdyn_cli.steps.inertia.spin_torque import spin_torques, torque_summary
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, standard_distance
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -40,15 +40,15 @@ def inertia_result(
     answer = published_inertia(road, pendulum)
     estimates = {"wheel_inertia": Estimate.of("wheel_inertia", answer.value, answer.std, answer.interval95, "inertia")}
     restate = partial(text.sentence, origin=text.origin(answer, road, pendulum))
-    swing = pendulum.swing if pendulum else None
+    summary, comparisons, drawn = _summary(road, pendulum)
     result = Result(
         "inertia",
         restate(estimates, {}),
         Parameters(estimates),
-        _summary(road, pendulum),
+        summary,
         text.METHODS,
-        figures.comparisons(road, swing),
-        figures.figures(road, swing),
+        comparisons,
+        drawn,
         text.tables(road, pendulum),
         tuple(dict.fromkeys(findings)),
         _both_methods(road, pendulum),
@@ -62,32 +62,33 @@ def inertia_result(
     return result
 
 
-def _summary(road: RoadInertia | None, pendulum: PendulumInertia | None) -> FitSummary:
-    """Summary of the road's fit where there is one, else of the recording's, else of a stated period."""
+def _summary(
+    road: RoadInertia | None, pendulum: PendulumInertia | None
+) -> tuple[FitSummary, tuple[Comparison, ...], tuple[Figure, ...]]:
+    """Summary, comparisons and figures: of the road's fit where there is one, and of the recording's."""
     swing = pendulum.swing if pendulum else None
-    solutions = [fit.solution for fit in (road, swing) if fit is not None]
-    warnings = [w for s in solutions for w in s.warnings]
+    summaries, compared, drawn = list[FitSummary](), list[Comparison](), list[Figure]()
+    if road is not None:
+        torques = spin_torques(road.balance, road.solution)
+        compared += torques
+        drawn += figures.road_figures(road.solution.values["wheel_inertia"], torques)
+        summaries.append(torque_summary(road.balance, road.solution, torques))
+    if swing is not None:
+        c = figures.swing_comparison(swing)
+        compared.append(c)
+        drawn.append(figures.swing_residual(swing))
+        one = fit_summary(swing.solution, (c.run,), [c.measured - c.simulated], [swing.noise], c.unit)
+        summaries.append(replace(one, unknowns=(*swing.solution.names, *swing.solution.per_run)))
+    if not summaries:
+        return FitSummary(("pendulum",), 0.0, 0.0, "s", ()), (), ()
+    warnings = [w for s in summaries for w in s.warnings]
     if road and pendulum and abs(standard_distance(road, pendulum)) > STEP_POLICY.inertia_disagreement:
         apart = abs(standard_distance(road, pendulum))
         warnings.append(f"road and pendulum disagree by {apart:.0f} standard deviations: one of them is wrong")
-    if road is not None:
-        off = np.concatenate([measured - simulated for measured, simulated in road.torque])
-        inertia = road.solution.values["wheel_inertia"]
-        floor = np.concatenate([np.sqrt(r.noise.variance(inertia, road.moment)) / r.duration for r in road.runs])
-        numbers, unit = (_rms(off), _rms(floor)), "N m"
-    elif swing is not None:
-        off = swing.recording.values - swing.simulated
-        numbers, unit = (_rms(off), swing.noise), figures.SWING_UNITS[swing.recording.channel]
-    else:
-        return FitSummary(("pendulum",), 0.0, 0.0, "s", ())
-    runs = (*(run.log.name for run in (road.runs if road else ())), *((swing.recording.name,) if swing else ()))
-    unknowns = tuple(dict.fromkeys(n for s in solutions for n in (*s.names, *s.per_run)))
-    first = solutions[0]
-    return FitSummary(runs, *numbers, unit, unknowns, first.unit, first.n_units, warnings=tuple(warnings))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    unknowns = tuple(dict.fromkeys(n for s in summaries for n in s.unknowns))
+    runs = tuple(c.run for c in compared)
+    whole = replace(summaries[0], runs=runs, unknowns=unknowns, warnings=tuple(warnings))
+    return whole, tuple(compared), tuple(drawn)
 
 
 def _both_methods(road: RoadInertia | None, pendulum: PendulumInertia | None) -> dict[str, Any]:

@@ -11,12 +11,13 @@ from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.physics.models.free_wheel import DRAG
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result, Series
+from vdyn_cli.quantities.result import Comparison, Figure, Result, Series
 from vdyn_cli.steps.contract import UnpublishedError
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance
-from vdyn_cli.steps.inertia.road_inertia import torque_in_windows
 from vdyn_cli.steps.inertia.spec import InertiaSettings
+from vdyn_cli.steps.inertia.spin_torque import spin_torques, torque_summary
 from vdyn_cli.steps.inertia.wheel_inertia import UNIT
 from vdyn_cli.steps.interval_text import with_interval
 
@@ -53,36 +54,15 @@ def stand_result(
     estimates = {"wheel_inertia": Estimate.of("wheel_inertia", budget.value, budget.std, budget.interval95, "inertia")}
     for name in DRAG:
         estimates[name] = _with_gain(name, solution, settings)
-    torques = [
-        torque_in_windows(run, solution, white, balance.moment)
-        for run, white in zip(balance.runs, solution.residuals, strict=True)
-    ]
-    off = np.concatenate([measured - simulated for measured, simulated in torques])
-    inertia = solution.values["wheel_inertia"]
-    floor = np.concatenate([np.sqrt(r.noise.variance(inertia, balance.moment)) / r.duration for r in balance.runs])
-    names = (*solution.names, *solution.per_run)
-    summary = FitSummary(
-        tuple(run.log.name for run in balance.runs),
-        float(np.sqrt(np.mean(off**2))),
-        float(np.sqrt(np.mean(floor**2))),
-        "N m",
-        names,
-        solution.unit,
-        solution.n_units,
-        warnings=tuple(solution.warnings),
-    )
-    comparisons = tuple(
-        Comparison(run.log.name, "spin torque", "N m", run.middle, "time in s", measured, simulated)
-        for run, (measured, simulated) in zip(balance.runs, torques, strict=True)
-    )
+    torques = spin_torques(balance, solution)
     result = Result(
         "inertia",
         _sentence(estimates, settings),
         Parameters(estimates),
-        summary,
+        torque_summary(balance, solution, torques),
         METHODS,
-        comparisons,
-        (_residual_over_speed(balance, comparisons),),
+        torques,
+        (_residual_over_speed(balance, torques),),
         (budget.table("stand_budget", "The uncertainty of the inertia", UNIT, "Slope: change per unit of the input."),),
         tuple(dict.fromkeys((*findings, *_without_stand_inertia(settings), *_assumed_gain(settings)))),
         amplitudes=effect_amplitudes(solution, unknowns),
@@ -97,13 +77,10 @@ def stand_result(
 def _budget(solution: Solution, settings: InertiaSettings) -> Budget:
     """Inertia of all rotating parts minus that of the stand; it is proportional to the gain of the torque."""
     whole = solution.values["wheel_inertia"]
-    scatter = Contribution(
-        "scatter_of_the_data", whole, solution.std["wheel_inertia"], UNIT, 1.0, solution.degrees["wheel_inertia"]
-    )
     beside = settings.stand_inertia
     other = Contribution("stand_inertia", beside.value, beside.std, UNIT, -1.0)
     gain = Contribution("torque_gain", 1.0, _gain_std(settings), "", whole)
-    return Budget(whole - beside.value, (scatter, other, gain))
+    return Budget(whole - beside.value, (scatter(solution, "wheel_inertia", UNIT), other, gain))
 
 
 def _gain_std(settings: InertiaSettings) -> float:

@@ -11,7 +11,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inverse_variance import weighted_mean
-from vdyn_cli.steps.pendulum.pendulum_fit import FittedSwing
+from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing
 from vdyn_cli.steps.pendulum.pendulum_inertia import MeasuredPeriod, inertia_budget
 from vdyn_cli.steps.pendulum.pendulum_rig import Rig
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -25,20 +25,20 @@ class PendulumInertia:
 
     budget: Budget
     period: MeasuredPeriod
-    swing: FittedSwing | None
+    swing: FreeSwing | None
     findings: tuple[Finding, ...]
 
 
-def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
+def pendulum_inertia(rig: Rig, swing: FreeSwing | None) -> PendulumInertia:
     """Inertia of the wheel in its suspension.
 
     Parameters
     ----------
-    swing : the fit to the recording, None where the period was given or timed.
+    swing : the recording, None where the period was given or timed.
 
     Raises
     ------
-    ResultError : the period is too short, so that the inertia is not positive.
+    ResultError : the fit to the recording fails; the period is too short, so that the inertia is not positive.
     """
     hung = rig.hung()
     exact = [name for name, given in hung.items() if given.std == 0]
@@ -49,8 +49,8 @@ def pendulum_inertia(rig: Rig, swing: FittedSwing | None) -> PendulumInertia:
     if swing is None:
         period, doubts = rig.stated_period()
         return PendulumInertia(inertia_budget(rig.kind, hung, period), period, None, (*findings, *doubts))
-    values, std, degrees = swing.solution.values, swing.solution.std, swing.solution.degrees
-    period = MeasuredPeriod(Given(values["period"], std["period"]), degrees["period"])
+    fit = swing.solution
+    period = MeasuredPeriod(Given(fit.values["period"], fit.std["period"]), fit.degrees["period"])
     for time in swing.disturbances:
         what = f"the oscillation was disturbed at {time:.2f} s: the parts before and after are fitted separately"
         remedy = "let it swing freely, and fix the suspension so that it does not slip"

@@ -14,6 +14,7 @@ from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve, white
 from vdyn_cli.physics.models.pendulum import MODELS
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.steps.fit_outcome import rms
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 if TYPE_CHECKING:
@@ -66,37 +67,20 @@ class Recording:
 
 
 @dataclass(frozen=True)
-class FittedSwing:
-    """The fit to a recording.
-
-    Parameters
-    ----------
-    recording : the part in which the amplitude is large enough.
-    solution : of period (s) and damping (1/s), shared by all parts.
-    simulated : (n,) at the recording's times. noise : standard deviation of the channel's white noise.
-    disturbances : s, where the recording was split.
-    """
-
-    recording: Recording
-    solution: Solution
-    simulated: Array
-    noise: float
-    disturbances: tuple[float, ...]
-
-
-@dataclass(frozen=True)
 class FreeSwing:
     """A recording prepared for its fit.
 
     Parameters
     ----------
     recording : the part in which the amplitude is large enough. guess : start values.
+    noise : standard deviation of the channel's white noise.
     scale : standard deviation of the residuals of a fit with viscous friction only, at least that of the noise.
     jump : index of the sample at which the oscillation was disturbed; None where it was not.
     """
 
     recording: Recording
     guess: DecayingSine
+    noise: float
     scale: float
     jump: int | None = None
 
@@ -146,16 +130,18 @@ class FreeSwing:
 
     @cached_property
     def solution(self) -> Solution:
-        """The fit without effects. Raises ResultError as ``solve``."""
+        """The fit without effects: period (s) and damping (1/s). Raises ResultError as ``solve``."""
         return solve(self.regression())
 
-    def fit(self) -> FittedSwing:
-        """The fit with its simulation, noise and disturbances. Raises ResultError as ``solve``."""
-        recording, solution = self.recording, self.solution
-        simulated = recording.values + self.scale * np.concatenate(solution.residuals)
-        noise = white_level(recording.values, recording.time)
-        disturbances = () if self.jump is None else (float(recording.time[self.jump]),)
-        return FittedSwing(recording, solution, simulated, noise, disturbances)
+    @property
+    def simulated(self) -> Array:
+        """The fitted channel (n,) at the recording's times. Raises ResultError as ``solve``."""
+        return np.asarray(self.recording.values + self.scale * np.concatenate(self.solution.residuals))
+
+    @property
+    def disturbances(self) -> tuple[float, ...]:
+        """Times at which the recording was split, s."""
+        return () if self.jump is None else (float(self.recording.time[self.jump]),)
 
 
 def free_swing(recording: Recording) -> FreeSwing:
@@ -168,9 +154,9 @@ def free_swing(recording: Recording) -> FreeSwing:
     recording, guess = _first_guess(recording)
     noise = white_level(recording.values, recording.time)
     # The residual with viscous friction alone is the scale for the residuals with other kinds of friction.
-    viscous = FreeSwing(recording, guess, noise)
-    left = solve(viscous.regression(friction=())).residuals[0]
-    swing = replace(viscous, scale=max(noise, noise * float(np.sqrt(np.mean(left**2)))))
+    viscous = FreeSwing(recording, guess, noise, noise)
+    left = solve(viscous.regression(friction=())).residuals
+    swing = replace(viscous, scale=noise * max(rms(left), 1.0))
     jump = _jump(swing.regression(), swing.solution, recording.time)
     return swing if jump is None else replace(swing, jump=jump)
 
@@ -220,10 +206,8 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
     if recording.channel == "angular_rate":  # rate = w (sine cos - cosine sin)
         cosine, sine = -sine / w, cosine / w
     if np.hypot(cosine, sine) > LARGEST_SWING:
-        got, remedy = (
-            f"{np.degrees(np.hypot(cosine, sine)):.0f} deg",
-            "check the unit of the channel, or release at a smaller angle",
-        )
+        got = f"{np.degrees(np.hypot(cosine, sine)):.0f} deg"
+        remedy = "check the unit of the channel, or release at a smaller angle"
         raise ResultError(Finding(name, "the amplitude is too large for a pendulum", got, remedy))
     _, sizes = _amplitudes(recording, 1 / frequency)
     damping = -np.polyfit(np.arange(sizes.size) / frequency, np.log(np.maximum(sizes, 1e-12)), 1)[0]

@@ -127,23 +127,16 @@ class TireProblem(SimulatedProblem):
             return tire_result(fitted_curve(fit), self.priors, self.logs)
         try:
             result = tire_result(self.baseline, self.priors, self.logs)
-            odd = self._odd_sweep() if self.baseline.fit.scale > 1.0 else ()
-            if odd:
-                raise UnpublishedError(odd, result)
-            return result
-        except UnpublishedError:
-            raise
         except ResultError as error:
-            why = (*self._odd_sweep(), *error.findings)
             fit = replace(self.fit, prior={**CAR_TIRES, **self.priors})
 
-            def shown(solution: Solution) -> Result:
-                return tire_result(FittedCurve(fit, solution, None), self.priors, self.logs)
+            def shown(end: Solution) -> Result:
+                return tire_result(FittedCurve(fit, end, None), self.priors, self.logs)
 
-            found = unpublished(error, shown)
-            if isinstance(found, UnpublishedError):
-                raise UnpublishedError(why, found.shown) from None
-            raise ResultError(*why) from None
+            raise unpublished(error, shown, (*self._odd_sweep(), *error.findings)) from None
+        if self.baseline.fit.scale > 1.0 and (odd := self._odd_sweep()):
+            raise UnpublishedError(odd, result)
+        return result
 
     def _odd_sweep(self) -> tuple[Finding, ...]:
         """A finding on the sweep without which the others determine a curve, if there is exactly one."""

@@ -12,8 +12,9 @@ from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.tire import figures, text
 from vdyn_cli.steps.tire.initial_slope import agreeing_with_data
 from vdyn_cli.steps.tire.tire_regression import ZERO, FittedCurve
@@ -35,7 +36,7 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
     if not fit.effects:  # effects such as a relaxation length also act at small slips
         slope, doubts = agreeing_with_data(slope, fit.sweeps, points)
     withheld = dict[str, str]()
-    estimates, correlation, warnings = {STIFFNESS: slope}, {}, [*solution.warnings, *doubts]
+    estimates, correlation, warnings = {STIFFNESS: slope}, {}, [*doubts]
     if curve.peak is None:
         warnings.append(text.peak_not_reached(fit.sweeps))
         withheld = dict.fromkeys(SHAPE, text.WITHHELD)
@@ -50,22 +51,12 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
             warnings.append(text.peak_by_priors(fit.reach, curve.peak))
     zeros = solution.per_run.get(ZERO, np.zeros(len(fit.sweeps)))
     residuals = [near.residual(sweep) + zero for near, sweep, zero in zip(points, fit.sweeps, zeros, strict=True)]
-    summary = FitSummary(
-        tuple(sweep.run for sweep in fit.sweeps),
-        float(np.sqrt(np.mean(np.concatenate(residuals) ** 2))),
-        float(np.sqrt(np.mean(np.concatenate([near.deviation for near in points]) ** 2))),
-        "N",
-        solution.names,
-        solution.unit,
-        solution.n_units,
-        warnings=tuple(warnings),
-    )
     restate = partial(text.sentence, peak=curve.peak)
     return Result(
         "tire",
         restate(estimates, {}),
         Parameters(estimates, correlation),
-        summary,
+        fit_summary(solution, (s.run for s in fit.sweeps), residuals, [p.deviation for p in points], "N", warnings),
         text.METHODS,
         figures.comparisons(fit.sweeps, residuals),
         (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
