@@ -33,8 +33,7 @@ def effect_amplitudes(
     unknowns : of the effects.
     least_std : by unknown, a lower bound from the step.
     """
-    noise = dict(zip(solution.names, np.sqrt(np.diag(solution.classical_covariance)).tolist(), strict=True))
-    found = {}
+    noise, found = solution.classical_std, {}
     for u in unknowns:
         value, (low, high) = solution.values[u.name], solution.interval95[u.name]
         least = max(noise[u.name], least_std.get(u.name, 0.0))

@@ -40,6 +40,11 @@ class RoadSurvey:
         """Whether the survey states an error."""
         return bool(np.any(self.std > 0))
 
+    @property
+    def _usual_std(self) -> float:
+        """Root mean square of the standard deviations."""
+        return float(np.sqrt(np.mean(self.std**2)))
+
     @cached_property
     def _slopes(self) -> Array:
         return np.asarray(np.diff(self.values) / np.diff(self.position))
@@ -65,7 +70,7 @@ class RoadSurvey:
         """
         begin, end = self.span
         length, share = end - begin, np.clip((place - begin) / (end - begin), 0.0, 1.0)
-        sd = float(np.sqrt(np.mean(self.std**2)))
+        sd = self._usual_std
         if not self.elevation:
             size = sd / np.sqrt(MODES) * (1.0 if mode == 0 else np.sqrt(2.0))
         elif mode == 0:
@@ -76,12 +81,12 @@ class RoadSurvey:
 
     def summary(self) -> dict[str, str | float | int]:
         """The survey in the JSON of a result."""
-        sd, (begin, end) = float(np.sqrt(np.mean(self.std**2))), self.span
-        kind = "elevation" if self.elevation else "grade"
-        return {"profile": self.name, "from": begin, "to": end, "points": self.position.size, "kind": kind, "std": sd}
+        (begin, end), kind = self.span, "elevation" if self.elevation else "grade"
+        points, sd = self.position.size, self._usual_std
+        return {"profile": self.name, "from": begin, "to": end, "points": points, "kind": kind, "std": sd}
 
     @property
     def size(self) -> str:
         """The stated error as text."""
-        sd = float(np.sqrt(np.mean(self.std**2)))
+        sd = self._usual_std
         return f"{1e3 * sd:.2g} mm of elevation" if self.elevation else f"{100 * sd:.2g} % of grade"

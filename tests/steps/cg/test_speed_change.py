@@ -9,25 +9,23 @@ from tests.plant.vehicle import random_vehicle
 from tests.steps.cg.test_cg import known, logs
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
-from vdyn_cli.inference import Rows
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import published
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
-from vdyn_cli.steps.cg.speed_change import LEAST_SLOPE, speed_change, with_speed
+from vdyn_cli.steps.cg.speed_change import LEAST_SLOPE, speed_change
 from vdyn_cli.steps.cg.step import STEP
 
 TILT = np.radians(1.5)
 TIME = np.arange(0.0, 20.0, 0.01)
 PUSH = 3.0 * np.sin(0.9 * TIME)
 SPEED = 15.0 + 3.0 / 0.9 * (1.0 - np.cos(0.9 * TIME))
-EMPTY = Rows(np.zeros(0), np.zeros((0, 1)), time=np.zeros(0))
 
 
 def residual(log: Log) -> np.ndarray:
     speed = speed_change(log)
     assert speed is not None
-    return with_speed(EMPTY, speed, log["acceleration"], np.ones((log.time.size, 1))).residual
+    return speed.rows(log["acceleration"][:, None])[:, 0]
 
 
 def test_a_zero_is_a_slope_and_a_delay_or_a_gain_stays_within_the_error() -> None:

@@ -59,6 +59,8 @@ def result_of(spec: AreaSpec, photo: Array, shape: Silhouette, edges: BoxEdges, 
     photo : (rows, columns), 0 to 1. edges : of the box in the picture. budget : of the area, m^2.
     """
     share = shape.pixels / (edges.across * edges.down)
+    caption = "To improve the result, measure the quantity with the largest contribution more accurately."
+    sources = budget.table("budget", "Sources of uncertainty", "m²", caption)
     return Result(
         "area",
         text.sentence(budget, share, spec.box.width.value * spec.box.height.value),
@@ -66,7 +68,7 @@ def result_of(spec: AreaSpec, photo: Array, shape: Silhouette, edges: BoxEdges, 
         FitSummary((spec.image,), float("nan"), float("nan"), "", ("frontal_area",)),
         text.METHODS,
         figures=(figures.outline_and_box(photo, shape, edges),),
-        tables=(text.silhouette(shape, share, edges), text.uncertainty(budget)),
+        tables=(text.silhouette(shape, share, edges), sources),
         findings=_findings(spec, shape, edges),
         extra={"silhouette": {"pixels": shape.pixels, "share_of_box": share, "threshold": shape.threshold}},
     )

@@ -40,9 +40,3 @@ def silhouette(shape: Silhouette, share: float, edges: BoxEdges) -> Table:
         ("contrast", f"{shape.contrast:.0f} x the noise of the gray levels"),
     )
     return Table("silhouette", "The silhouette", ("", ""), rows)
-
-
-def uncertainty(budget: Budget) -> Table:
-    """Table of the uncertainty budget of the area."""
-    caption = "To improve the result, measure the quantity with the largest contribution more accurately."
-    return budget.table("budget", "Sources of uncertainty", "m²", caption)

@@ -14,5 +14,4 @@ bump:
   width: "?"                # along the road, such as 400 mm
   shape: "?"                # haversine, half_sine or profile, such as haversine
 """
-SETTINGS = ""
 RUN = "distance_front: distance from the log's start to the bump, where it is measured"

@@ -19,7 +19,7 @@ from vdyn_cli.steps.bump.drop_fit import DropFit, with_effects
 from vdyn_cli.steps.bump.drop_result import drop_result
 from vdyn_cli.steps.bump.drop_run import drop_run, wrong_drop
 from vdyn_cli.steps.bump.known_car import car_numbers
-from vdyn_cli.steps.bump.parts import drop_parts
+from vdyn_cli.steps.bump.parts import suspension_parts
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
@@ -67,7 +67,7 @@ class DropProblem(SimulatedProblem):
     @property
     def parts(self) -> tuple[Part, ...]:
         """Dampers, springs and tires of the axles on the rig."""
-        return drop_parts(self.fit.axles)
+        return suspension_parts(self.fit.axles)
 
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES

@@ -228,7 +228,8 @@ class BumpRows:
         resting = [e for e in fit.effects if not any(values.get(n) for n in e.unknowns if n not in e.nominal)]
         if len(resting) < 2:
             return fit.simulate(run, theta)
-        acting = [n for e in fit.effects if e not in resting for n in e.unknowns]
+        zero = {n for e in resting for n in e.unknowns}
+        acting = [u.name for u in fit.effect_unknowns if u.name not in zero]
         names = [u.name for u in (*fit.shared, *fit.own)]
         parts = [fit.only(acting), *(fit.only([*acting, *e.unknowns], tuple(e.unknowns)) for e in resting)]
         found = [one.simulate(run, theta[[names.index(n) for n in one.simulator.unknowns]]) for one in parts]

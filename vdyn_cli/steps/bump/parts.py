@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.replay import replay
-from vdyn_cli.steps.free_part import Part, sensor_part
+from vdyn_cli.steps.free_part import Part, addition, sensor_part
 
 STROKE, RATE, PRESS = 0.12, 2.5, 0.08  # m, m/s, m: larger than the deflections of springs, dampers and tires on a bump
 TURN = 0.005  # m/s: dry friction changes its sign within millimeters a second
@@ -37,13 +37,37 @@ def bump_parts(channels: Sequence[str], length: float) -> tuple[Part, ...]:
         for name, (span, size, unit, what) in SENSORS.items()
         if name in channels
     )
-    elements = (_damper, _spring, _tire, _tire_damping)
-    return (*(of(axle) for of in elements for axle in AXLES), _profile(length), *sensors)
+    return (*suspension_parts(AXLES), _profile(length), *sensors)
 
 
-def drop_parts(axles: Sequence[str]) -> tuple[Part, ...]:
-    """The parts: dampers, springs and tires of the axles on a rig."""
-    return tuple(of(axle) for of in (_damper, _spring, _tire, _tire_damping) for axle in axles)
+def suspension_parts(axles: Sequence[str]) -> tuple[Part, ...]:
+    """Dampers, springs and tires of axles."""
+
+    def of(axle: str) -> Iterator[Part]:
+        damping, stiffness, tires = (
+            f"suspension_damping_{axle}", f"suspension_stiffness_{axle}", "tire_vertical_stiffness"
+        )  # fmt: skip
+        yield Part(
+            "damper", axle, "stroke_rate", (-RATE, RATE), FORCE, "N", "m/s", f"the {axle} damper's force", "rate", TURN,
+            law=damper, arguments=lambda x, values: {"damping": values[damping], "stroke": 0.0}, own=(damping,),
+        )  # fmt: skip
+        yield Part(
+            "spring", axle, "stroke", (-STROKE, STROKE), FORCE, "N", "m", f"the {axle} spring's force", "stroke",
+            law=spring, arguments=lambda x, values: {"stiffness": values[stiffness]}, own=(stiffness,),
+        )  # fmt: skip
+        yield Part(
+            "tire_vertical", axle, "compression", (-PRESS, PRESS), FORCE, "N", "m",
+            f"the {axle} tire's vertical force beyond that at rest", "deflection",
+            law=lambda s: s.stiffness * s.compression, arguments=lambda x, values: {"stiffness": values[tires]},
+            own=(tires,),
+        )  # fmt: skip
+        yield Part(
+            "tire_vertical", axle, "compression_rate", (-RATE, RATE), FORCE, "N", "m/s",
+            f"the {axle} tire's damping force", "rate of deflection",
+            law=addition, arguments=lambda x, values: {"stiffness": 0.0, "damping": 0.0},
+        )  # fmt: skip
+
+    return tuple(part for kind in zip(*(of(axle) for axle in axles), strict=True) for part in kind)
 
 
 def coordinate_of(part: Part, fit: BumpFit, solution: Solution) -> Array | None:
@@ -61,53 +85,6 @@ def coordinate_of(part: Part, fit: BumpFit, solution: Solution) -> Array | None:
     if part.coordinate == "compression":
         return np.concatenate(pressed)
     return np.concatenate([np.gradient(x, r.time) for x, r in zip(pressed, replays, strict=True)])
-
-
-def _damper(axle: str) -> Part:
-    name = f"suspension_damping_{axle}"
-
-    def arguments(rate: float, values: Mapping[str, float]) -> Mapping[str, float]:
-        return {"damping": values[name], "stroke": 0.0}
-
-    what = f"the {axle} damper's force"
-    return Part(
-        "damper", axle, "stroke_rate", (-RATE, RATE), FORCE, "N", "m/s", what, "rate", TURN,
-        law=damper, arguments=arguments, own=(name,),
-    )  # fmt: skip
-
-
-def _spring(axle: str) -> Part:
-    name = f"suspension_stiffness_{axle}"
-
-    def arguments(stroke: float, values: Mapping[str, float]) -> Mapping[str, float]:
-        return {"stiffness": values[name]}
-
-    what = f"the {axle} spring's force"
-    return Part(
-        "spring", axle, "stroke", (-STROKE, STROKE), FORCE, "N", "m", what, "stroke",
-        law=spring, arguments=arguments, own=(name,),
-    )  # fmt: skip
-
-
-def _tire(axle: str) -> Part:
-    name = "tire_vertical_stiffness"
-
-    def arguments(compression: float, values: Mapping[str, float]) -> Mapping[str, float]:
-        return {"stiffness": values[name]}
-
-    what = f"the {axle} tire's vertical force beyond that at rest"
-    return Part(
-        "tire_vertical", axle, "compression", (-PRESS, PRESS), FORCE, "N", "m", what, "deflection",
-        law=lambda s: s.stiffness * s.compression, arguments=arguments, own=(name,),
-    )  # fmt: skip
-
-
-def _tire_damping(axle: str) -> Part:
-    what = f"the {axle} tire's damping force"
-    return Part(
-        "tire_vertical", axle, "compression_rate", (-RATE, RATE), FORCE, "N", "m/s", what, "rate of deflection",
-        law=lambda s: 0.0, arguments=lambda rate, values: {"stiffness": 0.0, "damping": 0.0},
-    )  # fmt: skip
 
 
 def _profile(length: float) -> Part:

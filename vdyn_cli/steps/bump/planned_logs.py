@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -39,10 +38,6 @@ SETTINGS = (
 )
 
 
-def _run(index: int) -> Mapping[str, Any]:
-    return {"distance_front": DISTANCE}
-
-
 def _simulated(day: DayRequest) -> tuple[Log, ...]:
     """The simulated logs of the crossings.
 
@@ -53,14 +48,10 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
     spec = day.spec
     assert isinstance(spec, BumpSpec)
     if spec.obstacle.profile is not None:
+        what = "a plan needs height, width and shape: it cannot use a measured profile"
         remedy = "plan with 'bump: {height, width, shape}' of about the same size, or drive one crossing"
-        raise InputError(
-            Finding(
-                "bump.profile", "a plan needs height, width and shape: it cannot use a measured profile", remedy=remedy
-            )
-        )
-    values = dict(known_car(spec, day.known)[0].values)
-    values |= {n: day.at[n] for n in SOUGHT}
+        raise InputError(Finding("bump.profile", what, remedy=remedy))
+    values = {**known_car(spec, day.known)[0].values, **{n: day.at[n] for n in SOUGHT}}
     return tuple(_log(day, spec, values, k) for k in range(len(spec.runs)))
 
 
@@ -75,18 +66,16 @@ def _log(day: DayRequest, spec: BumpSpec, values: Mapping[str, float], k: int) -
     simulator = Simulator(model, {name: at[name] for name in model.parameters}, substeps=2)
     drive = Drive(time, {"speed": pace, "elapsed": time}, {"position": 0.0})
     seen = simulator(drive, sensitivities=False).outputs
-    load_zero = 2**0.5 * settings.load_zero.value
+    load_zero, acceleration_zero = 2**0.5 * settings.load_zero.value, settings.acceleration_zero.value
     scale = 1 + settings.speed_scale.value * day.rng.standard_normal()
     channels = {
         "front_load": day.read(seen["front_load"], "load_noise", load_zero),
         "rear_load": day.read(seen["rear_load"], "load_noise", load_zero),
         "speed": day.read(np.full(time.size, scale * pace), "speed_noise"),
-        "vertical_acceleration": day.read(
-            seen["vertical_acceleration"], "acceleration_noise", settings.acceleration_zero.value
-        ),
+        "vertical_acceleration": day.read(seen["vertical_acceleration"], "acceleration_noise", acceleration_zero),
         "pitch_rate": day.read(seen["pitch_rate"], "pitch_rate_noise", settings.pitch_rate_zero.value),
     }
     return Log(run.log or f"crossing {k + 1}", time, channels)
 
 
-PLANNED = PlannedDay(4, SETTINGS, _simulated, _run)
+PLANNED = PlannedDay(4, SETTINGS, _simulated, lambda index: {"distance_front": DISTANCE})

@@ -9,14 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vdyn_cli.engine.integrator import blocks
-from vdyn_cli.engine.simulate import Drive
+from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Rows
 from vdyn_cli.inference.banded import whitened
 from vdyn_cli.physics.models.load_transfer import CARRIED, HEAVE_LEVERS, SOUGHT, SPEED_RATE
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.cg.carried_weight import with_carried
-from vdyn_cli.steps.cg.load_simulators import simulated
-from vdyn_cli.steps.cg.speed_change import with_speed
 
 if TYPE_CHECKING:
     from vdyn_cli.steps.cg.load_fit import LoadFit
@@ -70,18 +67,21 @@ class BalanceRows:
         fit, here, windows = self.fit, self.runs[run], self.fit.runs[run]
         balance, slopes = fit.balance(windows, here.true, theta)
         residual = here.residual + whitened(here.factor, balance - here.expected)
-        balanced = Rows(residual, whitened(here.factor, slopes[:, : theta.size]), time=windows.middle)
+        rows = [np.column_stack([residual, whitened(here.factor, slopes[:, : theta.size])])]
+        times = [windows.middle]
         speed = fit.speeds[run] if fit.speeds else None
         carried = fit.carried[run] if fit.carried else None
-        if speed is None and carried is None:
-            return balanced
-        read = simulated(fit.simulators.corrected, fit.measured[run].still, theta)
-        outputs, partial = read.outputs, read.sensitivities
+        if speed is not None or carried is not None:
+            read = simulated(fit.simulators[2], fit.measured[run].still, theta)
+            columns = {n: np.column_stack([v, read.sensitivities[n][:, : theta.size]]) for n, v in read.outputs.items()}
         if speed is not None:
-            balanced = with_speed(balanced, speed, outputs[SPEED_RATE], partial[SPEED_RATE])
+            rows.append(speed.rows(columns[SPEED_RATE]))
+            times.append(speed.time[speed.at])
         if carried is not None:
-            balanced = with_carried(balanced, carried, outputs[CARRIED], partial[CARRIED])
-        return balanced
+            rows.append(carried.rows(columns[CARRIED]))
+            times.append(carried.middle)
+        whole = np.vstack(rows)
+        return Rows(whole[:, 0], whole[:, 1:], time=np.concatenate(times))
 
     @property
     def misfit(self) -> float:
@@ -112,3 +112,8 @@ class BalanceRows:
         known = {**fit.known, **{n: held[n] for e in effects for n in e.unknowns if n in held}}
         unknowns = tuple(u for u in fit.effect_unknowns if u.name in free)
         return replace(self, fit=replace(fit, known=known, effects=effects, effect_unknowns=unknowns))
+
+
+def simulated(simulator: Simulator, drive: Drive, theta: Array) -> Simulated:
+    """A simulation at a run's local unknowns ``theta``, with all zeros of the channels equal to zero."""
+    return simulator(drive, np.append(theta, np.zeros(len(simulator.unknowns) - theta.size)))

@@ -9,12 +9,12 @@ acceleration (cross-talk of the longitudinal force), so that only the change wit
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import Rows, white_level
+from vdyn_cli.inference import white_level
 from vdyn_cli.inference.banded import factored, whitened
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
@@ -39,6 +39,16 @@ class CarriedWeight:
     middle: Array
     factor: Array
     left_out: Array
+
+    def rows(self, carried: Array) -> Array:
+        """Whitened rows (k, 1 + j) of the residual and its derivatives.
+
+        Parameters
+        ----------
+        carried : (n, 1 + j), N, load of both axles plus lift as corrected by the model, and its derivatives.
+        """
+        white = whitened(self.factor, carried[self.samples].mean(axis=1))
+        return np.asarray(white - self.left_out @ (self.left_out.T @ white))
 
 
 def carried_weight(log: Log, mass: float) -> CarriedWeight | None:
@@ -83,23 +93,3 @@ def _heave_speed(load: Array, speed: Array, means: Array, step: float, mass: flo
     gained = np.cumsum(left) * load.shape[1] * step / mass
     line = np.column_stack([np.ones(gained.size), np.arange(gained.size)])
     return float(np.std(gained - line @ np.linalg.lstsq(line, gained, rcond=None)[0]))
-
-
-def with_carried(balanced: Rows, windows: CarriedWeight, carried: Array, slopes: Array) -> Rows:
-    """The rows of the balance, followed by those of the load of both axles.
-
-    Parameters
-    ----------
-    balanced : (k,) rows over j local unknowns. carried : (n,), N, load plus lift as corrected by the model.
-    slopes : (n, >= j), its derivatives by the local unknowns.
-    """
-    assert balanced.time is not None
-    columns = np.column_stack([carried, slopes[:, : balanced.jacobian.shape[1]]])
-    white = whitened(windows.factor, columns[windows.samples].mean(axis=1))
-    off = white - windows.left_out @ (windows.left_out.T @ white)
-    return replace(
-        balanced,
-        residual=np.concatenate([balanced.residual, off[:, 0]]),
-        jacobian=np.vstack([balanced.jacobian, off[:, 1:]]),
-        time=np.concatenate([balanced.time, windows.middle]),
-    )

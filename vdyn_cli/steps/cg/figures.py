@@ -3,55 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.steps.cg.load_fit import LoadFit
 
 
-@dataclass(frozen=True)
-class BalancedRun:
-    """One run's window means at the solution, (k,) each.
+def comparisons(fit: LoadFit, imbalances: Sequence[Array]) -> tuple[Comparison, ...]:
+    """Measured front loads against those that fulfill the balance, over time.
 
     Parameters
     ----------
-    load : front axle load, N. acceleration : m/s^2. time : middle of each window, s.
-    imbalance : residual of the balance as front axle load, N. deviation : its standard deviation by the noise, N.
+    imbalances : for each run, residual of the balance in each window as front axle load (k,), N.
     """
-
-    run: str
-    time: Array
-    load: Array
-    acceleration: Array
-    imbalance: Array
-    deviation: Array
-
-
-def balanced_runs(fit: LoadFit, solution: Solution) -> list[BalancedRun]:
-    """Each run's window means at the solution."""
-    found = []
-    for run, windows in enumerate(fit.runs):
-        load, acceleration = (
-            windows.integral(windows.channels[n]) / windows.width for n in ("front_load", "acceleration")
-        )
-        found.append(BalancedRun(windows.run, windows.middle, load, acceleration, *fit.mean_imbalance(solution, run)))
-    return found
-
-
-def comparisons(runs: Sequence[BalancedRun]) -> tuple[Comparison, ...]:
-    """Measured front loads against those that fulfill the balance, over time."""
-    return tuple(Comparison(r.run, "front_load", "N", r.time, "time in s", r.load, r.load - r.imbalance) for r in runs)
-
-
-def figures(runs: Sequence[BalancedRun]) -> tuple[Figure, ...]:
-    """Load and imbalance over acceleration."""
-    acceleration, imbalance = (
-        np.concatenate([getattr(r, name) for r in runs]) for name in ("acceleration", "imbalance")
+    loads = [windows.mean("front_load") for windows in fit.runs]
+    return tuple(
+        Comparison(w.run, "front_load", "N", w.middle, "time in s", load, load - imbalance)
+        for w, load, imbalance in zip(fit.runs, loads, imbalances, strict=True)
     )
+
+
+def figures(fit: LoadFit, compared: Sequence[Comparison]) -> tuple[Figure, ...]:
+    """Load and imbalance over acceleration."""
+    accelerations = [windows.mean("acceleration") for windows in fit.runs]
+    imbalance = np.concatenate([c.measured - c.simulated for c in compared])
     return (
         Figure(
             "transfer",
@@ -61,7 +38,7 @@ def figures(runs: Sequence[BalancedRun]) -> tuple[Figure, ...]:
             "direction), or a bend.",
             "acceleration in m/s²",
             "front axle load in N",
-            tuple(Series(r.run, r.acceleration, r.load, "points") for r in runs),
+            tuple(Series(c.run, a, c.measured, "points") for c, a in zip(compared, accelerations, strict=True)),
         ),
         Figure(
             "imbalance",
@@ -70,6 +47,6 @@ def figures(runs: Sequence[BalancedRun]) -> tuple[Figure, ...]:
             "gain, height), a fan at both ends (clock offset between loads and acceleration).",
             "acceleration in m/s²",
             "N",
-            (Series("imbalance", acceleration, imbalance, "points", role="residual"),),
+            (Series("imbalance", np.concatenate(accelerations), imbalance, "points", role="residual"),),
         ),
     )

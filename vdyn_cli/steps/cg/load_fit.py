@@ -12,28 +12,29 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
-from vdyn_cli.engine.simulate import Drive
+from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.load_transfer import (
+    CARRIED,
     FRONT_LOAD_TRANSFER,
     HEAVE_LEVERS,
     HEAVES,
     LOAD_TRANSFER,
     MOMENTS,
     SOUGHT,
+    SPEED_RATE,
     UNIT,
 )
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun
+from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun, simulated
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
 from vdyn_cli.steps.cg.driven_channels import driven_channels
 from vdyn_cli.steps.cg.heave_noise import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
-from vdyn_cli.steps.cg.load_simulators import LoadSimulators, load_simulators, simulated
 from vdyn_cli.steps.cg.load_windows import LoadWindows
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.speed_change import SpeedChange
@@ -79,7 +80,7 @@ class LoadFit:
     @property
     def model(self) -> Model:
         """The moment balance that these loads allow."""
-        return LOAD_TRANSFER if "rear_load" in self.runs[0].loads else FRONT_LOAD_TRANSFER
+        return LOAD_TRANSFER if self.both_axles else FRONT_LOAD_TRANSFER
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -99,13 +100,28 @@ class LoadFit:
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
         )
 
+    @property
+    def both_axles(self) -> bool:
+        """Whether the loads of both axles are logged."""
+        return "rear_load" in self.runs[0].loads
+
     @cached_property
-    def simulators(self) -> LoadSimulators:
-        """The balance with the unknowns and, for the noise, the zeros of all channels."""
+    def simulators(self) -> tuple[Simulator, Simulator, Simulator]:
+        """The balance with the unknowns and, for the noise, the zeros of all channels, each with the outputs needed.
+
+        In this order: all moments and the true load per newton read; the moments that a pitch acceleration changes;
+        the corrected acceleration, and the load of both axles where both are logged.
+        """
         zeros = [f"{n}_zero" for n in (*self.runs[0].loads, "acceleration")]
         values = {**self.known, **{n: 0.0 for n in zeros}, **{u.name: u.start for u in self.unknowns[: len(SOUGHT)]}}
         names = tuple(dict.fromkeys([*(u.name for u in self.unknowns), *zeros]))
-        return load_simulators(self.model, values, names, self.effects, "rear_load" in self.runs[0].loads)
+
+        def of(*outputs: str) -> Simulator:
+            return Simulator(replace(self.model, outputs=outputs), values, names, self.effects)
+
+        if self.both_axles:
+            return of(*MOMENTS, UNIT), of(MOMENTS[1]), of(SPEED_RATE, CARRIED)
+        return of(*MOMENTS, UNIT), of(*MOMENTS[:2]), of(SPEED_RATE)
 
     @cached_property
     def measured(self) -> tuple[BalanceInputs, ...]:
@@ -132,7 +148,7 @@ class LoadFit:
         """
 
         first, heave = near or self.first_solution, NO_HEAVE
-        for _ in range(HEAVE_ROUNDS if "rear_load" not in self.runs[0].loads else 0):
+        for _ in range(0 if self.both_axles else HEAVE_ROUNDS):
             heave = self.heave_noise(self.place(first))
             first = solve(self.regression(self.place(first), heave=heave), tolerance=TOLERANCE)
 
@@ -191,7 +207,7 @@ class LoadFit:
 
     def heave_noise(self, at: Array) -> Array:
         """Autocovariance (m,), N^2, of the road's heave as front load, estimated at ``at``; (0,) with rear loads."""
-        if "rear_load" in self.runs[0].loads:
+        if self.both_axles:
             return NO_HEAVE
         found = [self._imbalance(k, _local(self, at, k), NO_HEAVE) for k in range(len(self.runs))]
         return heave_autocovariance([e for e, _ in found], [band for _, band in found])
@@ -226,13 +242,13 @@ class LoadFit:
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
         """Integrated balances (k,), and derivatives (k, j) by the simulators' unknowns and the pitch acceleration."""
-        still = simulated(self.simulators.moments, inputs.still, theta)
-        turning = simulated(self.simulators.turned, inputs.turning, theta)
+        moments, turned, _ = self.simulators
+        still, turning = simulated(moments, inputs.still, theta), simulated(turned, inputs.turning, theta)
         change = windows.change(inputs.pitch_rate)
 
         def integrated(quiet: Mapping[str, Array], moving: Mapping[str, Array]) -> tuple[Array, Array]:
             # The balance is linear in the pitch acceleration, whose integral is the change of the pitch rate.
-            added = sum((moving[n] - quiet[n] for n in self.simulators.turned.outputs), np.zeros(1))
+            added = sum((moving[n] - quiet[n] for n in turned.outputs), np.zeros(1))
             columns = (-1, *[1] * (added.ndim - 1))
             per_rate = windows.integral(added) / windows.width.reshape(columns)
             whole = windows.integral(np.asarray(sum(quiet[n] for n in MOMENTS)))
@@ -247,7 +263,7 @@ class LoadFit:
 
     def _partials(self, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
         """Derivatives (k,) of the mean balance by each channel, and by the pitch acceleration."""
-        at = self.simulators.unknowns.index
+        at = self.simulators[0].unknowns.index
         channels = (*windows.loads, "acceleration")
         return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
 
@@ -268,7 +284,7 @@ def _driven(fit: LoadFit, at: Array, heave: Array) -> Sequence[Mapping[str, Arra
 
 def _delays(fit: LoadFit, theta: Array) -> dict[str, float]:
     """Delays of the logged loads and of the acceleration at these unknowns, s."""
-    values = dict(zip(fit.simulators.unknowns, theta.tolist(), strict=False))
+    values = dict(zip(fit.simulators[0].unknowns, theta.tolist(), strict=False))
     loads, _, acceleration = (_delay(fit, f"{n}_clock", values) for n in MOMENTS)
     return {"front_load": loads, "rear_load": loads, "acceleration": acceleration}
 

@@ -76,6 +76,10 @@ class LoadWindows:
         """Integrals (k,) over the windows of samples (n,), or (k, j) of the columns of (n, j)."""
         return np.asarray(np.einsum("kw,kw...->k...", self.weights, values[self._reach]))
 
+    def mean(self, channel: str) -> Array:
+        """Mean of a channel in each window (k,)."""
+        return self.integral(self.channels[channel]) / self.width
+
     def spread(self, values: Array) -> Array:
         """The transpose of :meth:`integral`: maps values (k,) of the windows to samples (n,)."""
         result = np.zeros(self.time.size)

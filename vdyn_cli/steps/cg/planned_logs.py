@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -37,14 +36,6 @@ SETTINGS = (
     guess("cg_to_rear", lambda spec, known: known_vehicle(spec, known).values["wheelbase"] / 2),
     guess("pitch_inertia", lambda spec, known: 1.3 * known_vehicle(spec, known).values["mass"]),
 )
-
-
-def _run(index: int) -> Mapping[str, Any]:
-    return {"direction": "back" if index % 2 else "out"}
-
-
-def _simulated(day: DayRequest) -> tuple[Log, ...]:
-    return tuple(_log(day, k) for k in range(len(day.spec.runs)))
 
 
 def _pedals(day: DayRequest) -> tuple[Array, Array]:
@@ -118,4 +109,9 @@ def _loads(
     return front, weight - front
 
 
-PLANNED = PlannedDay(4, SETTINGS, _simulated, _run)
+PLANNED = PlannedDay(
+    4,
+    SETTINGS,
+    lambda day: tuple(_log(day, k) for k in range(len(day.spec.runs))),
+    lambda index: {"direction": "back" if index % 2 else "out"},
+)

@@ -146,7 +146,7 @@ class CgProblem(SimulatedProblem):
         the heave's noise is estimated from residuals; then one effect that leaves as little as all of them is used.
         """
         alone: tuple[Array, float] | None = None
-        heaves = "rear_load" not in self.fit.runs[0].loads
+        heaves = not self.fit.both_axles
         if not heaves and _misfit(self._first) >= STEP_POLICY.balance_misfit:
             alone = self._best_with_one(fit)
             if alone[1] < STEP_POLICY.balance_noise:
@@ -221,7 +221,7 @@ def _misfit(solution: Solution) -> float:
 
 def _unexplained(fit: LoadFit, solution: Solution) -> float:
     """Mean square of the balances whitened by the sensors' noise alone, without the heave by the road."""
-    if "rear_load" in fit.runs[0].loads:
+    if fit.both_axles:
         return _misfit(solution)
     rows = fit.regression(fit.place(solution), heave=NO_HEAVE).rows
     assert isinstance(rows, BalanceRows)

@@ -30,15 +30,16 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
     """
     moved = _moved(fit, solution, vehicle)
     estimates = _estimates(solution, moved, vehicle)
-    runs = figures.balanced_runs(fit, solution)
+    balances = [fit.mean_imbalance(solution, run) for run in range(len(fit.runs))]
+    compared = figures.comparisons(fit, [imbalance for imbalance, _ in balances])
     return Result(
         "cg",
         text.sentence(estimates, {}),
         Parameters(estimates, {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}),
-        fit_summary(solution, (r.run for r in runs), [r.imbalance for r in runs], [r.deviation for r in runs], "N"),
+        fit_summary(solution, (c.run for c in compared), [e for e, _ in balances], [std for _, std in balances], "N"),
         text.METHODS,
-        figures.comparisons(runs),
-        figures.figures(runs),
+        compared,
+        figures.figures(fit, compared),
         (text.uncertainty_table(solution, moved),),
         tuple(findings),
         amplitudes=effect_amplitudes(solution, fit.effect_unknowns),

@@ -9,12 +9,12 @@ antenna's motion with the pitch differ from such a slope; an error larger than t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import Rows, white_level
+from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
@@ -41,6 +41,19 @@ class SpeedChange:
     speed: Array
     error: float
 
+    def rows(self, rate: Array) -> Array:
+        """Whitened rows (m, 1 + j) of the residual and its derivatives.
+
+        Parameters
+        ----------
+        rate : (n, 1 + j), m/s^2, acceleration as corrected by the model, and its derivatives.
+        """
+        steps = np.diff(self.time)[:, None] * (rate[1:] + rate[:-1]) / 2
+        gained = np.vstack([np.zeros(rate.shape[1]), np.cumsum(steps, axis=0)])[self.at]
+        gained -= gained.mean(axis=0)
+        gained[:, 0] -= self.speed
+        return np.asarray(gained / self.error)
+
 
 def speed_change(log: Log) -> SpeedChange | None:
     """The speed of a run, m/s; None where it is not logged, or acceleration or speed has gaps.
@@ -61,25 +74,3 @@ def speed_change(log: Log) -> SpeedChange | None:
     error = LEAST_SLOPE * duration * (at.size / 12.0) ** 0.5  # a line through m points: std of slope (12 / m)^0.5 / T
     chosen = speed[at]
     return SpeedChange(time, at, chosen - chosen.mean(), max(white_level(speed, time), error))
-
-
-def with_speed(balanced: Rows, speed: SpeedChange, rate: Array, slopes: Array) -> Rows:
-    """The rows of the balance, followed by those of the speed.
-
-    Parameters
-    ----------
-    balanced : (k,) rows over j local unknowns. rate : (n,), m/s^2, acceleration as corrected by the model.
-    slopes : (n, >= j), its derivatives by the local unknowns.
-    """
-    assert balanced.time is not None
-    columns = np.column_stack([rate, slopes[:, : balanced.jacobian.shape[1]]])
-    steps = np.diff(speed.time)[:, None] * (columns[1:] + columns[:-1]) / 2
-    gained = np.vstack([np.zeros(columns.shape[1]), np.cumsum(steps, axis=0)])[speed.at]
-    gained -= gained.mean(axis=0)
-    off = np.column_stack([gained[:, 0] - speed.speed, gained[:, 1:]]) / speed.error
-    return replace(
-        balanced,
-        residual=np.concatenate([balanced.residual, off[:, 0]]),
-        jacobian=np.vstack([balanced.jacobian, off[:, 1:]]),
-        time=np.concatenate([balanced.time, speed.time[speed.at]]),
-    )

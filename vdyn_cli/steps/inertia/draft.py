@@ -7,8 +7,6 @@ vehicle:
   wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm
   rolling_resistance: "?"   # from the step coastdown, such as 0.0095
 """
-SETTINGS = ""
-RUN = ""
 
 # Channels of a pendulum's log, which has none of a drive.
 PENDULUM_CHANNELS = ("angular_rate", "angle")

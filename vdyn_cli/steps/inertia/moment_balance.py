@@ -28,6 +28,7 @@ from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
+from vdyn_cli.steps.known_sensitivity import slopes_by_known
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Index = NDArray[np.intp]
@@ -194,7 +195,8 @@ class MomentBalance:
         inertia = self.plain_inertia
         if inertia > 0:
             return ()
-        slope = self.slopes(("wheel_radius",), [inertia], np.zeros(len(self.runs)))["wheel_radius"]
+        zeros = {"hub_torque_zero": np.zeros(len(self.runs))}
+        slope = self.slopes(("wheel_radius",), {"wheel_inertia": inertia}, zeros)["wheel_radius"]
         got = f"{inertia:.3g} kg m^2; 1 mm of wheel_radius changes it by {abs(slope) * 1e-3:.2g}"
         remedy = "check wheel_radius (loaded, not unloaded) and the gains of torque and force"
         return (Finding("wheel_inertia", "the moment balance gives a negative inertia", got, remedy),)
@@ -276,32 +278,19 @@ class MomentBalance:
     def slopes(
         self,
         names: Sequence[str],
-        shared: Sequence[float],
-        zeros: Array,
+        values: Mapping[str, float],
+        per_run: Mapping[str, Array],
         effects: Sequence[Correction] = (),
         unknowns: Sequence[Unknown] = (),
     ) -> dict[str, float]:
         """Derivatives of the estimated inertia by known parameters, d Jw / d known, by name.
 
-        The solution depends on a known p as d theta / dp = -(J'J)^-1 J' dr/dp, J with the rows of the priors.
-
         Parameters
         ----------
         names : parameters of the model.
-        shared, zeros : a solution with these effects and unknowns: its shared unknowns, and each run's zero (N m).
+        values, per_run : a solution with these effects and unknowns.
         """
         known = [Unknown(name, self.wheel[name]) for name in names]
-        extended = self.regression(shared[0], effects, (*unknowns, *known))
-        s, size = len(shared), len(shared) + len(self.runs)
-        normal, right = np.zeros((size, size)), np.zeros((size, len(names)))
-        for k in range(len(self.runs)):
-            theta = np.array([*shared, *(self.wheel[n] for n in names), zeros[k]])
-            jacobian = extended.rows(k, theta).jacobian
-            own = np.zeros((len(jacobian), size))
-            own[:, :s], own[:, s + k] = jacobian[:, :s], jacobian[:, -1]
-            normal += own.T @ own
-            normal[s + k, s + k] += self.torque_zero**-2.0
-            right += own.T @ jacobian[:, s:-1]
-        scale = 1.0 / np.sqrt(np.diag(normal))
-        moved = -scale[:, None] * np.linalg.solve(normal * np.outer(scale, scale), scale[:, None] * right)
-        return dict(zip(names, moved[0].tolist(), strict=True))
+        extended = self.regression(values["wheel_inertia"], effects, (*unknowns, *known))
+        found = slopes_by_known(extended, names, {**self.wheel, **values}, per_run)
+        return {name: row["wheel_inertia"] for name, row in found.items()}

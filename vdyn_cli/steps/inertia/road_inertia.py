@@ -51,8 +51,7 @@ def road_inertia(
     gain_std : standard deviation of the torque channel's gain against the force channels'.
     effects, unknowns : corrections of the balance, and their unknowns.
     """
-    shared, zeros = list(solution.values.values()), solution.per_run["hub_torque_zero"]
-    slopes = balance.slopes(tuple(KNOWN), shared, zeros, effects, unknowns)
+    slopes = balance.slopes(tuple(KNOWN), solution.values, solution.per_run, effects, unknowns)
     return RoadInertia(balance, solution, _budget(solution, known, slopes, gain_std))
 
 

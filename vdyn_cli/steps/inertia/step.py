@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from vdyn_cli.physics.models.free_wheel import DRAG
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.inertia.planned_logs import PLANNED
@@ -10,37 +12,33 @@ from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_problem import prepare_stand
 from vdyn_cli.steps.scaled_channel import torque_at_wheel
 
-GIVES = ("wheel_inertia", *DRAG)
-
-ON_STAND = Step(
-    name="inertia",
-    situations=frozenset({"wheel_spin", "free_wheel_spin"}),
-    spec=InertiaSpec,
-    required=("time", "hub_torque", "wheel_speed"),
-    optional=(),
-    needs=(),
-    gives=GIVES,
-    scaled=(torque_at_wheel("hub_torque"),),
-    reads=(),
-    run_keys=(),
-    prepare=prepare_stand,
-    diagnosable=Diagnosable(metric=("wheel speed", "rad/s"), run="spin"),
-)
-
-STEP = Step(
+ON_ROAD = Step(
     name="inertia",
     situations=frozenset({"wheel_spin"}),
     spec=InertiaSpec,
     required=("time", "hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration"),
     optional=("vehicle_speed",),
     needs=("wheel_mass", "wheel_radius", "rolling_resistance"),
-    gives=GIVES,
+    gives=("wheel_inertia", *DRAG),
     scaled=(torque_at_wheel("hub_torque"),),
     reads=(),
     run_keys=(),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("wheel speed", "rad/s"), run="drive"),
     load=load,
-    manoeuvres={"stand": ON_STAND},
     planned=PLANNED,
 )
+
+ON_STAND = replace(
+    ON_ROAD,
+    situations=frozenset({"wheel_spin", "free_wheel_spin"}),
+    required=("time", "hub_torque", "wheel_speed"),
+    optional=(),
+    needs=(),
+    prepare=prepare_stand,
+    diagnosable=Diagnosable(metric=("wheel speed", "rad/s"), run="spin"),
+    load=None,
+    planned=None,
+)
+
+STEP = replace(ON_ROAD, manoeuvres={"stand": ON_STAND})

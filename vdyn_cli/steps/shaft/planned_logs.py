@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from vdyn_cli.quantities.log import Log
@@ -28,16 +25,8 @@ SETTINGS = (
 )
 
 
-def _run(index: int) -> Mapping[str, Any]:
-    return {"side": SIDES[index % len(SIDES)]}
-
-
-def _simulated(day: DayRequest) -> tuple[Log, ...]:
-    """T = k phi + c phi', with a twist that follows steps of torque as a damped oscillator."""
-    return tuple(_log(day, k) for k in range(len(day.spec.runs)))
-
-
 def _log(day: DayRequest, k: int) -> Log:
+    """T = k phi + c phi', with a twist that follows steps of torque as a damped oscillator."""
     spec, at = day.spec, day.at
     assert isinstance(spec, ShaftSpec)
     run = spec.runs[k]
@@ -62,4 +51,9 @@ def _log(day: DayRequest, k: int) -> Log:
     return Log(run.log or f"tip-in {k + 1}", time, channels)
 
 
-PLANNED = PlannedDay(4, SETTINGS, _simulated, _run)
+PLANNED = PlannedDay(
+    4,
+    SETTINGS,
+    lambda day: tuple(_log(day, k) for k in range(len(day.spec.runs))),
+    lambda index: {"side": SIDES[index % len(SIDES)]},
+)

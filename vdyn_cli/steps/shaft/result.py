@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,6 +12,7 @@ from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.fit_outcome import fit_summary, rms
 from vdyn_cli.steps.shaft import figures, text
 from vdyn_cli.steps.shaft.sections import shared_modulus_correlation
 from vdyn_cli.steps.shaft.shaft_side import LoggedShaft
@@ -94,17 +96,14 @@ def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
     logged = _logged(sides)
     if not logged:
         return FitSummary(tuple(f"drawing, {s.side.name}" for s in sides), 0.0, 0.0, "N m", ())
-    off = np.concatenate([run.torque - torque for s in logged for run, torque in zip(s.runs, s.torque, strict=True)])
+    off = [run.torque - torque for s in logged for run, torque in zip(s.runs, s.torque, strict=True)]
     squares = sum(float(np.sum(r**2)) for s in logged for r in s.solution.residuals)
     conditions = sum(run.conditions_per_sample * run.time.size for s in logged for run in s.runs)
     excess = float(np.sqrt(squares / conditions))  # 1 where the sensors' noise explains the residuals
-    warnings = [w for s in logged for w in s.solution.warnings]
+    warnings = [w for s in logged[1:] for w in s.solution.warnings]
     if excess > STEP_POLICY.shaft_excess:
         what = f"the residuals are {excess:.1f} times the sensors' noise"
         warnings.append(f"{what}: backlash, a progressive joint, or a clock offset")
-    rms, solution = float(np.sqrt(np.mean(off**2))), logged[0].solution
-    names = tuple(run.name for s in logged for run in s.runs)
-    unknowns = (*solution.names, *solution.per_run)
-    return FitSummary(
-        names, rms, rms / excess, "N m", unknowns, solution.unit, solution.n_units, warnings=tuple(warnings)
-    )
+    solution, names = logged[0].solution, [run.name for s in logged for run in s.runs]
+    summary = fit_summary(solution, names, off, [rms(off) / excess], "N m", warnings)
+    return replace(summary, unknowns=(*solution.names, *solution.per_run))

@@ -14,6 +14,7 @@ from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.shaft.combined_regression import regression_with_effects
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
@@ -123,10 +124,10 @@ class ShaftSide:
         adjusted = [fit.adjusted(k, fit.regression.local(place, k)) for k in range(len(self.runs))]
         twist, rate, torque = zip(*adjusted, strict=True)
         # The standard deviation is at least that by the noise, even if the blocks scatter less.
-        least = np.sqrt(np.diag(solution.classical_covariance)).tolist()
+        least = solution.classical_std
         amplitudes = {
-            u.name: Given(solution.values[u.name], max(a, b))
-            for u, a, b in zip(unknowns, std[2:], least[2:], strict=True)
+            u.name: Given(solution.values[u.name], max(size, least[u.name]))
+            for u, size in zip(unknowns, std[2:], strict=True)
         }
         correlation = float(together / (stiffness.std * damping.std))
         return LoggedShaft(self.runs, twist, rate, torque, solution, stiffness, damping, correlation, amplitudes)
@@ -135,6 +136,5 @@ class ShaftSide:
         return ShaftFit(self.runs, effects, tuple(unknowns), self.drawn_bar(effects))
 
     def _budget(self, solution: Solution, name: str, unit: str, std: float) -> Budget:
-        value = solution.values[name]
-        scatter = Contribution("scatter_of_the_data", value, std, unit, 1.0, solution.degrees[name])
-        return Budget(value, (scatter, Contribution("torque_gain", 1.0, self.torque_gain, "", value)))
+        value, of_data = solution.values[name], replace(scatter(solution, name, unit), std=std)
+        return Budget(value, (of_data, Contribution("torque_gain", 1.0, self.torque_gain, "", value)))

@@ -4,5 +4,3 @@ DRAFT = """\
 vehicle:
   wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm
 """
-SETTINGS = ""
-RUN = ""

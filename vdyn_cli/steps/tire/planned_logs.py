@@ -24,12 +24,8 @@ SETTINGS = (
 )
 
 
-def _simulated(day: DayRequest) -> tuple[Log, ...]:
-    """Fx = Fz times the magic formula at slip(t) = s sin^3, with a load that oscillates by 2 %."""
-    return tuple(_log(day, k) for k in range(len(day.spec.runs)))
-
-
 def _log(day: DayRequest, k: int) -> Log:
+    """Fx = Fz times the magic formula at slip(t) = s sin^3, with a load that oscillates by 2 %."""
     at, n, rng = day.at, len(day.spec.runs), day.rng
     time = day.clock(at["duration"])
     level = at["wheel_load"] * (LOADS[0] + (LOADS[1] - LOADS[0]) * (k / max(n - 1, 1) if n > 1 else 0.46))
@@ -50,4 +46,4 @@ def _log(day: DayRequest, k: int) -> Log:
     return Log(day.spec.runs[k].log or f"sweep {k + 1}", time, channels)
 
 
-PLANNED = PlannedDay(5, SETTINGS, _simulated)
+PLANNED = PlannedDay(5, SETTINGS, lambda day: tuple(_log(day, k) for k in range(len(day.spec.runs))))

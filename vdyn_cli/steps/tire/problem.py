@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from vdyn_cli.effects import Effect
@@ -20,7 +20,7 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedErro
 from vdyn_cli.steps.effect_estimates import unbounded
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.tire.binned_sweep import BinnedSweep, binned_sweep
+from vdyn_cli.steps.tire.binned_sweep import binned_sweep
 from vdyn_cli.steps.tire.parts import tire_parts
 from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
@@ -39,19 +39,11 @@ class TireProblem(SimulatedProblem):
     Parameters
     ----------
     logs : with slip, NaN for excluded samples.
-    sweeps : the logs averaged into bins.
-    radius_std : relative standard deviation of the radius from which slip was computed; 0 where slip was logged.
-    priors : stated means and standard deviations of shape factors.
-    free : those of the curve's shifts and its excess in braking that are unknown.
-    force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep.
+    fit : the logs averaged into bins, with the stated priors, without effects.
     """
 
     logs: tuple[Log, ...]
-    sweeps: tuple[BinnedSweep, ...]
-    radius_std: float
-    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    free: tuple[str, ...] = ()
-    force_zero: float = 0.0
+    fit: TireFit
 
     @property
     def model(self) -> Model:
@@ -85,11 +77,6 @@ class TireProblem(SimulatedProblem):
         """The curve without effects."""
         return fitted_curve(self.fit)
 
-    @property
-    def fit(self) -> TireFit:
-        """The sweeps with the stated priors, without effects."""
-        return TireFit(self.sweeps, self.priors, self.radius_std, free=self.free, force_zero=self.force_zero)
-
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
@@ -101,7 +88,7 @@ class TireProblem(SimulatedProblem):
         try:
             prior, values = self.baseline.fit.prior, self.baseline.solution.values
         except ResultError:  # the diagnosis starts from a typical tire
-            prior, values = {**CAR_TIRES, **self.priors}, NO_VALUES
+            prior, values = {**CAR_TIRES, **self.fit.prior}, NO_VALUES
         fit = replace(self.fit, prior=prior, effects=effects, unknowns=tuple(unknowns))
         begin = {**fit.first_values, **values, **start}
         at: Mapping[str, float] = begin
@@ -124,14 +111,14 @@ class TireProblem(SimulatedProblem):
         """
         if effects:
             fit = replace(self.fit, effects=effects, unknowns=tuple(unknowns))
-            return tire_result(fitted_curve(fit), self.priors, self.logs)
+            return tire_result(fitted_curve(fit), self.fit.prior, self.logs)
         try:
-            result = tire_result(self.baseline, self.priors, self.logs)
+            result = tire_result(self.baseline, self.fit.prior, self.logs)
         except ResultError as error:
-            fit = replace(self.fit, prior={**CAR_TIRES, **self.priors})
+            fit = replace(self.fit, prior={**CAR_TIRES, **self.fit.prior})
 
             def shown(end: Solution) -> Result:
-                return tire_result(FittedCurve(fit, end, None), self.priors, self.logs)
+                return tire_result(FittedCurve(fit, end, None), self.fit.prior, self.logs)
 
             raise unpublished(error, shown, (*self._odd_sweep(), *error.findings)) from None
         if self.baseline.fit.scale > 1.0 and (odd := self._odd_sweep()):
@@ -140,10 +127,10 @@ class TireProblem(SimulatedProblem):
 
     def _odd_sweep(self) -> tuple[Finding, ...]:
         """A finding on the sweep without which the others determine a curve, if there is exactly one."""
-        found = []
-        for odd in self.sweeps if len(self.sweeps) >= FEWEST_TO_COMPARE else ():
+        found, sweeps = [], self.fit.sweeps
+        for odd in sweeps if len(sweeps) >= FEWEST_TO_COMPARE else ():
             try:
-                others = tuple(sweep for sweep in self.sweeps if sweep is not odd)
+                others = tuple(sweep for sweep in sweeps if sweep is not odd)
                 if fitted_curve(replace(self.fit, sweeps=others)).peak is not None:
                     found.append(odd.run)
             except ResultError:
@@ -170,8 +157,14 @@ def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProbl
     radius_std = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
     settings = spec.settings
     free = (*(SHIFTS if settings.shifts else ()), *(BRAKING if settings.peaks == "two" else ()))
-    binned = tuple(binned_sweep(log) for log in sweeps)
-    return TireProblem(sweeps, binned, radius_std, _priors(spec, known), free, settings.force_zero.value)
+    fit = TireFit(
+        tuple(binned_sweep(log) for log in sweeps),
+        _priors(spec, known),
+        radius_std,
+        free=free,
+        force_zero=settings.force_zero.value,
+    )
+    return TireProblem(sweeps, fit)
 
 
 def _priors(spec: TireSpec, known: Parameters) -> dict[str, tuple[float, float]]:

@@ -33,13 +33,7 @@ STARTS = (1.3, 1.6, 1.9)  # start values of C: a wrong one can lead to a local m
 NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.84, chi-square's 95 % quantile
 ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown changes by more standard deviations
 
-
-@dataclass(frozen=True)
-class _SlipProjection:
-    """The curve onto which slips are projected, and the fit that it results from."""
-
-    at: Mapping[str, float]
-    solution: Solution | None = None
+_Projected = tuple[Mapping[str, float], Solution | None]  # curve onto which slips are projected, and the fit with it
 
 
 @dataclass(frozen=True)
@@ -97,20 +91,21 @@ class TireFit:
         return tuple(s for s in found if s.cost - found[0].cost <= NOT_REJECTED * scale)
 
     def _settled(self, start: Mapping[str, float]) -> Solution:
-        def step(last: _SlipProjection) -> tuple[_SlipProjection, float]:
-            solution = solve(self.regression(last.at))
-            moved = max(abs(solution.values[n] - last.at[n]) / solution.std[n] for n in solution.names)
-            return _SlipProjection(solution.values, solution), moved
+        def step(last: _Projected) -> tuple[_Projected, float]:
+            at, _ = last
+            solution = solve(self.regression(at))
+            moved = max(abs(solution.values[n] - at[n]) / solution.std[n] for n in solution.names)
+            return (solution.values, solution), moved
 
-        settled = until_settled(step, _SlipProjection(start), ROUNDS, SETTLED)
-        if not settled.converged or settled.state.solution is None:
+        first: _Projected = (start, None)
+        settled = until_settled(step, first, ROUNDS, SETTLED)
+        last = settled.state[1]
+        assert last is not None  # of the last round
+        if not settled.converged:
             what = "the projection of the slips onto the curve has not converged"
             finding = Finding("fit", what, "", "check the noise of the slip and the wheel radius")
-            last = settled.state.solution
-            if last is None:
-                raise ResultError(finding)
             raise RefusedFitError([finding], self.regression(last.values), lambda: last)
-        return settled.state.solution
+        return last
 
     def regression(self, at: Mapping[str, float], start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over all sweeps with slips projected onto the curve ``at``, started at ``start``, else ``at``.
