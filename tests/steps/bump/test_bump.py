@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from tests.effects.recovered import given as stated
 from tests.plant import bump as plant
 from tests.plant.obstacle import Bump
 from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
@@ -57,8 +58,7 @@ LOGS = logs()
 
 
 def known(vehicle: Vehicle = VEHICLE, **std: float) -> Parameters:
-    given = plant.known(vehicle)
-    return Parameters({n: Estimate.given(PARAMETERS[n], v, std.get(n, 0.0)) for n, v in given.items()})
+    return stated(plant.known(vehicle), **std)
 
 
 def run(
@@ -212,11 +212,9 @@ def test_the_paper_s_weighting() -> None:
 def test_uncertain_given_numbers_are_carried_into_the_intervals() -> None:
     off = {"unsprung_mass_front": 4.0, "unsprung_mass_rear": 4.0, "sprung_pitch_inertia": 40.0, "wheelbase": 3e-3}
     wrong = known()
-    wrong = wrong.updated(
-        Parameters({n: Estimate.given(PARAMETERS[n], wrong[n].value + 1.2 * std) for n, std in off.items()})
-    )
-    stated = Parameters({n: Estimate.given(PARAMETERS[n], wrong[n].value, off.get(n, 0.0)) for n in wrong})
-    exact, blind, aware = (run(given=given).parameters for given in (None, wrong, stated))
+    wrong = wrong.updated(stated({n: wrong[n].value + 1.2 * std for n, std in off.items()}))
+    doubtful = stated({n: e.value for n, e in wrong.items()}, **off)
+    exact, blind, aware = (run(given=given).parameters for given in (None, wrong, doubtful))
     truth = plant.truth(VEHICLE)
     missed = [n for n in SOUGHT if not blind[n].interval95[0] < truth[n] < blind[n].interval95[1]]
     assert len(missed) >= 3
@@ -228,12 +226,12 @@ def test_uncertain_given_numbers_are_carried_into_the_intervals() -> None:
 def test_the_body_s_pitch_inertia_comes_from_the_car_s() -> None:
     given = {n: e for n, e in known(REFERENCE).items() if n not in ("sprung_pitch_inertia", "sprung_mass")}
     more = {"mass": 1588.0, "pitch_inertia": 2200.0, "cg_height": 0.61, "wheel_radius": 0.308}
-    stated = {**given, **{n: Estimate.given(PARAMETERS[n], v) for n, v in more.items()}}
-    found, said = car_numbers(Parameters(stated))
+    every = {**given, **stated(more)}
+    found, said = car_numbers(Parameters(every))
     assert found["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=1e-9)
     assert not said
-    del stated["cg_height"]
-    guessed, said = car_numbers(Parameters(stated))
+    del every["cg_height"]
+    guessed, said = car_numbers(Parameters(every))
     assert guessed["sprung_pitch_inertia"].value == pytest.approx(REFERENCE.sprung_pitch_inertia, rel=5e-3)
     assert guessed["sprung_pitch_inertia"].std > 5.0
     assert "of the whole car" in said[0].what
@@ -269,9 +267,7 @@ def test_a_gentle_bump_leaves_the_tire_to_the_unsprung_mass() -> None:
 
 
 def test_a_car_that_was_loaded_otherwise_is_noticed() -> None:
-    heavier = known().updated(
-        Parameters({"sprung_mass": Estimate.given(PARAMETERS["sprung_mass"], VEHICLE.sprung_mass + 60.0)})
-    )
+    heavier = known().updated(stated({"sprung_mass": VEHICLE.sprung_mass + 60.0}))
     findings = run(given=heavier).findings
     assert [f.where for f in findings if "at rest above the load" in f.what] == ["front_load", "rear_load"]
 
@@ -351,7 +347,7 @@ def test_what_is_missing_or_contradicts_itself_is_said() -> None:
         STEP.estimate(SPEC, BumpData(LOGS), Parameters())
     for name in ("mass", "wheelbase", "cg_to_front", "pitch_inertia", "unsprung_mass_front", "unsprung_mass_rear"):
         assert name in str(caught.value)
-    two = known().updated(Parameters({"mass": Estimate.given(PARAMETERS["mass"], VEHICLE.mass + 100.0)}))
+    two = known().updated(stated({"mass": VEHICLE.mass + 100.0}))
     with pytest.raises(InputError, match="contradict each other"):
         run(given=two)
     with pytest.raises(InputError, match="no crossing"):

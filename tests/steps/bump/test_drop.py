@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.bench.input_cases import drops
+from tests.effects.recovered import given
 from tests.plant import drop as plant
 from tests.plant.drop import Rig, random_rig
 from vdyn_cli.effects import candidates
@@ -18,9 +19,8 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.drop_run import drop_run
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.bump.step import DROP, STEP
@@ -36,7 +36,7 @@ def logs(rig: Rig, seed: int, count: int = 2, duration: float = 2.5) -> tuple[Lo
 
 
 def known(rig: Rig) -> Parameters:
-    return Parameters({n: Estimate.given(PARAMETERS[n], v) for n, v in rig.known().items()})
+    return given(rig.known())
 
 
 def spec(rig: Rig, **drop: Any) -> BumpSpec:

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.effects.recovered import given
 from tests.plant import cg as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
 from vdyn_cli.steps.cg.load_fit import LoadFit
@@ -33,8 +34,7 @@ def logs(vehicle: Vehicle, seed: int, **options: object) -> tuple[Log, ...]:
 
 
 def known(vehicle: Vehicle, **std: float) -> Parameters:
-    given = {n: v for n, v in plant.known(vehicle).items() if n in PARAMETERS}
-    return Parameters({n: Estimate.given(PARAMETERS[n], v, std.get(n, 0.0)) for n, v in given.items()})
+    return given({n: v for n, v in plant.known(vehicle).items() if n in PARAMETERS}, **std)
 
 
 @pytest.mark.parametrize("seed", [2, 5, 8])

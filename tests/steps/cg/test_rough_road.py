@@ -1,4 +1,4 @@
-"""Runs on an uneven road of which only the front axle's load is logged."""
+"""Runs of which only the front axle's load is logged: heave of the body on an uneven road, and by its pitch."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg.driven_channels import driven_channels
-from vdyn_cli.steps.cg.heave_noise import heave_autocovariance
 from vdyn_cli.steps.cg.load_windows import WINDOW, cut_windows
 from vdyn_cli.steps.cg.step import STEP
+from vdyn_cli.steps.cg.unmeasured_heave import heave_autocovariance, pitch_heave
 
 SEED = 4
 VEHICLE = random_vehicle(SEED)
@@ -85,8 +85,21 @@ def test_colored_noise_beyond_the_sensors_is_found() -> None:
     read = [c + rng.normal(0, 15, count) for c in colored]
     band = np.zeros((2, count))
     band[0] = 15.0**2
-    found = heave_autocovariance(read, [band] * 4)
+    found = heave_autocovariance(read, [band] * 4, WINDOW)
     expected = 100.0 * float(swing @ swing)
     assert found[0] == pytest.approx(expected, rel=0.15)
     spectrum = np.fft.rfft(np.concatenate([found, [0.0], found[:0:-1]])).real
     assert spectrum.min() > -1e-9 * spectrum.max()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_levers_of_springs_and_dampers_describe_the_heave_of_a_body(seed: int) -> None:
+    """Heave in proportion to the pitch acceleration, which the pitch inertia holds, leaves three times as much."""
+    vehicle = random_vehicle(seed)
+    run = plant.manoeuvres(seed, 1)[0]
+    true = run.ride(vehicle)
+    heave = true.heave_acceleration
+    taken = np.column_stack([true.pitch_acceleration, true.acceleration, np.ones_like(heave)])
+    swings = np.column_stack([taken, *pitch_heave(run.times, true.pitch_rate)])
+    rigid, sprung = (np.std(heave - a @ np.linalg.lstsq(a, heave, rcond=None)[0]) for a in (taken, swings))
+    assert sprung < rigid / 3

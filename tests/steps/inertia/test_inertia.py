@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.effects.recovered import given
 from tests.plant import pendulum as hung
 from tests.plant import wheel as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
@@ -19,9 +20,8 @@ from vdyn_cli.inference import Unknown, solve
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
-from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.inertia import problem
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.problem import InertiaData
@@ -43,8 +43,7 @@ def logs(vehicle: Vehicle, seed: int, effects: Mapping[str, float] | None = None
 
 
 def known(vehicle: Vehicle, **std: float) -> Parameters:
-    given = plant.known(vehicle)
-    return Parameters({n: Estimate.given(PARAMETERS[n], v, std.get(n, 0.0)) for n, v in given.items()})
+    return given(plant.known(vehicle), **std)
 
 
 def changed(parameters: Parameters, **to: float) -> Parameters:

@@ -75,13 +75,11 @@ def result_of(spec: AreaSpec, photo: Array, shape: Silhouette, edges: BoxEdges, 
 
 
 def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Finding, ...]:
-    """Findings about the silhouette, the box and the camera."""
     found = []
     rows, columns = np.nonzero(shape.inside)
     if rows.min() == 0 or columns.min() == 0 or rows.max() == shape.inside.shape[0] - 1:
-        found.append(
-            Finding(spec.image, "the silhouette touches the picture's edge", remedy="check whether the car is cut off")
-        )
+        what = "the silhouette touches the picture's edge"
+        found.append(Finding(spec.image, what, remedy="check whether the car is cut off"))
     left, top, right, bottom = edges
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
     if across or rows.min() < top - BEYOND or rows.max() + 1 > bottom + BEYOND:

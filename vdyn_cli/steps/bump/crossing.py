@@ -101,7 +101,5 @@ def at_limit(values: Array, noise: float) -> NDArray[np.bool_]:
         row = at[:-2] & at[1:-1] & at[2:]
         if end == 0.0 or noise == 0.0 or not row.any():
             continue
-        at[:-1] |= at[1:]
-        at[1:] |= at[:-1]
         found |= np.abs(values - end) <= 3 * noise
     return found

@@ -64,7 +64,6 @@ def figures(replays: Sequence[Replay]) -> tuple[Figure, ...]:
 
 
 def _loops(r: Replay) -> Figure:
-    """Load over stroke in one run."""
     series = []
     for end in ENDS:
         load, stroke = f"{end}_load", 1e3 * r.stroke[end]

@@ -90,23 +90,16 @@ def half_car_modes(solution: Solution, given: Mapping[str, float]) -> tuple[Half
     """
     at = {**given, **solution.values}
     base = natural_modes(at)
-    slopes: dict[str, list[tuple[float, float]]] = {name: [] for name in base}
-    for unknown in solution.names:
-        step = STEP * abs(at[unknown]) or STEP
-        up, down = (natural_modes({**at, unknown: at[unknown] + s}) for s in (step, -step))
-        for name in base:
-            first, second = up.get(name, base[name]), down.get(name, base[name])
-            slopes[name].append(tuple((a - b) / (2 * step) for a, b in zip(first, second, strict=True)))  # type: ignore[arg-type]
-    found = []
-    for name, (frequency, damping) in base.items():
-        by_frequency, by_damping = np.array(slopes[name]).T
-        found.append(
-            HalfCarMode(
-                name,
-                frequency,
-                solution.interval_of(frequency, by_frequency),
-                damping,
-                solution.interval_of(damping, by_damping),
-            )
-        )
-    return tuple(found)
+
+    def numbers(unknown: str, change: float) -> Array:
+        """Frequency and damping ratio of each mode (modes, 2); unchanged where a mode becomes overdamped."""
+        found = {**base, **natural_modes({**at, unknown: at[unknown] + change})}
+        return np.array([found[name] for name in base])
+
+    steps = {n: STEP * abs(at[n]) or STEP for n in solution.names}
+    slopes = np.array([(numbers(n, step) - numbers(n, -step)) / (2 * step) for n, step in steps.items()])
+    interval = solution.interval_of
+    return tuple(
+        HalfCarMode(name, f, interval(f, slopes[:, k, 0]), damping, interval(damping, slopes[:, k, 1]))
+        for k, (name, (f, damping)) in enumerate(base.items())
+    )

@@ -71,10 +71,8 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
         likely = [unit for factor, unit in FORCES if 0.75 < ratio * factor < 1.33]
         guess = f"is its unit {likely[0]}?" if likely else "check unit and channel, mass and cg_to_front"
         if 0.4 < ratio < 0.62:
-            guess = (
-                f"if it is the load of one wheel, map the axle's other wheel too ({name[:-5]}_left_load and "
-                "_right_load)"
-            )
+            both = f"{name[:-5]}_left_load and _right_load"
+            guess = f"if it is the load of one wheel, map the axle's other wheel too ({both})"
         if abs(ratio) < 0.05 and not likely:
             guess = "loads must include the weight: zero the sensor without the car on it"
         got = f"{rest:.0f} N, expected {static:.0f} N from mass and center of gravity"
@@ -95,10 +93,8 @@ def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Find
         return [Finding(f"{log.name}, front_load", what, f"{-found.delay:.3f} s before", remedy)]
     pace = wheelbase / found.delay
     if not 1 / STEP_POLICY.bump_speed_ratio < found.speed / pace < STEP_POLICY.bump_speed_ratio:
-        what = (
-            f"the rear axle meets the bump {found.delay:.3f} s after the front axle, which corresponds to "
-            f"{pace:.2f} m/s"
-        )
+        late = f"{found.delay:.3f} s after the front axle"
+        what = f"the rear axle meets the bump {late}, which corresponds to {pace:.2f} m/s"
         ratio = max(found.speed / pace, pace / found.speed)
         hint = "check whether its unit is km/h" if 3.0 < ratio < 4.3 else "check the unit of speed, and the wheelbase"
         return [Finding(f"{log.name}, speed", what, f"{found.speed:.2f} m/s", hint)]
@@ -179,10 +175,8 @@ def uneven_zeros(zeros: Mapping[str, Sequence[float]], std: Mapping[str, float])
     for name in LOADS:
         mean = float(np.mean(zeros[name]))
         if abs(mean) > 4 * std[name]:
-            what = (
-                f"is {mean:+.0f} N at rest above the load from mass and cg_to_front: fitted as a zero offset of "
-                "the sensor"
-            )
+            above = f"is {mean:+.0f} N at rest above the load from mass and cg_to_front"
+            what = f"{above}: fitted as a zero offset of the sensor"
             remedy = "weigh the car as driven; a model error that offsets the load has the same effect"
             findings.append(Finding(name, what, "", remedy))
     return findings

@@ -79,19 +79,15 @@ def car_numbers(known: Parameters) -> tuple[dict[str, Given], tuple[Finding, ...
     found = {n: stated[n] for n in plain}
     found["mass"] = _mass(stated)
     wheelbase = stated["wheelbase"].value
-    if "cg_to_front" in stated:
-        found["cg_to_front"] = stated["cg_to_front"]
-    else:
-        found["cg_to_front"] = Given(wheelbase - stated["cg_to_rear"].value, stated["cg_to_rear"].std)
+    rear = stated.get("cg_to_rear", Given(0.0))
+    found["cg_to_front"] = stated.get("cg_to_front", Given(wheelbase - rear.value, rear.std))
     _refuse_impossible(found)
     found["sprung_pitch_inertia"], findings = _pitch_inertia(stated, found)
     sprung, to_front = sprung_body(*(found[n].value for n in BODY_OF))
     index = found["sprung_pitch_inertia"].value / (sprung * to_front * (wheelbase - to_front))
     if not USUAL_INDEX[0] < index < USUAL_INDEX[1]:
-        got = f"Is/(Ms lf lr) = {index:.2f}, usually 0.7 to 1"
-        findings += (
-            Finding("pitch_inertia", "is unusual for this mass and wheelbase", got, "check its unit and axis"),
-        )
+        what, got = "is unusual for this mass and wheelbase", f"Is/(Ms lf lr) = {index:.2f}, usually 0.7 to 1"
+        findings += (Finding("pitch_inertia", what, got, "check its unit and axis"),)
     found["antenna_offset"] = stated.get("antenna_offset", Given(0.0))
     return found, findings
 

@@ -50,8 +50,7 @@ class Replay:
 
     def dissipated(self, end: str, damping: float) -> float:
         """Energy that an axle's dampers dissipate, J: the integral of C v^2, ``damping`` in N s/m."""
-        power = damping * self.stroke_rate[end] ** 2
-        return float(np.sum(np.diff(self.time) * (power[1:] + power[:-1]) / 2))
+        return float(np.trapezoid(damping * self.stroke_rate[end] ** 2, self.time))
 
 
 def replay(fit: BumpFit, solution: Solution, run: int) -> Replay:

@@ -72,7 +72,6 @@ def _sensitivity_to_known(fit: BumpFit, solution: Solution) -> dict[str, dict[st
 
 
 def _extra(modes: Sequence[HalfCarMode], replays: Sequence[Replay]) -> dict[str, Any]:
-    """Modes and crossings in numbers, for the JSON."""
     found = {
         m.name.replace(" ", "_"): {
             "frequency": m.frequency,

@@ -20,6 +20,7 @@ from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
 from vdyn_cli.steps.bump.known_car import KnownCar, static_loads
 from vdyn_cli.steps.bump.noise import MISFIT
 from vdyn_cli.steps.bump.replay import ENDS, Replay
+from vdyn_cli.steps.fit_outcome import rms
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 TIRE = "tire_vertical_stiffness"
@@ -139,7 +140,7 @@ def crossing_table(replays: Sequence[Replay], fit: BumpFit, solution: Solution) 
     for r in replays:
         for end in ENDS:
             load, stroke = f"{end}_load", 1e3 * r.stroke[end]
-            row = (
+            rows.append((
                 PurePath(r.run).stem,
                 end,
                 f"{3.6 * r.pace:.1f} km/h",
@@ -149,8 +150,7 @@ def crossing_table(replays: Sequence[Replay], fit: BumpFit, solution: Solution) 
                 f"{stroke.min():.0f} mm",
                 f"{stroke.max():+.0f} mm",
                 f"{r.dissipated(end, solution.values[f'suspension_damping_{end}']):.0f} J",
-            )
-            rows.append(row)
+            ))  # fmt: skip
     columns = (
         *("run", "axle", "speed", "meets the bump after", "largest load", "off the road"),
         *("compression", "extension", "into the dampers"),
@@ -166,8 +166,7 @@ def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
     """Table of each channel's noise and residual; ``inflated``: residual over noise, by channel."""
     rows = []
     for name, ratio in inflated.items():
-        noise = float(np.sqrt(np.mean([c.noise[name] ** 2 for c in fit.crossings])))
-        unit = UNITS[name]
+        noise, unit = rms([c.noise[name] for c in fit.crossings]), UNITS[name]
         rows.append((name, f"{noise:.3g} {unit}", f"{ratio * noise:.3g} {unit}", f"{ratio:.2f}"))
     columns = ("channel", "noise", "residual (rms)", "ratio")
     caption = (

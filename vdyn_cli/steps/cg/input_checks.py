@@ -135,7 +135,6 @@ def carried_at_rest(log: Log) -> tuple[float, float]:
 
 
 def _correlation(a: Array, b: Array) -> float:
-    """Correlation coefficient of two signals (n,)."""
     return cosine(a - np.nanmean(a), b - np.nanmean(b))
 
 

@@ -33,11 +33,11 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun, simulated
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
 from vdyn_cli.steps.cg.driven_channels import driven_channels
-from vdyn_cli.steps.cg.heave_noise import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
-from vdyn_cli.steps.cg.load_windows import LoadWindows
+from vdyn_cli.steps.cg.load_windows import WINDOW, LoadWindows
+from vdyn_cli.steps.cg.logged_speed import SpeedChange
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
-from vdyn_cli.steps.cg.speed_change import SpeedChange
+from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.contract import NO_VALUES
 
 # s to either side for the second derivative of a load, of measured channels and of true channels. The latter is longer,
@@ -210,7 +210,7 @@ class LoadFit:
         if self.both_axles:
             return NO_HEAVE
         found = [self._imbalance(k, _local(self, at, k), NO_HEAVE) for k in range(len(self.runs))]
-        return heave_autocovariance([e for e, _ in found], [band for _, band in found])
+        return heave_autocovariance([e for e, _ in found], [band for _, band in found], WINDOW)
 
     def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
         """Each window's mean imbalance as front axle load (k,), N, and its standard deviation by the noise, (k,) N."""

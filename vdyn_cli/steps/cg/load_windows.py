@@ -13,7 +13,7 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.physics.models.load_transfer import HEAVES
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.cg.pitch_heave import pitch_heave
+from vdyn_cli.steps.cg.unmeasured_heave import pitch_heave
 
 WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
 LOADS = ("front_load", "rear_load")

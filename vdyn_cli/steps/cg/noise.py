@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.cg.heave_noise import NO_HEAVE, with_heave
 from vdyn_cli.steps.cg.load_windows import LoadWindows
+from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, with_heave
 
 SMOOTHING = 0.015  # s, standard deviation: passes 96 % of the body's motion at 3 Hz and removes the sensors' noise
 
@@ -60,7 +60,6 @@ def true_channels(
 
 
 def _smoothed(values: Array, step: float) -> Array:
-    """A Gaussian average over SMOOTHING seconds."""
     from scipy.ndimage import gaussian_filter1d
 
     return np.asarray(gaussian_filter1d(values, SMOOTHING / step, mode="nearest"))

@@ -18,16 +18,15 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.carried_weight import carried_weight
-from vdyn_cli.steps.cg.gps_zero import gps_zero
-from vdyn_cli.steps.cg.heave_noise import NO_HEAVE
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle, with_free_heave
 from vdyn_cli.steps.cg.load_fit import LoadFit
 from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
+from vdyn_cli.steps.cg.logged_speed import gps_zero, speed_change
 from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
-from vdyn_cli.steps.cg.speed_change import speed_change
+from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.effect_estimates import unbounded
 from vdyn_cli.steps.free_part import Part
@@ -228,13 +227,6 @@ def _unexplained(fit: LoadFit, solution: Solution) -> float:
     return rows.misfit
 
 
-def _scaled_loads(logs: Sequence[Log], share: float) -> tuple[Log, ...]:
-    """The logs with loads scaled to add up to the weight; ``share``: relative excess over it."""
-    if share == 0:
-        return tuple(logs)
-    return tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in logs)
-
-
 def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     """The problem of a load-transfer test.
 
@@ -251,7 +243,7 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     headings = [HEADING[run.direction] for run in spec.runs] or [0.0] * len(logs)
     ready = ready_runs(spec, logs)
     share, contradiction = weight_contradiction(logs, vehicle, load_zero)
-    ready = _scaled_loads(ready, share)
+    ready = tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in ready)
     vehicle = replace(vehicle, load_excess=share)
     if not all("rear_load" in log for log in ready):
         vehicle = with_free_heave(vehicle)

@@ -171,21 +171,25 @@ class MomentBalance:
         ordinary = RIM_SHARE * self.wheel.get("wheel_mass", 20.0) * self.wheel.get("wheel_radius", 0.3) ** 2
         return self.plain_inertia if self.plain_inertia > 0 else ordinary
 
+    @property
+    def _wheel_range(self) -> tuple[float, float]:
+        """The least and the most inertia of a wheel of the stated mass and radius, kg m^2; 0 for a free wheel."""
+        hoop = self.moment * self.wheel.get("wheel_radius", 0.0)
+        return STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
+
     def possible_inertias(self, inertia: float) -> tuple[float, float] | None:
         """The least and the most inertia of a wheel of the stated mass and radius, kg m^2.
 
         None for a free wheel, and where ``inertia`` lies outside: the stated mass is then not that of the wheel.
         """
-        hoop = self.wheel.get("wheel_mass", 0.0) * self.wheel.get("wheel_radius", 0.0) ** 2
-        low, high = STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
+        low, high = self._wheel_range
         return (low, high) if low <= inertia <= high else None
 
     def doubted_inertia(self, inertia: float) -> tuple[Finding, ...]:
         """A doubt about an inertia (kg m^2) that no wheel of the stated mass and radius has; empty otherwise."""
-        hoop = self.wheel.get("wheel_mass", 0.0) * self.wheel.get("wheel_radius", 0.0) ** 2
-        if not hoop or self.possible_inertias(inertia):
+        low, high = self._wheel_range
+        if not high or low <= inertia <= high:
             return ()
-        low, high = STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
         what = f"no wheel of this mass and radius has it: {low:.2g} to {high:.2g} kg m^2 are possible"
         remedy = "check wheel_radius (loaded), wheel_mass, and the gains of torque and force"
         return (Finding("wheel_inertia", what, f"{inertia:.3g} kg m^2", remedy, doubt=True),)

@@ -25,13 +25,12 @@ from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.inertia.acceleration_noise import with_slow_acceleration
 from vdyn_cli.steps.inertia.drive_checks import radius_doubts, sign_doubts, too_little
-from vdyn_cli.steps.inertia.impulse_scatter import with_scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.result import inertia_result
 from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia
+from vdyn_cli.steps.inertia.slow_noise import with_scatter, with_slow_acceleration
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, pendulum_inertia
 from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swing
@@ -151,20 +150,17 @@ class InertiaProblem(SimulatedProblem):
             balance, inertia = self._diagnosed
             return balance.regression(start.get("wheel_inertia", inertia), effects, (*self._uncertain, *unknowns))
         if self.swing is None:
-            raise InputError(
-                Finding("inertia", "a period alone is no time series to diagnose", "", "add 'runs' or a log")
-            )
+            what = "a period alone is no time series to diagnose"
+            raise InputError(Finding("inertia", what, "", "add 'runs' or a log"))
         return self.swing.regression(effects, unknowns)
 
     @property
     def _uncertain(self) -> tuple[Unknown, ...]:
         """Uncertain known parameters as unknowns with priors, so that no effect is found that they explain as well."""
+        uncertain = {PARAMETERS[n]: (one.value, one.std) for n, one in self.known.items() if one.std > 0}
         return tuple(
-            Unknown(
-                n, one.value, PARAMETERS[n].lower, PARAMETERS[n].upper, KNOWN[n], (one.value, one.std), nuisance=True
-            )
-            for n, one in self.known.items()
-            if one.std > 0
+            Unknown(q.name, prior[0], q.lower, q.upper, KNOWN[q.name], prior, nuisance=True)
+            for q, prior in uncertain.items()
         )
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
@@ -215,17 +211,16 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     known.require("wheel_mass", "wheel_radius", where="inertia")
     given = {"rolling_resistance": ANY_TIRE} | {n: Given(known[n].value, known[n].std) for n in KNOWN if n in known}
     raise_all(dict.fromkeys(f for log in data.runs for f in sign_doubts(log)))
-    zero = float(
-        np.hypot(spec.settings.torque_zero.value, given["wheel_radius"].value * spec.settings.force_zero.value)
-    )
+    settings, radius = spec.settings, given["wheel_radius"].value
+    zero = float(np.hypot(settings.torque_zero.value, radius * settings.force_zero.value))
     values = {name: one.value for name, one in given.items()}
-    balance = _balance(data.runs, spec.settings.window.value, values, zero)
+    balance = _balance(data.runs, settings.window.value, values, zero)
     raise_all(f for run in balance.runs for f in too_little(run))
     findings = [f for log in data.runs for f in log.findings]
     if "rolling_resistance" not in known:
         what = f"is not known: {ANY_TIRE.value} +- {ANY_TIRE.std} assumed (typical car tire)"
         findings.append(Finding("rolling_resistance", what, "", "pass the coast-down's result with --known"))
-    findings += [f for log in data.runs for f in radius_doubts(log, values["wheel_radius"])]
+    findings += [f for log in data.runs for f in radius_doubts(log, radius)]
     return InertiaProblem(spec, data, given, balance, tuple(findings))
 
 

@@ -21,9 +21,9 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import too_little
-from vdyn_cli.steps.inertia.impulse_scatter import with_scatter
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
+from vdyn_cli.steps.inertia.slow_noise import with_scatter
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_result import stand_result
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign

@@ -43,8 +43,7 @@ def _loop(name: str, logged: LoggedShaft) -> Figure:
     caption = (
         "Measured torque, minus damping and zero, over the twist. Good: one straight band through the origin. Bad: a "
         "flat segment around zero (backlash), a curve (a joint that stiffens, a rubber coupling), an open loop "
-        "(damping "
-        "that does not follow the rate, or torque and twist on different clocks)."
+        "(damping that does not follow the rate, or torque and twist on different clocks)."
     )
     return Figure(f"loop_{name}", f"Torque over twist, {name}", caption, "twist in deg", "torque in N m", tuple(series))
 
@@ -66,8 +65,7 @@ def _compliance(side: ShaftSide) -> Figure:
     series = Series(side.name, np.arange(1.0, 1 + share.size), share, "bars")
     caption = (
         "Contribution of each section of the drawing to the twist. The tallest bars matter most: their diameter "
-        "enters with "
-        "the fourth power, so 1 % of it is 4 % of their twist."
+        "enters with the fourth power, so 1 % of it is 4 % of their twist."
     )
     key, title = f"compliance_{side.name}", f"Twist of each section, {side.name}"
     return Figure(key, title, caption, "section, from the inside out", "share of the twist in %", (series,))

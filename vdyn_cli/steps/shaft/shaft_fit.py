@@ -14,7 +14,7 @@ weight.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -41,19 +41,6 @@ FIRST_ROUNDS = 2  # of adjusting the readings with the effects held: they only g
 ROUNDS, SETTLED = 12, 0.02  # of readjusting the readings, until no unknown changes by more standard deviations
 CORNERED = 0.5  # standard deviations of change accepted after that: at a corner two solutions can alternate
 ADJUSTMENTS = 4  # of the readings about the last adjusted ones, where the law is nonlinear
-
-
-@dataclass(frozen=True)
-class _FrozenRun:
-    """One run with readings adjusted, and weights computed, at fixed values of the unknowns.
-
-    ``drive``: the adjusted readings. ``torque`` (n,): the law's torque for them, N m. ``rate_zero``: at these values.
-    """
-
-    drive: Drive
-    torque: Array
-    rate_zero: float
-    conditions: ReadingConditions
 
 
 @dataclass(frozen=True)
@@ -110,24 +97,13 @@ class ShaftFit:
         ----------
         at : (s + runs m,), all unknowns. start : start values of the fit, else ``at``.
         """
-        frozen = [self._frozen(index, self.regression.local(at, index)) for index in range(len(self.runs))]
-
-        def rows(index: int, theta: Array) -> Rows:
-            here, step = frozen[index], -self.runs[index].chain[1].sum(axis=1)
-            simulated = self._simulated(here.drive, theta)
-            values, slopes = here.conditions.values.copy(), np.zeros((here.conditions.values.size, theta.size))
-            values[::2] += simulated.outputs["shaft_torque"] - here.torque
-            values[1::2] += step * (theta[self._at("rate_zero")] - here.rate_zero)
-            slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
-            slopes[1::2, self._at("rate_zero")] = step
-            return _white_rows(here.conditions, values, slopes)
-
+        frozen = [self._frozen_rows(index, self.regression.local(at, index)) for index in range(len(self.runs))]
         begin = at if start is None else start
         s, m = len(self.regression.shared), len(self.regression.own)
         shared = iter(begin[:s].tolist())
         started = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
         own = {u.name: begin[s + i :: m] for i, u in enumerate(self.regression.own)}
-        return replace(self.regression, unknowns=started, rows=rows, run_starts=own)
+        return replace(self.regression, unknowns=started, rows=lambda k, theta: frozen[k](theta), run_starts=own)
 
     def place(self, solution: Solution) -> Array:
         """All unknowns, (s + runs m,), at a solution of this fit, or of the linear one with effects at their starts.
@@ -196,23 +172,37 @@ class ShaftFit:
             )
         return best
 
-    def _frozen(self, index: int, theta: Array) -> _FrozenRun:
-        run = self.runs[index]
+    def _frozen_rows(self, index: int, at: Array) -> Callable[[Array], Rows]:
+        """One run's rows with readings adjusted, and weights computed, at its local unknowns ``at``."""
+        run, zero = self.runs[index], self._names.index("rate_zero")
         about = run.twist, run.rate
         for _ in range(ADJUSTMENTS):
-            conditions = self._conditions(index, theta, about)
+            conditions = self._conditions(index, at, about)
             about = conditions.adjusted()
         drive = run.drive(*about)
-        torque = self._simulated(drive, theta).outputs["shaft_torque"]
-        return _FrozenRun(drive, torque, float(theta[self._at("rate_zero")]), conditions)
+        torque = self._simulated(drive, at).outputs["shaft_torque"]
+
+        def rows(theta: Array) -> Rows:
+            simulated, values = self._simulated(drive, theta), conditions.values.copy()
+            values[::2] += simulated.outputs["shaft_torque"] - torque
+            values[1::2] -= run.chain[1].sum(axis=1) * (theta[zero] - at[zero])
+            return self._white_rows(conditions, values, simulated, theta.size)
+
+        return rows
 
     def _rows(self, index: int, theta: Array) -> Rows:
-        run, conditions = self.runs[index], self._conditions(index, theta)
-        simulated = self._simulated(run.drive(*conditions.adjusted()), theta)
-        slopes = np.zeros((conditions.values.size, theta.size))
-        slopes[::2] = simulated.sensitivities["shaft_torque"][:, : theta.size]
-        slopes[1::2, self._at("rate_zero")] = -run.chain[1].sum(axis=1)
-        return _white_rows(conditions, conditions.values, slopes)
+        conditions = self._conditions(index, theta)
+        simulated = self._simulated(self.runs[index].drive(*conditions.adjusted()), theta)
+        return self._white_rows(conditions, conditions.values, simulated, theta.size)
+
+    def _white_rows(self, conditions: ReadingConditions, values: Array, simulated: Simulated, unknowns: int) -> Rows:
+        """Whitened rows of the conditions, in which torque and integration conditions alternate."""
+        columns = np.zeros((values.size, unknowns + 1))
+        columns[::2, :-1] = simulated.sensitivities["shaft_torque"][:, :unknowns]
+        columns[1::2, self._names.index("rate_zero")] = -conditions.run.chain[1].sum(axis=1)
+        columns[:, -1] = values
+        white = whitened(conditions.factor, columns)
+        return Rows(white[:, -1], white[:, :-1], time=np.repeat(conditions.run.time, 2)[:-1])
 
     def _conditions(self, index: int, theta: Array, about: tuple[Array, Array] | None = None) -> ReadingConditions:
         """The conditions at a run's local unknowns, with the law linearized about twist and rate, else the readings.
@@ -225,17 +215,14 @@ class ShaftFit:
         simulated = self._simulated(run.drive(twist, rate), theta)
         tangents = simulated.sensitivities["shaft_torque"]
         # The derivative of the torque by the twist is minus that by its zero.
-        to_twist, to_rate = -tangents[:, self._names.index("twist_zero")], -tangents[:, self._at("rate_zero")]
-        true_rate = run.rate - theta[self._at("rate_zero")]
+        zero = self._names.index("rate_zero")
+        to_twist, to_rate = -tangents[:, self._names.index("twist_zero")], -tangents[:, zero]
         values = np.empty(2 * run.time.size - 1)
         values[::2] = simulated.outputs["shaft_torque"] - run.torque
         if about is not None:
             values[::2] += to_twist * (run.twist - twist) + to_rate * (run.rate - rate)
-        values[1::2] = run.linked(run.twist, true_rate)
+        values[1::2] = run.linked(run.twist, run.rate - theta[zero])
         return ReadingConditions(run, values, to_twist, to_rate)
-
-    def _at(self, name: str) -> int:
-        return self._names.index(name)
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
@@ -267,12 +254,6 @@ def next_place(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, flo
     later = fit.place(solution)
     std = np.array([solution.std[n] for n in solution.names])
     return later, float(np.max(np.abs(later - at)[: std.size] / std))
-
-
-def _white_rows(conditions: ReadingConditions, values: Array, slopes: Array) -> Rows:
-    """Whitened rows of the conditions, in which torque and integration conditions alternate."""
-    white = whitened(conditions.factor, np.column_stack([slopes, values]))
-    return Rows(white[:, -1], white[:, :-1], time=np.repeat(conditions.run.time, 2)[:-1])
 
 
 def _plain_stiffness(runs: Sequence[ShaftReadings]) -> float:

@@ -68,9 +68,8 @@ class ShaftReadings:
         else:
             twist_noise = UNREAD_TWIST
             twist = cumulative_integral(time, rate)
-        return cls(
-            log.name, time, values["shaft_torque"], twist, rate, (level["shaft_torque"], twist_noise, rate_noise)
-        )
+        noise = level["shaft_torque"], twist_noise, rate_noise
+        return cls(log.name, time, values["shaft_torque"], twist, rate, noise)
 
     @property
     def conditions_per_sample(self) -> int:
@@ -118,9 +117,8 @@ def _with_torque_on_time(log: Log, delay: float) -> Log:
     there = np.isfinite(torque)
     if not delay or not there.any():
         return log
-    return log.with_channels(
-        shaft_torque=np.interp(log.time + delay, log.time[there], torque[there], left=np.nan, right=np.nan)
-    )
+    earlier = np.interp(log.time + delay, log.time[there], torque[there], left=np.nan, right=np.nan)
+    return log.with_channels(shaft_torque=earlier)
 
 
 def _used(log: Log) -> list[str]:
@@ -159,9 +157,8 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
             findings.append(Finding(log.name, "the log is too short", got, f"at least {FEWEST_SAMPLES}"))
             continue
         readings = ShaftReadings.of(log, ratio)
-        findings += [*speed_ratio_doubts(log, ratio), *_too_gentle(readings), *_wrong_sign(readings, "twist" in log)][
-            :1
-        ]
+        doubts = [*speed_ratio_doubts(log, ratio), *_too_gentle(readings), *_wrong_sign(readings, "twist" in log)]
+        findings += doubts[:1]
         found[run.side].append(readings)
     raise_all(dict.fromkeys(findings))
     return {side: tuple(runs) for side, runs in found.items()}
@@ -201,15 +198,12 @@ def _too_gentle(run: ShaftReadings) -> list[Finding]:
     if exceeds_noise(move, noise, run.torque.size):
         return []
     got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"
-    return [
-        Finding(run.name, "the shaft torque is constant within its noise", got, "tip in and out harder, in a low gear")
-    ]
+    what = "the shaft torque is constant within its noise"
+    return [Finding(run.name, what, got, "tip in and out harder, in a low gear")]
 
 
 def _wrong_sign(run: ShaftReadings, twist_read: bool) -> list[Finding]:
     if np.ptp(run.twist) == 0 or cosine(run.torque - run.torque.mean(), run.twist - run.twist.mean()) > 0:
         return []
-    channel = "twist" if twist_read else "motor_speed and wheel_speed"
-    return [
-        wrong_sign(run.name, channel, "the twist falls where the torque rises", "", f"{REMEDY}, or to shaft_torque")
-    ]
+    channel, what = "twist" if twist_read else "motor_speed and wheel_speed", "the twist falls where the torque rises"
+    return [wrong_sign(run.name, channel, what, "", f"{REMEDY}, or to shaft_torque")]

@@ -116,9 +116,8 @@ class ShaftSide:
         damping = replace(damping, contributions=(*damping.contributions, late))
         if stiffness.interval95[0] <= 0:
             got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"
-            raise ResultError(
-                Finding("shaft_stiffness", "the log does not determine it", got, "log a tip-in with more torque")
-            )
+            what, remedy = "the log does not determine it", "log a tip-in with more torque"
+            raise ResultError(Finding("shaft_stiffness", what, got, remedy))
         together = covariance[0, 1] + stiffness.value * damping.value * self.torque_gain**2
         place = fit.place(solution)
         adjusted = [fit.adjusted(k, fit.regression.local(place, k)) for k in range(len(self.runs))]

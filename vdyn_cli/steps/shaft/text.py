@@ -47,11 +47,8 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
     """The finding that a damping is not published, because its interval contains zero or is negative."""
     got = f"{damping.value:.3g} +- {damping.std:.2g} N m s/rad"
     if damping.interval95[1] >= 0:
-        what, remedy = (
-            "is not determined by the log and not published",
-            "log a sharper tip-in, so that the shaft oscillates",
-        )
-        return Finding(name, what, got, remedy)
+        what = "is not determined by the log and not published"
+        return Finding(name, what, got, "log a sharper tip-in, so that the shaft oscillates")
     late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
     remedy = f"the torque seems to be logged {late:.1f} ms or more after the twist: state 'torque_delay' under settings"
     return Finding(name, "is not published, because it is significantly negative, which is not physical", got, remedy)

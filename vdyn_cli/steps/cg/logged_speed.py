@@ -1,4 +1,4 @@
-"""The logged speed as a second reading of the acceleration.
+"""The logged speed as a second reading of the acceleration, and a zero that it shows in an acceleration.
 
     V(t) - mean V = integral of a - its mean + error
 
@@ -9,14 +9,17 @@ antenna's motion with the pitch differ from such a slope; an error larger than t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 EVERY = 0.5  # s between the compared speeds: half a period of the body's pitch, which moves the antenna
 FEWEST = 8  # speeds of a run
@@ -24,6 +27,8 @@ LONGEST_GAP = 5.0  # usual steps of the clock
 # m/s^2, standard deviation of the mean acceleration minus the mean rate of the speed in one run: 0.02 m/s^2 moves the
 # center of gravity by a millimeter. It is distributed over the speeds of the run as white noise.
 LEAST_SLOPE = 0.01
+FEWEST_SAMPLES = 100  # of a run; a tenth of it is averaged at either end
+DELAY = 0.1  # s, between the channels: a receiver filters the rate over a few of its samples
 
 
 @dataclass(frozen=True)
@@ -74,3 +79,45 @@ def speed_change(log: Log) -> SpeedChange | None:
     error = LEAST_SLOPE * duration * (at.size / 12.0) ** 0.5  # a line through m points: std of slope (12 / m)^0.5 / T
     chosen = speed[at]
     return SpeedChange(time, at, chosen - chosen.mean(), max(white_level(speed, time), error))
+
+
+def gps_zero(logs: Sequence[Log]) -> list[Finding]:
+    """A finding where the mean acceleration differs from the change of speed over time: a0 = mean(a) - (V1 - V0) / T.
+
+    The loads do not show such a zero, because it is collinear with the position of the center of gravity.
+
+    Parameters
+    ----------
+    logs : with acceleration as the rate of the speed (m/s^2); those without speed (m/s) are skipped.
+    """
+    found = {log.name: zero for log in logs if "speed" in log and (zero := _zero(log)) is not None}
+    if not found:
+        return []
+    zeros = np.array(list(found.values()))
+    mean, noise = float(np.average(zeros[:, 0], weights=zeros[:, 1] ** -2)), float(np.sum(zeros[:, 1] ** -2) ** -0.5)
+    scatter = float(np.std(zeros[:, 0], ddof=1)) / np.sqrt(len(zeros)) if len(zeros) > 1 else 0.0
+    if abs(mean) < max(STEP_POLICY.gps_zero_least, STEP_POLICY.gps_zero_std * float(np.hypot(noise, scatter))):
+        return []
+    what = f"acceleration reads {mean:+.3f} m/s^2 more than the rate of the speed, which biases the center of gravity"
+    remedy = "subtract its zero offset, or map the speed's rate; for a sensor in the body write 'accelerometer: body'"
+    return [Finding(f"{len(found)} runs" if len(found) > 1 else next(iter(found)), what, "", remedy, doubt=True)]
+
+
+def _zero(log: Log) -> tuple[float, float] | None:
+    """The zero, m/s^2, and its standard deviation by the speed's noise at both ends and a delay between the channels.
+
+    None for a run that is too short or has gaps, in which the acceleration is unknown.
+    """
+    there = np.isfinite(log["acceleration"]) & np.isfinite(log["speed"])
+    if np.count_nonzero(there) < FEWEST_SAMPLES:
+        return None
+    time, speed, felt = log.time[there], log["speed"][there], log["acceleration"][there]
+    if np.max(np.diff(time)) > LONGEST_GAP * float(np.median(np.diff(time))):
+        return None
+    ends = slice(0, FEWEST_SAMPLES // 10), slice(-(FEWEST_SAMPLES // 10), None)
+    (t0, t1), (v0, v1) = ([float(np.mean(x[end])) for end in ends] for x in (time, speed))
+    changes = cumulative_integral(time, felt)
+    a0, a1 = np.interp([t0, t1], time, changes)
+    noise = white_level(speed, time) * np.sqrt(2.0 / (FEWEST_SAMPLES // 10))
+    late = DELAY * float(np.mean(felt[ends[1]]) - np.mean(felt[ends[0]]))
+    return float(a1 - a0 - (v1 - v0)) / (t1 - t0), max(float(np.hypot(noise, late)) / (t1 - t0), 1e-9)

@@ -1,4 +1,4 @@
-"""The speed as a second reading of the accelerometer: a tilt shows beside it, a delay and a gain do not."""
+"""The speed as a second reading of the accelerometer: a tilt or a zero shows beside it, a delay and a gain do not."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import published
+from vdyn_cli.steps.cg.logged_speed import LEAST_SLOPE, gps_zero, speed_change
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
-from vdyn_cli.steps.cg.speed_change import LEAST_SLOPE, speed_change
 from vdyn_cli.steps.cg.step import STEP
 
 TILT = np.radians(1.5)
@@ -64,3 +64,33 @@ def test_a_tilt_of_a_sensor_in_the_body_is_found_beside_a_speed(tilt: float) -> 
     assert diagnosis is not None
     found = {e for one in diagnosis.ambiguous for e in one} | {c.effect for c in diagnosis.causes}
     assert ("accelerometer_tilt" in found) == (tilt > 0.0)
+
+
+def sped(seed: int, zero: float, channels: tuple[str, ...] = ("speed", "acceleration")) -> Log:
+    """A car that speeds up and brakes, and is a little faster in the end."""
+    rng = np.random.default_rng(seed)
+    speed = 12.0 - 10.0 * np.cos(2 * np.pi * TIME / 20.0) + 0.05 * TIME
+    rate = np.gradient(speed, TIME)
+    values = {
+        "speed": speed + rng.normal(0.0, 0.03, TIME.size),
+        "acceleration": rate + zero + rng.normal(0.0, 0.1, TIME.size),
+    }
+    return Log(f"run_{seed}.csv", TIME, {n: values[n] for n in channels})
+
+
+@pytest.mark.parametrize("zero", [0.2, -0.05])
+def test_a_zero_that_the_speed_contradicts_is_told(zero: float) -> None:
+    (finding,) = gps_zero([sped(k, zero) for k in range(3)])
+    assert finding.doubt
+    assert finding.where == "3 runs"
+    assert float(finding.what.split()[2]) == pytest.approx(zero, abs=0.01)
+
+
+def test_an_acceleration_that_is_the_speeds_own_rate_is_none() -> None:
+    for seed in range(20):
+        assert not gps_zero([sped(10 * seed + k, 0.0) for k in range(3)])
+        assert not gps_zero([sped(10 * seed, 0.0)])
+
+
+def test_without_a_speed_nothing_is_said() -> None:
+    assert not gps_zero([sped(1, 0.5, ("acceleration",))])

@@ -1,0 +1,95 @@
+"""Noise that is slower than the samples, and what is known within a standard deviation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tests.plant import wheel as plant
+from tests.plant.vehicle import random_vehicle
+from tests.steps.inertia.test_inertia import SPEC, changed, known, logs
+from vdyn_cli.effects.wheel_mass import wheel_mass
+from vdyn_cli.inference import Unknown, solve
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.inertia.moment_balance import drive_windows
+from vdyn_cli.steps.inertia.problem import InertiaData, prepare
+from vdyn_cli.steps.inertia.slow_noise import with_scatter, with_slow_acceleration
+
+SLOW = 0.1  # m/s^2, of pitching and rough roads
+VEHICLE = random_vehicle(5)
+HEAVY = replace(VEHICLE, wheel_mass=35.0)
+HEAVIER = Unknown("wheel_mass_error", 0.0, -30.0, 30.0, "kg")
+
+
+def colored(log: Log, channel: str, size: float, seconds: float, seed: int) -> Log:
+    """The log with noise of this standard deviation and correlation time in one channel."""
+    keep = float(np.exp(-np.median(np.diff(log.time)) / seconds))
+    shocks = size * (1 - keep**2) ** 0.5 * np.random.default_rng(seed).standard_normal(log.time.size + 2000)
+    return log.with_channels(**{channel: log[channel] + lfilter([1.0], [1.0, -keep], shocks)[2000:]})
+
+
+def pitching(log: Log, seed: int) -> Log:
+    """The log with a noise of the acceleration of 1 s, SLOW m/s^2."""
+    return colored(log, "acceleration", SLOW, 1.0, seed)
+
+
+def test_white_noise_stays_as_the_samples_have_it() -> None:
+    wheel = plant.known(VEHICLE)
+    runs = [drive_windows(log, 0.25, wheel) for log in logs(VEHICLE, 5)]
+    assert [run.noise.torque for run in with_scatter(runs, wheel)] == [run.noise.torque for run in runs]
+
+
+def test_slow_noise_of_the_torque_is_in_the_noise_of_the_impulses() -> None:
+    wheel = plant.known(VEHICLE)
+    drives = [colored(log, "hub_torque", 2.0, 0.05, k) for k, log in enumerate(logs(VEHICLE, 5))]
+    runs = [drive_windows(log, 0.25, wheel) for log in drives]
+    added = 2.0 * (2 * 0.05 / 0.25 * (1 - 0.05 / 0.25 * (1 - np.exp(-5.0)))) ** 0.5  # of a window's mean, N m
+    for before, after in zip(runs, with_scatter(runs, wheel), strict=True):
+        spread = float(np.median(after.noise.spread)) / 0.25
+        found = (after.noise.torque**2 - before.noise.torque**2) ** 0.5 * spread
+        assert found == pytest.approx(added, rel=0.35)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_radius_within_its_stated_deviation_is_corrected_by_the_balance(sign: int) -> None:
+    radius = VEHICLE.wheel_radius * (1 + 0.004 * sign)
+    given = changed(known(VEHICLE, wheel_radius=0.003 * radius), wheel_radius=radius)
+    problem = prepare(SPEC, InertiaData(logs(VEHICLE, 5)), given)
+    found = solve(problem.regression())
+    assert found.values["wheel_radius"] == pytest.approx(VEHICLE.wheel_radius, abs=3 * found.std["wheel_radius"])
+    assert found.std["wheel_radius"] < 0.003 * radius
+    assert found.values["wheel_inertia"] == pytest.approx(VEHICLE.wheel_inertia, abs=3 * found.std["wheel_inertia"])
+
+
+def test_slow_noise_of_the_acceleration_is_found_against_the_wheel() -> None:
+    drives = [pitching(log, k) for k, log in enumerate(logs(HEAVY, 5))]
+    runs = [drive_windows(log, 0.25, plant.known(HEAVY)) for log in drives]
+    of_blocks = SLOW * (2 * np.exp(-1.0)) ** 0.5  # standard deviation of a mean over 1 s
+    for before, after in zip(runs, with_slow_acceleration(runs, drives, plant.known(HEAVY)), strict=True):
+        added = np.sqrt(after.noise.carried - before.noise.carried) / after.duration
+        assert added == pytest.approx(of_blocks, rel=0.35)
+
+
+def test_a_quiet_accelerometer_stays_quiet() -> None:
+    runs = [drive_windows(log, 0.25, plant.known(HEAVY)) for log in logs(HEAVY, 5)]
+    for run in with_slow_acceleration(runs, logs(HEAVY, 5), plant.known(HEAVY)):
+        assert np.max(np.sqrt(run.noise.carried) / run.duration) < 0.015
+
+
+def test_a_run_too_short_for_blocks_stays_as_it_is() -> None:
+    drives = [log.between(0.0, 5.0) for log in logs(HEAVY, 5)[:1]]
+    runs = tuple(drive_windows(log, 0.25, plant.known(HEAVY)) for log in drives)
+    assert with_slow_acceleration(runs, drives, plant.known(HEAVY)) == runs
+
+
+def test_a_noisy_accelerometer_makes_no_wheel_lighter() -> None:
+    found = []
+    for seed in range(1, 7):
+        drives = tuple(pitching(log, 10 * seed + k) for k, log in enumerate(logs(HEAVY, seed)))
+        fit = solve(prepare(SPEC, InertiaData(drives), known(HEAVY)).regression((wheel_mass,), (HEAVIER,)))
+        found.append((fit.values["wheel_mass_error"], fit.std["wheel_mass_error"]))
+    errors, deviations = np.array(found).T
+    assert abs(np.mean(errors)) < 3 * np.mean(deviations) / len(errors) ** 0.5

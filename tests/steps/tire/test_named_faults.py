@@ -1,0 +1,79 @@
+"""Faults of slip sweeps that the diagnosis names, so that the curve is the truth's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.plant.tire import friction
+from vdyn_cli.project.execute import execute
+
+CURVE = (12.0, 1.55, 0.98, 0.1)
+LOAD, RATE = 4000.0, 100.0  # N, Hz
+LOSS, SPEED, RADIUS = 0.01, 13.0, 0.31  # 1/s, m/s, m: a tread that loses friction while it slides
+LATE = 0.03  # s by which a rig logs its slip late
+TIME = np.arange(1200) / RATE
+
+
+def braked(k: int) -> dict[str, np.ndarray]:
+    """Two brakings, with speeds of wheel and vehicle."""
+    rng = np.random.default_rng(k)
+    slip = -0.3 * np.clip(np.minimum((TIME % 6.0 - 1.0) / 3.0, 5.0 - TIME % 6.0), 0.0, 1.0)
+    force = friction(slip, *CURVE) * LOAD * (1.0 - LOSS * TIME)
+    noise = rng.standard_normal((4, TIME.size)) * np.array([[0.05], [0.02], [12.0], [12.0]])
+    read = np.array([SPEED * (1.0 + slip) / RADIUS, np.full(TIME.size, SPEED), force, np.full(TIME.size, LOAD)])
+    return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
+
+
+def on_a_flat_track(k: int) -> dict[str, np.ndarray]:
+    """Two sweeps in one direction, whose slip is logged late."""
+    rng = np.random.default_rng(k)
+
+    def slip(t: np.ndarray) -> np.ndarray:
+        return (-1) ** k * 0.3 * np.clip(np.minimum(t % 6.0 - 1.0, 5.0 - t % 6.0) / 1.2, 0.0, 1.0)
+
+    read = slip(TIME - LATE) + 1e-3 * rng.standard_normal(TIME.size)
+    force = friction(slip(TIME), *CURVE) * LOAD + 12.0 * rng.standard_normal(TIME.size)
+    return {"slip": read, "force_x": force, "force_z": LOAD + 12.0 * rng.standard_normal(TIME.size)}
+
+
+@pytest.mark.slow  # half a minute of diagnosis
+@pytest.mark.parametrize(
+    ("sweep", "vehicle", "effect", "size", "tolerance"),
+    [
+        (braked, {"wheel_radius": f"{RADIUS} m"}, "friction_drift", -LOSS, 0.05),
+        (on_a_flat_track, {}, "slip_lag", -LATE, 0.15),
+    ],
+)
+def test_a_fault_is_named_and_leaves_the_curve(
+    sweep: Callable[[int], dict[str, np.ndarray]],
+    vehicle: Mapping[str, str],
+    effect: str,
+    size: float,
+    tolerance: float,
+    tmp_path: Path,
+) -> None:
+    units = {"time": "s", "wheel_speed": "rad/s", "vehicle_speed": "m/s", "slip": "1", "force_x": "N", "force_z": "N"}
+    for k in range(4):
+        table = {"time": TIME, **sweep(k)}
+        np.savetxt(
+            tmp_path / f"{k}.csv", np.transpose([*table.values()]), "%.5f", ",", header=",".join(table), comments=""
+        )
+    description = {
+        "test": "tire",
+        "vehicle": dict(vehicle),
+        "channels": {name: {"column": name, "unit": units[name]} for name in table},
+        "runs": [{"log": f"{k}.csv"} for k in range(4)],
+    }
+    (tmp_path / "tire.yaml").write_text(yaml.safe_dump(description), encoding="utf-8")
+    document = execute("tire", tmp_path / "tire.yaml").document
+    assert document["diagnosis"]["verdict"] == "named"
+    (cause,) = document["diagnosis"]["causes"]
+    assert cause["effect"] == effect
+    assert cause["unknowns"][effect]["value"] == pytest.approx(size, rel=tolerance)
+    for name, truth in zip(("tire_B", "tire_C", "tire_D"), CURVE, strict=False):
+        assert document["parameters"][name]["value"] == pytest.approx(truth, rel=0.02)
