@@ -66,7 +66,7 @@ def test_a_tilt_of_a_sensor_in_the_body_is_found_beside_a_speed(tilt: float) -> 
     assert ("accelerometer_tilt" in found) == (tilt > 0.0)
 
 
-def sped(seed: int, zero: float, channels: tuple[str, ...] = ("speed", "acceleration")) -> Log:
+def accelerated_run(seed: int, zero: float, channels: tuple[str, ...] = ("speed", "acceleration")) -> Log:
     """A car that speeds up and brakes, and is a little faster in the end."""
     rng = np.random.default_rng(seed)
     speed = 12.0 - 10.0 * np.cos(2 * np.pi * TIME / 20.0) + 0.05 * TIME
@@ -80,7 +80,7 @@ def sped(seed: int, zero: float, channels: tuple[str, ...] = ("speed", "accelera
 
 @pytest.mark.parametrize("zero", [0.2, -0.05])
 def test_a_zero_that_the_speed_contradicts_is_told(zero: float) -> None:
-    (finding,) = gps_zero([sped(k, zero) for k in range(3)])
+    (finding,) = gps_zero([accelerated_run(k, zero) for k in range(3)])
     assert finding.doubt
     assert finding.where == "3 runs"
     assert float(finding.what.split()[2]) == pytest.approx(zero, abs=0.01)
@@ -88,9 +88,9 @@ def test_a_zero_that_the_speed_contradicts_is_told(zero: float) -> None:
 
 def test_an_acceleration_that_is_the_speeds_own_rate_is_none() -> None:
     for seed in range(20):
-        assert not gps_zero([sped(10 * seed + k, 0.0) for k in range(3)])
-        assert not gps_zero([sped(10 * seed, 0.0)])
+        assert not gps_zero([accelerated_run(10 * seed + k, 0.0) for k in range(3)])
+        assert not gps_zero([accelerated_run(10 * seed, 0.0)])
 
 
 def test_without_a_speed_nothing_is_said() -> None:
-    assert not gps_zero([sped(1, 0.5, ("acceleration",))])
+    assert not gps_zero([accelerated_run(1, 0.5, ("acceleration",))])

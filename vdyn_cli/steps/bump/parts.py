@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -41,33 +41,8 @@ def bump_parts(channels: Sequence[str], length: float) -> tuple[Part, ...]:
 
 
 def suspension_parts(axles: Sequence[str]) -> tuple[Part, ...]:
-    """Dampers, springs and tires of axles."""
-
-    def of(axle: str) -> Iterator[Part]:
-        damping, stiffness, tires = (
-            f"suspension_damping_{axle}", f"suspension_stiffness_{axle}", "tire_vertical_stiffness"
-        )  # fmt: skip
-        yield Part(
-            "damper", axle, "stroke_rate", (-RATE, RATE), FORCE, "N", "m/s", f"the {axle} damper's force", "rate", TURN,
-            law=damper, arguments=lambda x, values: {"damping": values[damping], "stroke": 0.0}, own=(damping,),
-        )  # fmt: skip
-        yield Part(
-            "spring", axle, "stroke", (-STROKE, STROKE), FORCE, "N", "m", f"the {axle} spring's force", "stroke",
-            law=spring, arguments=lambda x, values: {"stiffness": values[stiffness]}, own=(stiffness,),
-        )  # fmt: skip
-        yield Part(
-            "tire_vertical", axle, "compression", (-PRESS, PRESS), FORCE, "N", "m",
-            f"the {axle} tire's vertical force beyond that at rest", "deflection",
-            law=lambda s: s.stiffness * s.compression, arguments=lambda x, values: {"stiffness": values[tires]},
-            own=(tires,),
-        )  # fmt: skip
-        yield Part(
-            "tire_vertical", axle, "compression_rate", (-RATE, RATE), FORCE, "N", "m/s",
-            f"the {axle} tire's damping force", "rate of deflection",
-            law=addition, arguments=lambda x, values: {"stiffness": 0.0, "damping": 0.0},
-        )  # fmt: skip
-
-    return tuple(part for kind in zip(*(of(axle) for axle in axles), strict=True) for part in kind)
+    """Dampers, springs and tires of axles, axle by axle."""
+    return tuple(part for axle in axles for part in _axle_parts(axle))
 
 
 def coordinate_of(part: Part, fit: BumpFit, solution: Solution) -> Array | None:
@@ -85,6 +60,31 @@ def coordinate_of(part: Part, fit: BumpFit, solution: Solution) -> Array | None:
     if part.coordinate == "compression":
         return np.concatenate(pressed)
     return np.concatenate([np.gradient(x, r.time) for x, r in zip(pressed, replays, strict=True)])
+
+
+def _axle_parts(axle: str) -> tuple[Part, ...]:
+    damping, stiffness, tires = f"suspension_damping_{axle}", f"suspension_stiffness_{axle}", "tire_vertical_stiffness"
+    return (
+        Part(
+            "damper", axle, "stroke_rate", (-RATE, RATE), FORCE, "N", "m/s", f"the {axle} damper's force", "rate", TURN,
+            law=damper, arguments=lambda x, values: {"damping": values[damping], "stroke": 0.0}, own=(damping,),
+        ),
+        Part(
+            "spring", axle, "stroke", (-STROKE, STROKE), FORCE, "N", "m", f"the {axle} spring's force", "stroke",
+            law=spring, arguments=lambda x, values: {"stiffness": values[stiffness]}, own=(stiffness,),
+        ),
+        Part(
+            "tire_vertical", axle, "compression", (-PRESS, PRESS), FORCE, "N", "m",
+            f"the {axle} tire's vertical force beyond that at rest", "deflection",
+            law=lambda s: s.stiffness * s.compression, arguments=lambda x, values: {"stiffness": values[tires]},
+            own=(tires,),
+        ),
+        Part(
+            "tire_vertical", axle, "compression_rate", (-RATE, RATE), FORCE, "N", "m/s",
+            f"the {axle} tire's damping force", "rate of deflection",
+            law=addition, arguments=lambda x, values: {"stiffness": 0.0, "damping": 0.0},
+        ),
+    )  # fmt: skip
 
 
 def _profile(length: float) -> Part:

@@ -88,7 +88,7 @@ class BalanceRows:
         """Mean square of the whitened balances at ``at``: 1 where only noise is left."""
         return float(np.mean(np.concatenate([r.residual for r in self.runs]) ** 2))
 
-    def place_in(self, other: LoadFit) -> Array:
+    def unknowns_in(self, other: LoadFit) -> Array:
         """``at`` as unknowns (s + g m) of another fit; unknowns that this fit lacks have their start values."""
         before = [u.name for u in self.fit.unknowns if not u.per_run]
         values = dict(zip(before, self.at.tolist(), strict=False))

@@ -149,16 +149,16 @@ class LoadFit:
 
         first, heave = near or self.first_solution, NO_HEAVE
         for _ in range(0 if self.both_axles else HEAVE_ROUNDS):
-            heave = self.heave_noise(self.place(first))
-            first = solve(self.regression(self.place(first), heave=heave), tolerance=TOLERANCE)
+            heave = self.heave_noise(self.unknowns_at(first))
+            first = solve(self.regression(self.unknowns_at(first), heave=heave), tolerance=TOLERANCE)
 
         def refit(state: tuple[Solution, float]) -> tuple[tuple[Solution, float], float]:
             solution, before = state
-            at = self.place(solution)
+            at = self.unknowns_at(solution)
             tolerance = float(np.clip((INEXACT * before) ** 2, TOLERANCE, ROUGH_TOLERANCE))
             later = solve(self.regression(at, heave=heave), tolerance=tolerance)
             shared = len(later.names)
-            moved = float(np.max(np.abs(self.place(later) - at)[:shared] / np.array(list(later.std.values()))))
+            moved = float(np.max(np.abs(self.unknowns_at(later) - at)[:shared] / np.array(list(later.std.values()))))
             return (later, moved), moved if tolerance == TOLERANCE else np.inf
 
         settled = until_settled(refit, (first, np.inf), MOST_ROUNDS - 1, SETTLED)
@@ -167,10 +167,10 @@ class LoadFit:
             what = f"the fit of the moment balance does not converge in {MOST_ROUNDS} iterations"
             got = f"last step {moved:.2g} standard deviations"
             finding = Finding("fit", what, got, "check units and signs of accelerometer and loads")
-            raise RefusedFitError([finding], self.regression(self.place(last)), lambda: last)
+            raise RefusedFitError([finding], self.regression(self.unknowns_at(last)), lambda: last)
         return last
 
-    def place(self, solution: Solution, start: Mapping[str, float] = NO_VALUES) -> Array:
+    def unknowns_at(self, solution: Solution, start: Mapping[str, float] = NO_VALUES) -> Array:
         """All unknowns (s + g m), shared first, then run by run, at a solution of this fit or of one without effects.
 
         Parameters
@@ -214,7 +214,7 @@ class LoadFit:
 
     def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
         """Each window's mean imbalance as front axle load (k,), N, and its standard deviation by the noise, (k,) N."""
-        at = self.place(solution)
+        at = self.unknowns_at(solution)
         imbalance, band = self._imbalance(run, _local(self, at, run), self.heave_noise(at))
         return imbalance, np.sqrt(band[0])
 

@@ -118,9 +118,9 @@ class CgProblem(SimulatedProblem):
         """
         if not unknowns:
             here = even_if_refused(lambda: self.baseline)
-            return self.fit.regression(self.fit.place(here), self.fit.place(here, start))
+            return self.fit.regression(self.fit.unknowns_at(here), self.fit.unknowns_at(here, start))
         fit = self.fit_with(effects, unknowns)
-        return fit.regression(self._linearization_point(fit), fit.place(self._first, start))
+        return fit.regression(self._linearization_point(fit), fit.unknowns_at(self._first, start))
 
     def regression_like(
         self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
@@ -134,7 +134,7 @@ class CgProblem(SimulatedProblem):
         if rows.misfit >= STEP_POLICY.balance_noise:
             return self.regression(effects, unknowns, start)
         fit = self.fit_with(effects, unknowns)
-        return fit.regression(rows.place_in(fit), fit.place(self._first, start), rows.heave)
+        return fit.regression(rows.unknowns_in(fit), fit.unknowns_at(self._first, start), rows.heave)
 
     def _linearization_point(self, fit: LoadFit) -> Array:
         """The unknowns at which noise and true channels are computed: the fit with all effects of ``fit``.
@@ -151,7 +151,7 @@ class CgProblem(SimulatedProblem):
             if alone[1] < STEP_POLICY.balance_noise:
                 return alone[0]
         found = self._nearly_fitted(replace(fit, effect_unknowns=unbounded(fit.effect_unknowns)))
-        at, misfit = (fit.place(found[0]), found[1]) if found else (fit.place(self._first), np.inf)
+        at, misfit = (fit.unknowns_at(found[0]), found[1]) if found else (fit.unknowns_at(self._first), np.inf)
         enough = STEP_POLICY.balance_noise * misfit if heaves else STEP_POLICY.balance_misfit
         if (_unexplained(self.fit, even_if_refused(lambda: self.baseline)) if heaves else misfit) < enough:
             return at
@@ -163,7 +163,7 @@ class CgProblem(SimulatedProblem):
 
     def _best_with_one(self, fit: LoadFit) -> tuple[Array, float]:
         """Unknowns and misfit of the best fit with one effect of ``fit``; without effects where none converges."""
-        at, misfit = fit.place(self._first), np.inf
+        at, misfit = fit.unknowns_at(self._first), np.inf
         own = {profile.name for profile in self.profiles}
         for effect in (e for e in fit.effects if e.name not in own):
             free = len(effect.unknowns) > LAW_UNKNOWNS  # a free function needs its prior
@@ -174,7 +174,7 @@ class CgProblem(SimulatedProblem):
                 self._fits_with_one[key] = self._nearly_fitted(self.fit_with((effect,), unknowns))
             found = self._fits_with_one[key]
             if found is not None and found[1] < misfit:
-                at, misfit = fit.place(found[0]), found[1]
+                at, misfit = fit.unknowns_at(found[0]), found[1]
         return at, misfit
 
     def _nearly_fitted(self, fit: LoadFit) -> tuple[Solution, float] | None:
@@ -185,7 +185,7 @@ class CgProblem(SimulatedProblem):
         try:
             solution = self._first
             for _ in range(ROUNDS):
-                balance = fit.regression(fit.place(solution))
+                balance = fit.regression(fit.unknowns_at(solution))
                 solution = solve(balance, tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
             return solution, _unexplained(fit, solution)
         except ResultError:
@@ -222,7 +222,7 @@ def _unexplained(fit: LoadFit, solution: Solution) -> float:
     """Mean square of the balances whitened by the sensors' noise alone, without the heave by the road."""
     if fit.both_axles:
         return _misfit(solution)
-    rows = fit.regression(fit.place(solution), heave=NO_HEAVE).rows
+    rows = fit.regression(fit.unknowns_at(solution), heave=NO_HEAVE).rows
     assert isinstance(rows, BalanceRows)
     return rows.misfit
 

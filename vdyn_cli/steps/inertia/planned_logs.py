@@ -74,6 +74,8 @@ def _log(day: DayRequest, spec: InertiaSpec, k: int) -> Log:
 
 def _pulses(day: DayRequest, time: Array) -> Array:
     """Acceleration (n,) of the car: a repeated cycle of throttle, rolling, brake, rolling, with random amplitudes."""
+    from scipy.signal import lfilter
+
     level, rng, wanted, now = day.at["acceleration_level"], day.rng, np.zeros(time.size), ROLLS
     while now < time[-1]:
         for sign in (1.0, -1.0):
@@ -82,11 +84,8 @@ def _pulses(day: DayRequest, time: Array) -> Array:
             wanted[(time >= now) & (time < end)] = sign * size
             now = end + ROLLS
     keep = float(np.exp(-(time[1] - time[0]) / LAG))
-    for _ in range(2):
-        before = 0.0
-        for i, value in enumerate(wanted):
-            before = wanted[i] = keep * before + (1 - keep) * value
-    return wanted
+    lag = np.poly([keep, keep])
+    return np.asarray(lfilter([(1 - keep) ** 2], lag, wanted))
 
 
 PLANNED = PlannedDay(3, SETTINGS, _simulated)

@@ -175,13 +175,13 @@ class InertiaProblem(SimulatedProblem):
         doubts: tuple[Finding, ...] = ()
         if balance is not None:
             gain = self.spec.settings.gain_std
-            at = partial(road_inertia, balance, self.known, gain.value if gain else 0.0, effects, unknowns)
+            road_at = partial(road_inertia, balance, self.known, gain.value if gain else 0.0, effects, unknowns)
 
             def shown(end: Solution) -> Result:
-                return inertia_result(at(end), None, self.findings, unknowns)
+                return inertia_result(road_at(end), None, self.findings, unknowns)
 
             try:
-                road = at(solve(balance.regression(balance.first_inertia, effects, unknowns)))
+                road = road_at(solve(balance.regression(balance.first_inertia, effects, unknowns)))
                 doubts = balance.doubted_inertia(road.solution.values["wheel_inertia"])
             except ResultError as error:
                 doubts = balance.negative_inertia() or error.findings

@@ -12,7 +12,7 @@ from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.effect_estimates import unbounded
-from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, next_place
+from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, unknowns_and_change
 
 CLEARLY = 10.0  # reduction of the cost by which a probe must fit better than no effect
 PROBED = 2  # every second probe is tried
@@ -55,7 +55,7 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
     ----------
     linear : the solution without effects.
     """
-    start = fit.place(linear)
+    start = fit.unknowns_at(linear)
     probed = _probed(fit, linear)
     whole = replace(fit, extra=unbounded(probed))
 
@@ -64,7 +64,7 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
             solution = solve(whole.frozen_regression(at), tolerance=ARRIVED)
         except ResultError:
             return at, 0.0
-        return next_place(whole, at, solution)
+        return unknowns_and_change(whole, at, solution)
 
     first = start if probed == fit.extra else whole.fit_holding_effects(linear)[0]
     return fit.frozen_regression(until_settled(step, first, ROUNDS, SETTLED).state, start)

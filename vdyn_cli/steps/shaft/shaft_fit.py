@@ -105,7 +105,7 @@ class ShaftFit:
         own = {u.name: begin[s + i :: m] for i, u in enumerate(self.regression.own)}
         return replace(self.regression, unknowns=started, rows=lambda k, theta: frozen[k](theta), run_starts=own)
 
-    def place(self, solution: Solution) -> Array:
+    def unknowns_at(self, solution: Solution) -> Array:
         """All unknowns, (s + runs m,), at a solution of this fit, or of the linear one with effects at their starts.
 
         A linear law determines only one zero. For a nonlinear one it becomes the twist's, as torques are zeroed well.
@@ -146,13 +146,13 @@ class ShaftFit:
     def fit_holding_effects(self, linear: Solution) -> tuple[Array, float]:
         """All unknowns, and the cost, of the fit with the effects held at their start values.
 
-        A search starts there; otherwise a corner of the law at a wrong place would lead the fit astray.
+        A search starts there; otherwise a corner of the law at a wrong twist would lead the fit astray.
         """
-        at = self.place(linear)
+        at = self.unknowns_at(linear)
         held, cost = {u.name: u.start for u in self.extra}, np.inf
         for _ in range(FIRST_ROUNDS):
             solution = solve(restricted(self.frozen_regression(at), held), tolerance=ARRIVED)
-            at, cost = self.place(solution), solution.cost
+            at, cost = self.unknowns_at(solution), solution.cost
         return at, cost
 
     def _settled(self, linear: Solution) -> Solution:
@@ -161,7 +161,7 @@ class ShaftFit:
         def step(last: tuple[Array, Solution | None, float]) -> tuple[tuple[Array, Solution | None, float], float]:
             at, best, least = last
             solution = solve(self.frozen_regression(at), tolerance=ARRIVED)
-            at, moved = next_place(self, at, solution)
+            at, moved = unknowns_and_change(self, at, solution)
             return (at, solution, moved) if moved < least else (at, best, least), moved
 
         start: tuple[Array, Solution | None, float] = (self.fit_holding_effects(linear)[0], None, CORNERED)
@@ -249,9 +249,9 @@ def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:
     return solve(ShaftFit(tuple(runs)).regression)
 
 
-def next_place(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
+def unknowns_and_change(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
     """All unknowns at a solution, and the largest change of a shared one from ``at``, in standard deviations."""
-    later = fit.place(solution)
+    later = fit.unknowns_at(solution)
     std = np.array([solution.std[n] for n in solution.names])
     return later, float(np.max(np.abs(later - at)[: std.size] / std))
 

@@ -82,8 +82,8 @@ class ShaftSide:
         ResultError : the fit without effects fails.
         """
         fit = self._fit((), ())
-        place = fit.place(even_if_refused(lambda: self.linear))
-        rates = (fit.adjusted(k, fit.regression.local(place, k))[1] for k in range(len(self.runs)))
+        at = fit.unknowns_at(even_if_refused(lambda: self.linear))
+        rates = (fit.adjusted(k, fit.regression.local(at, k))[1] for k in range(len(self.runs)))
         return tuple(white_level(rate, run.time) for run, rate in zip(self.runs, rates, strict=True))
 
     def drawn_bar(self, effects: Sequence[Effect]) -> tuple[float, float] | None:
@@ -119,8 +119,8 @@ class ShaftSide:
             what, remedy = "the log does not determine it", "log a tip-in with more torque"
             raise ResultError(Finding("shaft_stiffness", what, got, remedy))
         together = covariance[0, 1] + stiffness.value * damping.value * self.torque_gain**2
-        place = fit.place(solution)
-        adjusted = [fit.adjusted(k, fit.regression.local(place, k)) for k in range(len(self.runs))]
+        at = fit.unknowns_at(solution)
+        adjusted = [fit.adjusted(k, fit.regression.local(at, k)) for k in range(len(self.runs))]
         twist, rate, torque = zip(*adjusted, strict=True)
         # The standard deviation is at least that by the noise, even if the blocks scatter less.
         least = solution.classical_std

@@ -42,9 +42,8 @@ def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) 
         for log in found
     ]
     raise_all(dict.fromkeys(f for log, use in zip(found, used, strict=True) for f in _doubts(log, int(use.sum()))))
-    return tuple(
-        log.with_channels(slip=np.where(use, log["slip"], np.nan)) for log, use in zip(found, used, strict=True)
-    )
+    kept = (np.where(use, log["slip"], np.nan) for log, use in zip(found, used, strict=True))
+    return tuple(log.with_channels(slip=slip) for log, slip in zip(found, kept, strict=True))
 
 
 def _with_slip(log: Log, settings: TireSettings, known: Parameters) -> Log:
