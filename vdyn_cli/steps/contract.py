@@ -44,9 +44,8 @@ class Failure:
     @classmethod
     def from_error(cls, error: ResultError | ArithmeticError) -> Failure:
         """The failure that corresponds to an exception."""
-        if isinstance(error, UnpublishedError):
-            return cls(error.findings, error.shown)
-        return cls(error.findings if isinstance(error, ResultError) else (Finding("fit", str(error)),))
+        findings = error.findings if isinstance(error, ResultError) else (Finding("fit", str(error)),)
+        return cls(findings, error.shown if isinstance(error, UnpublishedError) else None)
 
     def refused(self, step: str) -> Result:
         """The refused result: the simulation and the reasons, without parameters.

@@ -165,25 +165,25 @@ def _changes(height: Array, at: Array, step: float) -> tuple[Array, Array, Array
 
 def _likelihood(track: _Track, spectrum: int, slope: float) -> float:
     """Log likelihood of the elevations."""
-    prior = slope**2 * slope_correlation(track.nodes, spectrum)
-    factor = np.linalg.cholesky(_covariance(track, prior))
+    factor = np.linalg.cholesky(_covariances(track, spectrum, slope)[1])
     white = np.linalg.solve(factor, track.elevation - np.median(track.elevation))
     return -0.5 * float(white @ white) - float(np.sum(np.log(np.diag(factor))))
 
 
-def _covariance(track: _Track, prior: Array) -> Array:
-    """Covariance (k, k) of the elevations."""
-    return np.asarray(track.rise @ prior @ track.rise.T + np.diag(track.std**2) + UNKNOWN_HEIGHT**2)
+def _covariances(track: _Track, spectrum: int, slope: float) -> tuple[Array, Array]:
+    """Prior covariance (m, m) of the slopes, and covariance (k, k) of the elevations."""
+    prior = slope**2 * slope_correlation(track.nodes, spectrum)
+    return prior, np.asarray(track.rise @ prior @ track.rise.T + np.diag(track.std**2) + UNKNOWN_HEIGHT**2)
 
 
 def _grade(time: Array, track: _Track, spectrum: int, slope: float) -> ElevationGrade:
     """The posterior mean of the slope, and a factor of its posterior covariance."""
-    prior = slope**2 * slope_correlation(track.nodes, spectrum)
-    reach = track.rise @ prior
-    gain = np.linalg.solve(_covariance(track, prior), np.column_stack([track.elevation, reach]))
+    prior, covariance = _covariances(track, spectrum, slope)
+    reach, ones = track.rise @ prior, np.ones(track.elevation.size)
+    gain = np.linalg.solve(covariance, np.column_stack([track.elevation, reach]))
     values, axes = np.linalg.eigh(prior - reach.T @ gain[:, 1:])
     kept = values > NEGLIGIBLE * values[-1]
-    about = np.linalg.solve(_covariance(track, prior), np.ones(track.elevation.size))
+    about = np.linalg.solve(covariance, ones)
     level = float(about @ track.elevation / about.sum())  # the height of the start, which has no prior
     likeliest = reach.T @ (gain[:, 0] - level * about)
     return ElevationGrade(time, track.distance, track.nodes, likeliest, axes[:, kept] * np.sqrt(values[kept]))

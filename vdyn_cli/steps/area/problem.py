@@ -52,11 +52,11 @@ class AreaProblem(Problem):
         return result_of(self.spec, self.pictures.photo, shape, self.edges, budget)
 
     def _silhouette(self) -> Silhouette:
-        settings = self.spec.settings
+        settings, mask = self.spec.settings, self.pictures.mask
         threshold = None if settings.threshold == "auto" else settings.threshold
         try:
-            if self.pictures.mask is not None:
-                return find_silhouette(self.pictures.mask, MASK_THRESHOLD, False, self.exclude)
+            if mask is not None:
+                return find_silhouette(mask, MASK_THRESHOLD, False, self.exclude)
             return find_silhouette(self.pictures.photo, threshold, settings.car == "dark", self.exclude)
         except ValueError as error:
             remedy = "set 'car: dark' or 'car: bright', a threshold, or give a mask"

@@ -20,17 +20,8 @@ def swing_comparison(swing: FreeSwing) -> Comparison:
     return Comparison(r.name, r.channel, SWING_UNITS[r.channel], r.time, "time in s", r.values, swing.simulated)
 
 
-def road_figures(inertia: float, torques: Sequence[Comparison]) -> tuple[Figure, ...]:
-    """Figures of the balance and its residual.
-
-    Parameters
-    ----------
-    inertia : kg m^2. torques : net torque in each window of each run, as ``spin_torques``.
-    """
-    return _balance(inertia, torques), _balance_residual(torques)
-
-
-def _balance(inertia: float, torques: Sequence[Comparison]) -> Figure:
+def balance(inertia: float, torques: Sequence[Comparison]) -> Figure:
+    """Figure of the balance; ``inertia`` in kg m^2, ``torques`` as of :func:`spin_torques`."""
     clouds = [Series(c.run, c.measured / inertia, c.simulated, "points") for c in torques]
     ends = np.array([min(float(c.x.min()) for c in clouds), max(float(c.x.max()) for c in clouds)])
     line = Series(f"{inertia:.3g} {UNIT}", ends, inertia * ends, role="simulated")
@@ -44,7 +35,8 @@ def _balance(inertia: float, torques: Sequence[Comparison]) -> Figure:
                   "T - (Fx + mw a) r - frr Fz r in N m", (*clouds, line))  # fmt: skip
 
 
-def _balance_residual(torques: Sequence[Comparison]) -> Figure:
+def balance_residual(torques: Sequence[Comparison]) -> Figure:
+    """Figure of the balance's residual over time."""
     series = tuple(Series(c.run, c.x, c.measured - c.simulated, "points", role="residual") for c in torques)
     caption = (
         "Residual of the balance. Good: noise around zero of the same height throughout. Bad: bursts at "

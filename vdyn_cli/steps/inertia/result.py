@@ -71,7 +71,8 @@ def _summary(
     if road is not None:
         torques = spin_torques(road.balance, road.solution)
         compared += torques
-        drawn += figures.road_figures(road.solution.values["wheel_inertia"], torques)
+        inertia = road.solution.values["wheel_inertia"]
+        drawn += [figures.balance(inertia, torques), figures.balance_residual(torques)]
         summaries.append(torque_summary(road.balance, road.solution, torques))
     if swing is not None:
         c = figures.swing_comparison(swing)

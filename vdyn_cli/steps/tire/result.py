@@ -9,7 +9,6 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
-from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
@@ -51,6 +50,7 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
             warnings.append(text.peak_by_priors(fit.reach, curve.peak))
     zeros = solution.per_run.get(ZERO, np.zeros(len(fit.sweeps)))
     residuals = [near.residual(sweep) + zero for near, sweep, zero in zip(points, fit.sweeps, zeros, strict=True)]
+    peaks = () if "braking_D" in fit.free else text.two_peaks_note(fit.sweeps)
     restate = partial(text.sentence, peak=curve.peak)
     return Result(
         "tire",
@@ -61,15 +61,11 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         figures.comparisons(fit.sweeps, residuals),
         (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
         (text.sweeps_table(fit.sweeps),),
-        (*text.prior_notes(priors, solution), *_peaks(curve), *(f for log in logs for f in log.findings)),
+        (*text.prior_notes(priors, solution), *peaks, *(f for log in logs for f in log.findings)),
         amplitudes=effect_amplitudes(solution, fit.unknowns),
         withheld=withheld,
         restate=restate,
     )
-
-
-def _peaks(curve: FittedCurve) -> list[Finding]:
-    return [] if "braking_D" in curve.fit.free else text.two_peaks_note(curve.fit.sweeps)
 
 
 def _apart(other: Solution, best: Solution) -> bool:

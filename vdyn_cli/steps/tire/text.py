@@ -67,17 +67,16 @@ def other_curves(shapes: Sequence[float]) -> str:
     )
 
 
-def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> list[Finding]:
+def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> tuple[Finding, ...]:
     """A finding where one curve is fitted to driving and braking although their largest frictions differ."""
     slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))
-    if slip.min() > -STEP_POLICY.peak_slip or slip.max() < STEP_POLICY.peak_slip:
-        return []
     driving, braking = float(np.quantile(friction, 0.98)), -float(np.quantile(friction, 0.02))
-    if abs(driving - braking) < STEP_POLICY.two_peaks * max(driving, braking):
-        return []
+    both_reached = slip.min() <= -STEP_POLICY.peak_slip and slip.max() >= STEP_POLICY.peak_slip
+    if not both_reached or abs(driving - braking) < STEP_POLICY.two_peaks * max(driving, braking):
+        return ()
     what = "the largest friction differs between driving and braking, and one curve is fitted to both"
     remedy = "write 'peaks: two' under settings, or check the zero of the force"
-    return [Finding("settings.peaks", what, f"{driving:.3f} and {braking:.3f}", remedy)]
+    return (Finding("settings.peaks", what, f"{driving:.3f} and {braking:.3f}", remedy),)
 
 
 def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -> list[Finding]:
