@@ -17,7 +17,7 @@ def first_not_finite(rows: Array) -> int | None:
 
 
 def diverged_first(rows: Array, row: int, names: Sequence[str]) -> str:
-    """The column that diverged first: of those not finite at ``row``, the one with the largest growth just before.
+    """Name of the column that diverged first: of those not finite at ``row``, that with the largest growth before it.
 
     In an unstable integration all states diverge within a step or two; the cause is the state that oscillates with
     growing amplitude.

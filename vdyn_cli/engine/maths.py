@@ -27,5 +27,8 @@ def soft_abs(x: Any, width: float) -> Any:
 
 
 def dead_zone(x: Any, gap: Any, width: float) -> Any:
-    """Smooth dead zone of half-width ``gap``, rounded over ``width``; exactly x for gap = 0, slope never negative."""
+    """Smooth dead zone of half-width g = ``gap``, rounded over w = ``width``, both in the unit of x.
+
+    x + (sqrt((x - g)^2 + w^2) - sqrt((x + g)^2 + w^2)) / 2, exactly x for g = 0, with a slope of 0 to 1
+    """
     return x + (sqrt((x - gap) ** 2 + width**2) - sqrt((x + gap) ** 2 + width**2)) / 2

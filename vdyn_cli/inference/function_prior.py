@@ -26,7 +26,9 @@ SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)  # of the plausible size: from a 
 def spectrum(orders: Array, length: float) -> Array:
     """Variances (n,) of the coefficients of cos(i pi u), i in ``orders`` (n,), for a ``length`` as a share of the span.
 
-    Their sum is one.
+    v_i = c (5 / length^2 + (i pi)^2)^-3, sum v_i = 1: the spectral density of a Matern 5/2 process
+
+    Source: Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, equation (4.15).
     """
     density = (5.0 / length**2 + (np.pi * orders) ** 2) ** -3.0
     return np.asarray(density / density.sum())
@@ -83,11 +85,11 @@ def evidence(information: Array, score: Array, variance: Array) -> FunctionEvide
 
 
 def best_evidence(information: Array, score: Array, orders: Array, size: float, copies: int = 1) -> FunctionEvidence:
-    """The largest evidence over a grid of sizes and lengths.
+    """The largest evidence over the grid of ``LENGTHS`` (shares of the span) and ``SIZES`` (shares of ``size``).
 
     Parameters
     ----------
-    information, score : as in ``evidence``.
+    information, score : (n, n) A and (n,) g, as in ``evidence``.
     orders : (n / copies,) orders of the cosines of one function. size : plausible amplitude of the function.
     copies : number of functions with the same size and length, whose coefficients are concatenated.
     """

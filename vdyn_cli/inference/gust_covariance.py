@@ -195,7 +195,9 @@ class Surroundings:
 
 
 def integration(bins: Bins, fade: Array) -> Array:
-    """Response (b, b) of each bin's mean speed to an acceleration of 1 m/s^2 during another bin.
+    """Response (b, b), s, of each bin's mean speed to an acceleration of 1 m/s^2 during another bin.
+
+    H_ij = width_j exp(-integral of fade from bin j to i) for i > j, lead_i on the diagonal, 0 for i < j
 
     Parameters
     ----------

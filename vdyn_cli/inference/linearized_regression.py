@@ -22,9 +22,15 @@ FEWEST_APART = 3
 def linearized(regression: Regression) -> Regression:
     """The regression linearized at its start, each run reduced to one QR factor per block.
 
+    r(theta) = r0 + J (theta - theta0), with r0 and J the whitened residual and its derivatives at the start theta0
+
     For models that are expensive to simulate and whose unknowns have narrow priors: one pass over the logs, and every
     later fit is cheap. The error grows with the square of the steps. Nuisance parameters with a prior lose their
     bounds: the prior constrains them, and a diagnosis tests how far they move.
+
+    Raises
+    ------
+    ArithmeticError, ResultError : as ``regression.rows`` at the start.
     """
     x = regression.start()
     runs = len(regression.runs)
@@ -56,7 +62,7 @@ def _without_bounds(u: Unknown) -> Unknown:
 
 
 def blocks_within(rows: Rows, wanted: int) -> int:
-    """Number of blocks of a run: ``wanted``, or fewer to keep FEWEST_ROWS rows in each (FEWEST_APART if far apart)."""
+    """Number of blocks of a run: ``wanted``, or fewer to keep FEWEST_ROWS rows in each (FEWEST_APART if ``apart``)."""
     return max(1, min(wanted, rows.residual.size // (FEWEST_APART if rows.apart else FEWEST_ROWS)))
 
 

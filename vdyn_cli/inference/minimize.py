@@ -56,7 +56,8 @@ def minimize(
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that are not at a bound, D the largest column
     norms so far; an unknown that would leave its range stops at the bound. mu falls where the linearization predicts
     well and rises where it does not. The model is linearized only where the cost falls. The iteration ends early where
-    its predicted cost stays above the one reached from another start (``Regression.reached``).
+    its predicted cost stays above the one reached from another start (``Regression.reached``). Source: damping and
+    scaling after More, Numerical Analysis, Lecture Notes in Mathematics 630 (1978) 105.
 
     Parameters
     ----------

@@ -38,6 +38,8 @@ def qr_factor(matrix: Array) -> Array:
 def orthonormal(columns: Array) -> Array:
     """Orthonormal basis of the span of columns of any scale, without dependent directions.
 
+    Left singular vectors of the columns scaled to length one, with singular values above ``DEPENDENT`` of the largest.
+
     Parameters
     ----------
     columns : (n, k).

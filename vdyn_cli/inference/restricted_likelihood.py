@@ -150,6 +150,10 @@ def likelihoods_of(
 ) -> Array:
     """The restricted log likelihood, up to a constant, of alternative models of the random unknowns.
 
+    -1/2 log |A| + 1/2 b' A^-1 b,   A = K + sum J' C^-1 J,   b = sum J' C^-1 r
+
+    with K the prior information and C the noise covariance of each run, the same in all models.
+
     Parameters
     ----------
     runs, sizes : the runs at the fit, and the amplitudes of their noise by name.
@@ -189,6 +193,8 @@ def restricted_likelihood(
     runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array, random: RandomUnknowns | None = None
 ) -> tuple[float, dict[str, float]]:
     """The negative restricted log likelihood, and its derivatives to the logarithms of the amplitudes, by name.
+
+    The module's sum without the amplitudes' own priors.
 
     Parameters
     ----------

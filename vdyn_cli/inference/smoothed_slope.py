@@ -26,7 +26,10 @@ FINER = tuple(np.geomspace(0.6, 1.67, 7))  # factors on the best point of the gr
 
 
 def smoothed_slope(along: Array, measured: Array, used: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Mean and standard deviation of the slope at each measurement, (k,) each; zero where hills are not significant.
+    """Mean and standard deviation of the slope at each measurement, (k,) each, by the module's Kalman smoother.
+
+    The mean is zero where hills are not significant: where the log likelihood exceeds that of a level road with white
+    noise by less than ``SIGNIFICANT``.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ def white_level(trace: Array, time: Array | None = None) -> float:
 def exceeds_noise(spread: float, noise: float, count: int) -> bool:
     """Whether a channel holds more than white noise, however small the excess is.
 
-    spread^2 - noise^2 > 10 noise^2 (2 / n)^0.5
+    spread^2 - noise^2 > 10 noise^2 (2 / n)^0.5, ten standard errors of a variance of white noise
 
     Parameters
     ----------

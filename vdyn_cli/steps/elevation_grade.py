@@ -97,6 +97,8 @@ class ElevationGrade:
 def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
     """The grade of each log; empty where any log has a grade, lacks an elevation, or covers too little distance.
 
+    The spectrum and the rms slope are those of ``SPECTRA`` and ``SLOPES`` with the largest likelihood of all logs.
+
     Parameters
     ----------
     logs : with speed, m/s, and elevation, m.

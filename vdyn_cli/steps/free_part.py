@@ -153,7 +153,10 @@ class Part:
         return bool({self.element, *self.related} & set(one.on))
 
     def cosines(self, x: Any) -> list[Any]:
-        """The cosines at a value or symbol of the coordinate, in the order of ``orders``."""
+        """The cosines cos(i pi u) at a value or symbol of the coordinate, in the order of ``orders``.
+
+        u, 0 to 1, is the position in the span after the compression; if ``anchored``, less their values at zero.
+        """
         first = self._wave(x)
         zero = float(self._wave(0.0)) if self.anchored else 0.0
         waves, at_zero = [1.0, first], [1.0, zero]

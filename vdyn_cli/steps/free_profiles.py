@@ -51,7 +51,7 @@ def profile(name: str, on: str, signal: str, span: Sequence[float], size: float,
 
 
 def span_of(values: Sequence[np.ndarray], least: float = 0.0) -> tuple[float, float]:
-    """First and last knot for a signal: its 1 % and 99 % quantiles, at least ``least`` apart."""
+    """First and last knot for a signal: the 1 % and 99 % quantiles of all ``values``, at least ``least`` apart."""
     every = np.concatenate([np.asarray(v)[np.isfinite(v)] for v in values])
     low, high = (float(v) for v in np.quantile(every, [0.01, 0.99]))
     return (low, high) if high - low > least else (low, low + max(least, 1e-6))

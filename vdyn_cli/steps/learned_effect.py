@@ -85,11 +85,12 @@ LAW_FORMS: Mapping[str, LawForm] = {
 
 
 def learned_effect(name: str, law: LawDefinition, starts: Mapping[str, tuple[float, float, float]]) -> Effect:
-    """The effect of a learned law.
+    """The effect of a learned law: a sum of curves, each over one signal, added to the law of an element.
 
     Parameters
     ----------
-    name : of the effect. starts : (value, lower, upper) of each unknown; values of shape parameters become nominal.
+    name : of the effect. law : its element, curves and label.
+    starts : (value, lower, upper) of each unknown, SI; values of shape parameters become nominal.
     """
     quantities, nominal = [], {}
     for curve in law.curves:
@@ -159,6 +160,8 @@ def _addition(element: str, curve: CurveDefinition) -> Callable[[Any, Sequence[A
 
 def learned_effects(parameters: Parameters) -> tuple[Effect, ...]:
     """The effects of the learned laws that belong to the vehicle, at the values estimated by earlier steps.
+
+    Each unknown may move by ten times its value or its standard deviation, whichever is larger.
 
     Parameters
     ----------

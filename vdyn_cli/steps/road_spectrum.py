@@ -20,6 +20,9 @@ SPECTRA: tuple[tuple[tuple[float, float, bool], ...], ...] = (
 def slope_correlation(knots: Array, spectrum: int) -> Array:
     """Correlation (m, m) of slopes at knots.
 
+    sum of share (1 + a) exp(-a), a = sqrt(3) d / length (Matern 3/2), where smooth, else share exp(-d / length), d the
+    distance of two knots, m
+
     Parameters
     ----------
     knots : (m,) m. spectrum : index in SPECTRA.

@@ -12,7 +12,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
-    """Start of each run's log, s after the first one.
+    """Start of each run's log, (runs,) s after the first one.
 
     From the key ``start`` of the runs, if any run states it. Else from the logs' times, if the logs follow one another
     on one clock. Else logs of a few minutes are assumed to be driven in the order of the description without a pause:

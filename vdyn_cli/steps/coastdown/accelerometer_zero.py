@@ -32,13 +32,13 @@ class AccelerometerZero:
 
 
 def zero_of(log: Log, elevation_error: float, mean_slope: float) -> AccelerometerZero:
-    """The accelerometer's zero in one log; 0 with a large standard deviation where the log is too short.
+    """The accelerometer's zero in one log, by the module's energy balance.
 
-    Gaps longer than a second are left out of the energy balance.
+    Gaps longer than a second are left out. A log shorter than ``SHORTEST`` m has the zero 0 +- ``UNKNOWN_STD``.
 
     Parameters
     ----------
-    log : channels speed, acceleration and perhaps elevation (m).
+    log : channels speed (m/s), acceleration (specific force, m/s^2) and perhaps elevation (m).
     elevation_error : m, standard deviation of the elevation at either end.
     mean_slope : standard deviation of a road's net slope, used where no elevation is logged or it is constant.
     """

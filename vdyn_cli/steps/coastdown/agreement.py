@@ -60,8 +60,9 @@ class LocalForces:
 def local_forces(fit: RoadLoadFit) -> LocalForces | None:
     """Measured and fitted forces in classes of speed; None where the car is driven or no class has enough runs.
 
-    Assumes that a run's deceleration within a class belongs to its mean speed, for measured and simulated run alike.
-    The intervals include the slope of the road, which all runs of a direction share, with its fitted roughness.
+    Means over the runs of each direction (at least two), then over directions; the interval is 95 % (Welch). Assumes
+    that a run's deceleration within a class belongs to its mean speed, for measured and simulated run alike. The
+    intervals include the slope of the road, which all runs of a direction share, with its fitted roughness.
     """
     if fit.campaign.drive != "coasting" or not fit.campaign.speed_fitted:
         return None
@@ -147,9 +148,9 @@ def bonferroni_factor(classes: int) -> float:
 
 
 def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
-    """Rolling resistance and drag area that fit the local forces; those of the two that are estimated.
+    """Rolling resistance and drag area (m^2) that fit the local forces; those of the two that are estimated.
 
-    Weighted least squares of the measured minus the fitted force on M g and 1/2 rho V^2.
+    Least squares of measured minus fitted force on M g and 1/2 rho V^2, weighted by the intervals.
     """
     columns = {
         "rolling_resistance": np.full(found.speed.size, fit.at["mass"] * GRAVITY),
@@ -162,7 +163,9 @@ def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
 
 
 def widened_to_include(solution: Solution, other: Mapping[str, float]) -> Solution:
-    """The solution with 95 % intervals that include other values: the shift's outer product adds to the covariance.
+    """The solution with 95 % intervals that include other values.
+
+    C + d d' / t^2, d the shift (s,) to the other values and t the 97.5 % quantile of Student's t
 
     Parameters
     ----------
@@ -178,7 +181,7 @@ def widened_to_include(solution: Solution, other: Mapping[str, float]) -> Soluti
 
 
 def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
-    """Shift of each published unknown when a run is left out, to first order, by run; empty for a single run.
+    """Shift of each published unknown, SI, when a run is left out, to first order, by run; empty for a single run.
 
     The sum of the deletions of the run's units (inference.intervals.Spread).
     """

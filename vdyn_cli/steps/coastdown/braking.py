@@ -73,7 +73,7 @@ class _ExcessDeceleration:
 def without_braking(
     segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], window: float | None
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the parts that deviate from the common deceleration, and the rejected parts.
+    """Coasts without the parts that deviate from the common deceleration (the module's law), and the rejected parts.
 
     Without a stated window, half of the runs may be driven over the upper speeds and half over the lower ones, and all
     are braked to rest: then a run is compared with what the others cover, not with the range of all together.

@@ -56,7 +56,10 @@ class CoastTimes:
         return inertia * (self.upper - self.lower) / self.mean
 
     def force_error(self, inertia: float) -> float:
-        """Half the 95 % interval of that force from the scatter of the pairs, N; 0 for one pair."""
+        """Half the 95 % interval of that force, N; 0 for one pair.
+
+        inertia (upper - lower) t sd(1 / pairs) / sqrt(n), t the 97.5 % quantile of Student's t with n - 1 degrees
+        """
         n = self.pairs.size
         if n < 2:
             return 0.0
@@ -86,7 +89,14 @@ def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | Non
 
 
 def coast_times(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[CoastTimes]:
-    """Coast-down times about every 10 km/h that all paired runs pass, highest first; empty without pairs."""
+    """Coast-down times over 10 km/h about each multiple of 10 km/h that all paired runs pass, highest speed first.
+
+    Empty without pairs. The time of a pair is the harmonic mean of its two times.
+
+    Parameters
+    ----------
+    segments : the fitted coasts. directions : of each segment, "out" or "back"; None: not stated.
+    """
     couples = paired_runs(segments, directions)
     if not couples:
         return []

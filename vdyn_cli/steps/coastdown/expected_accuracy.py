@@ -81,6 +81,9 @@ def coasting_clock(at: Mapping[str, float], upper: float, lower: float) -> tuple
 def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> ExpectedAccuracy:
     """Expected accuracy where both rolling resistance and drag area are estimated.
 
+    Covariance (J' C^-1 J)^-1 / runs of a simulated coast, J its sensitivities and C the noise of its speed; the start
+    speed of each coast is an unknown.
+
     Parameters
     ----------
     window : upper and lower speed, m/s.
@@ -116,6 +119,8 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
 
 def wider_window(setup: CoastSetup, window: tuple[float, float]) -> ExpectedAccuracy | None:
     """The smallest wider window that separates both parameters, else the most accurate one; None if none is wider.
+
+    Separated: both relative standard deviations are at most ``SEPARATED``.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ FEWEST_RUNS, FEWEST_BINS = 3, 5  # two runs have no scatter, and a run fits thre
 
 
 def shown_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
-    """Share b and its standard error; None where too few runs have a varying grade."""
+    """Share b of the module's equation and its standard error; None where too few runs have a varying grade."""
     parts = [p for run in runs if (p := _rows(run)) is not None]
     if len(parts) < FEWEST_RUNS:
         return None

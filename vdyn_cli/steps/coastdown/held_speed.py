@@ -31,8 +31,11 @@ FEWEST_BINS = 5  # on either side of the release: the three unknowns of a piece,
 def released(log: Log, smooth: Array, top: int, end: int) -> int:
     """First index of the coast: one second after the release, or ``top`` where the log begins with the coast.
 
+    The release T minimizes the residual of the module's two pieces near the highest speed.
+
     Parameters
     ----------
+    log : with speed, m/s.
     smooth : (n,) m/s, the speed without noise. top, end : index of its highest value and of the end of its fall.
     """
     drop = min(DROP, float(smooth[top] - smooth[end]) / 3.0)

@@ -24,7 +24,10 @@ HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
 def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
-    """Channels of a log whose signs contradict physics, with the line of the description that corrects them."""
+    """Channels of a log whose signs contradict physics, with the line of the description that corrects them.
+
+    A median speed below ``BACKWARD``, or a cosine of acceleration, torque or force with V' below ``OPPOSED``.
+    """
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST_SAMPLES:
         return []

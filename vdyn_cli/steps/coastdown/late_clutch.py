@@ -57,7 +57,10 @@ DRAGS = (
 
 
 def drag_at_start(logs: Sequence[Log], directions: Sequence[str | None]) -> tuple[StartDrag, float] | None:
-    """The drag of a clutch in all runs and its mean deceleration, m/s^2; None where it is not significant.
+    """The drag of a clutch in all runs and its mean deceleration d, m/s^2; None where it is not significant.
+
+    The mean over directions must exceed its scatter in later parts of the runs by a one-sided Student t test
+    (``clutch_chance`` over all courses tried), and ``clutch_least`` in each direction.
 
     Parameters
     ----------

@@ -95,7 +95,7 @@ def _surroundings(campaign: Campaign, run: int, at: Mapping[str, float]) -> Surr
 
 
 def wind_variance(sizes: Mapping[str, float]) -> float:
-    """Variance of the wind along the track, within and between runs, m^2/s^2.
+    """Variance of the wind along the track, within and between runs, m^2/s^2: gust^2 + run_wind^2.
 
     Parameters
     ----------

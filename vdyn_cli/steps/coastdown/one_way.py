@@ -30,8 +30,9 @@ def is_one_way(fit: RoadLoadFit) -> bool:
 def widened_if_one_way(fit: RoadLoadFit) -> Solution:
     """The solution with 95 % intervals that include an unmeasured slope and wind; unchanged with both directions.
 
-    A measured wind, and a slope that is logged, surveyed or measured by the accelerometer, need no widening. A
-    roughness that the description states is used as the slope's standard deviation.
+    The slope is ``SLOPE``, the wind ``WIND``, either way. A measured wind, and a slope that is logged, surveyed or
+    measured by the accelerometer, need no widening. A roughness that the description states is used as the slope's
+    standard deviation.
     """
     campaign, solution = fit.campaign, fit.solution
     if not is_one_way(fit):

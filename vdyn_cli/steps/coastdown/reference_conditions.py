@@ -127,6 +127,8 @@ def corrected_load(load: RoadLoad, test: Conditions, reference: Conditions) -> R
 
     F* = (f0 TM/m + f1 V)(1 + K0 (T - T0)) + (rho0/rho) f2 V^2,  K0 = 8.6e-3 1/K
 
+    with temperature T (K), density rho (kg/m^3) and mass m (kg) of the test, and T0, rho0 and TM of the reference.
+
     Notes
     -----
     The wind correction of the standards (w1 = f2 w^2) is not needed, because the fit includes gusts and mean winds.

@@ -42,7 +42,10 @@ class TestDay:
 
 
 def regulation_limits(day: TestDay) -> list[RegulationLimit]:
-    """One row for each implemented limit: met, not met, or not checked with the reason."""
+    """One row for each implemented limit of SAE J1263, SAE J2263, Regulation 83 and WLTP: met, not met, or not checked.
+
+    A limit that is not checked has the missing quantity as reason.
+    """
     return [*_temperature(day), *_wind(day), *_runs(day), *_speeds(day), *_accuracy(day), *_road()]
 
 

@@ -36,7 +36,8 @@ class PlacedExcess:
 def repeated_slope(runs: Sequence[PlacedExcess]) -> list[Array]:
     """For each run, the deceleration by hills that the other runs of both directions show where it passed, (b,) m/s^2.
 
-    Zero where no other run of a direction passed.
+    The smaller of the medians out and back where these have opposite signs, else zero; zero also where no other run of
+    a direction passed.
     """
     found = []
     for one in runs:

@@ -31,7 +31,8 @@ class ResidualForce:
 def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
     """Each run's resistance beyond the common road load, and its standard deviation, (runs,) N each.
 
-    The constant force that minimizes the run's whitened residual, with the start speed free.
+    The constant force that minimizes the run's whitened residual, with the start speed free; the noise is without what
+    lasts for a run.
     """
     at = fit.at
     sizes = {**fit.sizes, **{n: 0.0 for n in RUN_SOURCES if n in fit.sizes}}
@@ -50,7 +51,9 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
 
 
 def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
-    """Residual force in classes of speed; the errors come from the scatter between the runs.
+    """Residual force in classes of speed of ``SPEED_STEP``; the errors come from the scatter between the runs.
+
+    Inertia times the rate of simulated minus measured speed, or times that of the specific force.
 
     Parameters
     ----------
@@ -83,8 +86,8 @@ def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
 def held_out_rms(fit: RoadLoadFit) -> float | None:
     """Cross-validation: rms of measured less predicted speed, m/s, each run predicted from the others.
 
-    Only the start speed is fitted to the run itself. None with too few or very many runs, where the speed is not
-    fitted, or where the other runs do not determine the unknowns.
+    Only the start speed is fitted to the run itself. None with fewer than ``FEWEST_FOLDS`` or more than ``MOST_FOLDS``
+    runs, where the speed is not fitted, or where the other runs do not determine the unknowns.
     """
     count = len(fit.campaign.runs)
     if not FEWEST_FOLDS <= count <= MOST_FOLDS or not fit.campaign.speed_fitted:

@@ -91,7 +91,8 @@ def coast_segment(
 
     Parameters
     ----------
-    run : index of the run. window : upper and lower speed, m/s; None: the whole fall. shortest : s, least duration.
+    run : index of the run. log : with speed, m/s. window : upper and lower speed, m/s; None: the whole fall. shortest :
+        s, least duration.
     split : the log is a table of split times. covered_least : share of the window that the fall must cover.
     """
     if log.time.size == 0:

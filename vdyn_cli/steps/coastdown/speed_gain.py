@@ -26,7 +26,9 @@ POWERS = {"rolling_resistance": 1.0, "drag_area": -1.0}  # of g, by which an est
 
 
 def contradicted_gain(segments: Sequence[CoastSegment]) -> CommonGain | None:
-    """Common ratio of position to integrated speed, over all runs; None unless it differs from one significantly.
+    """Common ratio of distance by position to integrated speed, over all runs; None unless it differs from one.
+
+    Significantly, by the scatter of the runs (``common_gain``).
 
     Parameters
     ----------

@@ -21,7 +21,16 @@ FEWEST_EASY = 50  # samples
 
 
 def sign_doubts(log: Log) -> list[Finding]:
-    """Findings on empty channels, and on channels whose sign contradicts physics."""
+    """Findings on empty channels, and on channels whose sign contradicts physics.
+
+    The median of load and wheel speed must be positive. Torque, longitudinal force and acceleration, without their
+    means, must have positive correlations: below -``sign_correlation`` one of them has the wrong sign, and if torque
+    and force rise together, their work must increase the kinetic energy.
+
+    Parameters
+    ----------
+    log : hub_torque (N m), hub_force_x, hub_force_z (N), wheel_speed (rad/s) and acceleration (m/s^2).
+    """
     empty = [name for name in INPUTS if not np.isfinite(log[name]).any()]
     if empty:
         return [Finding(f"{log.name}, {name}", "the channel is empty") for name in empty]
@@ -75,7 +84,7 @@ def _energy_falls(log: Log) -> bool:
 
 
 def too_little(run: DriveWindows) -> list[Finding]:
-    """Findings on a run that is too short or has a constant speed."""
+    """Findings on a run with fewer than ``FEWEST_WINDOWS`` windows, or with a speed that is constant within noise."""
     remedy = "repeat steps of throttle and brake for half a minute"
     if run.first.size < FEWEST_WINDOWS:
         got = f"{run.first.size} windows in which the wheel turns and every channel has readings"
@@ -89,7 +98,10 @@ def too_little(run: DriveWindows) -> list[Finding]:
 
 
 def radius_doubts(log: Log, radius: float) -> list[Finding]:
-    """A finding where the stated radius (m) differs from speed over wheel speed at low torque."""
+    """A finding where the median of speed over wheel speed at low torque differs from the stated radius (m).
+
+    By at least ``radius_agreement``; low torque is below ``EASY`` of the largest magnitude.
+    """
     if "vehicle_speed" not in log:
         return []
     speed, wheel, torque = log["vehicle_speed"], log["wheel_speed"], log["hub_torque"]

@@ -150,8 +150,11 @@ class MomentBalance:
 
     @cached_property
     def plain_inertia(self) -> float:
-        """Inertia, kg m^2, by plain least squares on window means without each run's zero; negative where gains or
-        lever are wrong."""
+        """Inertia, kg m^2, by plain least squares on window means; negative where gains or lever are wrong.
+
+        J = sum (a - mean a) T / sum (a - mean a)^2, a = gained / duration and T the mean net torque of each window, the
+        means of a run by run.
+        """
         above = below = 0.0
         for run in self.runs:
             mean = impulses(run, self.wheel) / run.duration
@@ -178,15 +181,16 @@ class MomentBalance:
         return STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
 
     def possible_inertias(self, inertia: float) -> tuple[float, float] | None:
-        """The least and the most inertia of a wheel of the stated mass and radius, kg m^2.
+        """The least and the most inertia of a wheel of the stated mass m and radius r, kg m^2.
 
-        None for a free wheel, and where ``inertia`` lies outside: the stated mass is then not that of the wheel.
+        ``least_rim_share`` m r^2 to ``most_rim_share`` m r^2. None for a free wheel, and where ``inertia`` lies outside: the
+        stated mass is then not that of the wheel.
         """
         low, high = self._wheel_range
         return (low, high) if low <= inertia <= high else None
 
     def doubted_inertia(self, inertia: float) -> tuple[Finding, ...]:
-        """A doubt about an inertia (kg m^2) that no wheel of the stated mass and radius has; empty otherwise."""
+        """A doubt about an inertia (kg m^2) outside ``possible_inertias``; empty otherwise."""
         low, high = self._wheel_range
         if not high or low <= inertia <= high:
             return ()

@@ -30,11 +30,11 @@ class PendulumInertia:
 
 
 def pendulum_inertia(rig: Rig, swing: FreeSwing | None) -> PendulumInertia:
-    """Inertia of the wheel in its suspension.
+    """Inertia of the wheel in its suspension, from the period of small oscillations.
 
     Parameters
     ----------
-    swing : the recording, None where the period was given or timed.
+    rig : the suspension with its measured quantities. swing : the recording, None where the period was given or timed.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def pendulum_inertia(rig: Rig, swing: FreeSwing | None) -> PendulumInertia:
 
 
 def standard_distance(road: RoadInertia, pendulum: PendulumInertia) -> float:
-    """Road minus pendulum, in standard deviations of the difference."""
+    """Road minus pendulum, in standard deviations of the difference: (J_r - J_p) / sqrt(u_r^2 + u_p^2)."""
     return (road.budget.value - pendulum.budget.value) / float(np.hypot(road.budget.std, pendulum.budget.std))
 
 

@@ -95,7 +95,10 @@ class FreeSwing:
         extra: Sequence[Unknown] = (),
         friction: Sequence[Unknown] = FRICTION,
     ) -> Regression:
-        """The regression of period, damping and the sensor's zero, shared, and of each part's start.
+        """The regression of period (s), damping (1/s) and the sensor's zero, shared, and of each part's start.
+
+        The residual is simulated minus measured channel over ``scale``. Its rows raise ArithmeticError where negative
+        friction makes the simulation unstable.
 
         Parameters
         ----------
@@ -145,7 +148,7 @@ class FreeSwing:
 
 
 def free_swing(recording: Recording) -> FreeSwing:
-    """Find the oscillation in a recording, the scale of its residuals, and a disturbance.
+    """Find the oscillation in a recording, the scale of its residuals (rms with viscous friction alone), and a jump.
 
     Raises
     ------

@@ -47,7 +47,7 @@ class MeasuredPeriod:
 
 
 def inertia_budget(kind: str, hung: Mapping[str, Given], period: MeasuredPeriod) -> Budget:
-    """Moment of inertia, kg m^2, of a suspended wheel.
+    """Moment of inertia, kg m^2, of a suspended wheel, by the formulas of ``physics.models.pendulum``.
 
     Parameters
     ----------

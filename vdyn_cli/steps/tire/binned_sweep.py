@@ -52,7 +52,7 @@ class BinnedSweep:
 
 
 def binned_sweep(log: Log) -> BinnedSweep:
-    """Average a sweep into bins.
+    """Average a sweep into bins of time, as long as the slip changes little in them, split at gaps.
 
     Noise in the slip flattens a least-squares fit of the curve. Averaging m samples reduces this bias to 1/m, and the
     errors-in-variables residual of the fit removes the rest.

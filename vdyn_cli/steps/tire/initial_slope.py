@@ -23,10 +23,12 @@ def agreeing_with_data(
     """The slope at zero slip, with an interval that includes the slope of the measured friction where they differ.
 
     The residual friction at small slips x is fitted by d0 + d1 x + d2 x |x| + d3 x^3; the measured slope exceeds the
-    curve's by d1. A curve of the wrong form can fit a sweep closely up to the peak and have a wrong initial slope.
+    curve's by d1; they differ where |d1| is at least ``CLEARLY`` standard deviations. A curve of the wrong form can fit
+    a sweep closely up to the peak and have a wrong initial slope.
 
     Parameters
     ----------
+    slope : of friction over slip at zero slip, by the fitted curve. sweeps : averaged into bins.
     points : points of the fitted curve nearest to the bins of each sweep.
 
     Returns

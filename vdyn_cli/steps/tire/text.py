@@ -68,7 +68,11 @@ def other_curves(shapes: Sequence[float]) -> str:
 
 
 def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> tuple[Finding, ...]:
-    """A finding where one curve is fitted to driving and braking although their largest frictions differ."""
+    """A finding where one curve is fitted to driving and braking although their largest frictions differ.
+
+    They differ if the 98 % and the negative 2 % quantile of force over load are ``two_peaks`` of the larger one apart,
+    and the slips extend to ``peak_slip`` either way.
+    """
     slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))
     driving, braking = float(np.quantile(friction, 0.98)), -float(np.quantile(friction, 0.02))
     both_reached = slip.min() <= -STEP_POLICY.peak_slip and slip.max() >= STEP_POLICY.peak_slip

@@ -76,7 +76,7 @@ def missed_drives(setup: SimulationSetup, least: float = STEP_POLICY.missed_erro
 
 
 def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
-    """Whether the rms error of the speed is several times the standard deviation by parameters and sensor.
+    """Whether the rms error of the speed exceeds the standard deviation by parameters and sensor ``missed_std`` times.
 
     Parameters
     ----------

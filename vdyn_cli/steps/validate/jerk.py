@@ -31,12 +31,18 @@ class SmoothDerivative:
         return float(np.sqrt(np.log(2.0)) / (2 * np.pi * self.width))
 
     def noise_gain(self, time: Array) -> float:
-        """Standard deviation, 1/s, of the filtered derivative of unit white noise sampled at ``time`` (n,), s."""
+        """Standard deviation, 1/s, of the filtered derivative of unit white noise sampled at ``time`` (n,), s.
+
+        sqrt(dt / (4 sqrt(pi) tau^3)), dt the median step
+        """
         spacing = float(np.median(np.diff(time)))
         return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * self.width**3)))
 
     def alike(self, time: Array) -> float:
-        """Number of samples per independent sample of filtered noise: the sum of squared correlations."""
+        """Number of samples per independent sample of filtered noise: the sum of squared correlations.
+
+        rho(t) = (1 - t^2 / (2 tau^2)) exp(-t^2 / (4 tau^2)) at lags t of whole steps of ``time`` (n,), s
+        """
         spacing = float(np.median(np.diff(time)))
         lag = np.arange(-200, 201) * spacing / self.width
         return float(np.sum(((1.0 - 0.5 * lag**2) * np.exp(-0.25 * lag**2)) ** 2))

@@ -29,7 +29,10 @@ SENSOR_RATIO, SPEED_NOISE, ACCELERATION_NOISE = 5.0, 0.3, 0.5  # the last two in
 
 
 def inertia_of(values: Mapping[str, float]) -> float:
-    """Effective mass of the car including its rotating parts, kg."""
+    """Effective mass of the car including its rotating parts, kg, from the model's parameters (SI).
+
+    M + mr of a mass on a road; M + (4 Jw + Jd) / r^2 of a vehicle, with wheels Jw, driveline Jd (kg m^2), radius r (m)
+    """
     if "rotating_mass" in values:
         return values["mass"] + values["rotating_mass"]
     turning = 4 * values["wheel_inertia"] + values["driveline_inertia"]

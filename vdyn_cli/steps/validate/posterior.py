@@ -38,7 +38,8 @@ class Posterior:
 
     Parameters
     ----------
-    values, std : (k,) after the drives, SI. pull : (k,) of each parameter, NaN where the drives hardly inform it.
+    values, std : (k,) after the drives, SI. pull : (k,) change of each parameter by the drives over the standard
+        deviation of that change, NaN where the drives hardly inform it.
     reduction : (k,) share of the prior's variance that the drives remove.
     statistic, degrees, chance : chi-square statistic of the move as a whole, its degrees of freedom and p value.
     """

@@ -42,7 +42,7 @@ JITTER = 1.05  # by which the jitter of a clock may exceed the step
     reference="a data sheet's zero",
 )
 def drive_torque_zero(drive_torque: Law, s: Signals, q: Signals) -> Number:
-    """The zero of a torque sensor in one drive."""
+    """The zero T0 of a torque sensor in one drive: T = reading - T0, N m."""
     return drive_torque(s.but(value=s.value - q.drive_torque_zero))
 
 

@@ -24,7 +24,7 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 
 def slip_lag(setup: SimulationSetup) -> float:
-    """The lag tau of the car behind a mass on a road, s, at the rms speed of the drives."""
+    """The lag tau of the car behind a mass on a road, s, by the module's equation at the rms speed of the drives."""
     values = setup.prior.values
     turning = 1.0 - values["mass"] / inertia_of(values)
     speed = np.concatenate([s.outputs["speed"] for s in setup.segments])

@@ -38,10 +38,11 @@ class WindowEnds:
 
 
 def window_ends(w: WhitenedDrives, names: tuple[str, ...]) -> WindowEnds:
-    """The end error of every segment, and their mean with a 95 % interval from the scatter between trips.
+    """The end error of every segment, m/s, and their mean with a 95 % interval from the scatter between trips.
 
     Parameters
     ----------
+    w : the drives, simulated at the start values, cut into windows.
     names : of the trips, by run number.
     """
     setup = w.setup
