@@ -42,12 +42,16 @@ class BumpLocation:
 def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, stated: float | None) -> BumpLocation:
     """Find the bump by a matched filter over the whole log.
 
-    The response of a typical car at the logged speed is correlated with the changes of both loads. The result is the
-    position of the largest correlation, or one nearly as good within a wheelbase of the ``stated`` distance.
+    c(k) = sum y(k + i) x(i) / (|x| |y|), x the response of a typical car at the logged speed, y the changes of both
+    loads
+
+    The result is the position of the largest correlation, or one nearly as good within a wheelbase of the ``stated``
+    distance.
 
     Parameters
     ----------
-    simulator : of the half car, without unknowns, its ``distance_front`` 0.
+    log : with speed (m/s), front_load and rear_load (N). simulator : of the half car, without unknowns, its
+        ``distance_front`` 0.
     width, wheelbase : m. stated : distance in the description, m; None where it states none.
     """
     way = traveled(log)

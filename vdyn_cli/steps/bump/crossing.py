@@ -65,7 +65,7 @@ def traveled(log: Log) -> Array:
 
 
 def cut_crossing(log: Log, distance: float, wheelbase: float) -> Crossing:
-    """The part of a log around the bump.
+    """The part of a log from ``BEFORE`` s before the front axle meets the bump to ``AFTER`` s after the rear axle does.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ class DropRun:
 
 
 def drop_run(log: Log, channels: Sequence[str], release: float | None) -> DropRun:
-    """The part of a log from the release on.
+    """The part of a log from the release on, ``AFTER`` s long.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def _first_motion(log: Log, channels: Sequence[str], noise: Mapping[str, float])
 
 
 def wrong_drop(run: DropRun) -> list[Finding]:
-    """Findings on a drop that is too short, or in which the body does not move."""
+    """Findings on a drop of fewer than ``FEWEST_SAMPLES``, or in which the body moves less than ``SMALLEST`` noises."""
     if run.time.size < FEWEST_SAMPLES:
         got = f"{run.time.size} samples after the release"
         return [Finding(run.run, "is too short", got, f"log at least {FEWEST_SAMPLES} samples until the car rests")]

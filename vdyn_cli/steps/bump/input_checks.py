@@ -86,7 +86,15 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
 
 
 def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Finding]:
-    """Findings on channels that contradict the located bump and the response of a typical car."""
+    """Findings on channels that contradict the located bump and the response of a typical car.
+
+    The rear axle must meet the bump after the front one, at the logged speed within a factor of ``bump_speed_ratio``;
+    the loads must correlate with the response by ``bump_correlation`` and have its size within ``bump_load_ratio``.
+
+    Parameters
+    ----------
+    found : the bump as located in ``log``. wheelbase : m.
+    """
     if found.delay <= 0:
         what = "the rear axle meets the bump before the front axle"
         remedy = "swap the columns of front_load and rear_load"

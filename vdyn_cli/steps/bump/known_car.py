@@ -149,14 +149,26 @@ def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> t
 
 
 def static_loads(values: Mapping[str, float]) -> dict[str, float]:
-    """Axle loads at rest, N, by channel."""
+    """Axle loads at rest, N, by channel: M g (L - lf) / L in front, M g lf / L at the rear.
+
+    Parameters
+    ----------
+    values : mass M (kg), cg_to_front lf and wheelbase L (m).
+    """
     share = values["cg_to_front"] / values["wheelbase"]
     weight = values["mass"] * GRAVITY
     return {"front_load": weight * (1 - share), "rear_load": weight * share}
 
 
 def usual_car(values: Mapping[str, float]) -> dict[str, float]:
-    """Springs, dampers and tires of a typical car of this weight, SI by name: 1.3 Hz, 0.3 of critical damping."""
+    """Springs, dampers and tires of a typical car of this weight, SI by name.
+
+    K = m (2 pi 1.3 Hz)^2 and C = 2 0.3 sqrt(K m), m the sprung mass of an axle; tires 250 1/s^2 times the mass
+
+    Parameters
+    ----------
+    values : masses (kg), cg_to_front and wheelbase (m).
+    """
     sprung, to_front = sprung_body(*(values[n] for n in BODY_OF))
     share = to_front / values["wheelbase"]
     start = {"tire_vertical_stiffness": 250.0 * values["mass"]}

@@ -53,7 +53,12 @@ class ChannelWeights:
         return {n: float(np.sqrt(squares[n] / max(counts[n], 1))) / self._emphasis(n) for n in self.inflation}
 
     def mismatch(self, misfit: Mapping[str, float]) -> float:
-        """The largest factor by which a weight is wrong; weights are not raised above those of the channels' noise."""
+        """The largest factor by which a weight is wrong; weights are not raised above those of the channels' noise.
+
+        Parameters
+        ----------
+        misfit : root mean square of the residual over the inflated noise, by channel (``misfit``).
+        """
         ratios = [max(m, 1.0 / m) if self.inflation[n] != 1 else m for n, m in misfit.items()]
         return max(ratios)
 

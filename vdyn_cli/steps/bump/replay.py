@@ -44,7 +44,12 @@ class Replay:
         return self.measured[channel] - self.outputs[channel]
 
     def off_road(self, end: str, static: float) -> float:
-        """Time for which an axle carries no load, s; ``static`` is its load at rest, N."""
+        """Time for which an axle carries less than ``OFF_ROAD`` of its load at rest, s.
+
+        Parameters
+        ----------
+        end : "front" or "rear". static : load at rest, N.
+        """
         load = self.outputs[f"{end}_load"] - self.zeros[f"{end}_load"]
         return float(np.sum(np.diff(self.time)[load[:-1] < OFF_ROAD * static]))
 

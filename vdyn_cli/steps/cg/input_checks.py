@@ -49,7 +49,7 @@ def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
 
 
 def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """Findings on runs whose accelerations are so small that zeros and grades change the loads as much."""
+    """Findings on runs whose acceleration has a standard deviation below ``cg_gentle``: zeros change loads as much."""
     found = []
     for log in logs:
         spread = float(np.nanstd(log["acceleration"]))

@@ -84,7 +84,8 @@ def speed_change(log: Log) -> SpeedChange | None:
 def gps_zero(logs: Sequence[Log]) -> list[Finding]:
     """A finding where the mean acceleration differs from the change of speed over time: a0 = mean(a) - (V1 - V0) / T.
 
-    The loads do not show such a zero, because it is collinear with the position of the center of gravity.
+    The mean of a0 over runs must exceed ``gps_zero_least`` and ``gps_zero_std`` standard deviations. The loads do not
+    show such a zero, because it is collinear with the position of the center of gravity.
 
     Parameters
     ----------

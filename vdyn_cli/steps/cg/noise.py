@@ -14,7 +14,7 @@ SMOOTHING = 0.015  # s, standard deviation: passes 96 % of the body's motion at 
 
 
 def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave: Array = NO_HEAVE) -> Array:
-    """Lower band (b, k) of the covariance of the integrated balances; neighboring windows share one sample.
+    """Lower band (b, k) of the covariance A S A' of the integrated balances; neighboring windows share one sample.
 
     Parameters
     ----------

@@ -183,8 +183,8 @@ class MomentBalance:
     def possible_inertias(self, inertia: float) -> tuple[float, float] | None:
         """The least and the most inertia of a wheel of the stated mass m and radius r, kg m^2.
 
-        ``least_rim_share`` m r^2 to ``most_rim_share`` m r^2. None for a free wheel, and where ``inertia`` lies outside: the
-        stated mass is then not that of the wheel.
+        ``least_rim_share`` m r^2 to ``most_rim_share`` m r^2. None for a free wheel, and where ``inertia`` lies
+        outside: the stated mass is then not that of the wheel.
         """
         low, high = self._wheel_range
         return (low, high) if low <= inertia <= high else None

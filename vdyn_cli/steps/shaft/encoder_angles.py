@@ -36,7 +36,8 @@ def with_twist_of_angles(log: Log, gear_ratio: float) -> Log:
 def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
     """A finding where the twist drifts with the wheel angle because the gear ratio is wrong.
 
-    phi = a + T / k + b wheel_angle, where b is the relative error of the ratio.
+    phi = a + T / k + b wheel_angle, where b is the relative error of the ratio; its part of phi must exceed
+    ``WRONG_RATIO`` of the torque's. Fewer than ten readings give no finding.
     """
     twist, turned = _raw_twist(log, gear_ratio), unwrapped(log["wheel_angle"])
     good = np.isfinite(twist) & np.isfinite(log["shaft_torque"])

@@ -11,7 +11,10 @@ STEP = 0.3  # standard deviations, of the central differences
 
 
 def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array]:
-    """J'J and the cost's second derivative at a solution, with the runs' own unknowns eliminated, (s, s) each."""
+    """J'J and the cost's second derivative at a solution, with the runs' own unknowns eliminated, (s, s) each.
+
+    The second derivative is that of J'r by central differences; both include the priors, which must be independent.
+    """
     s, m, runs = len(regression.shared), len(regression.own), len(regression.runs)
     x = np.concatenate([list(solution.values.values()), *(zip(*solution.per_run.values(), strict=True))])
     prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])

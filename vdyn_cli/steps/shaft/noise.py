@@ -70,7 +70,7 @@ class ReadingConditions:
         return np.where(broken, UNCHAINED, 0.0)
 
     def adjusted(self) -> tuple[Array, Array]:
-        """The most probable twist (rad) and rate (rad/s), (n,) each, that fulfill the conditions."""
+        """The most probable twist (rad) and rate (rad/s), (n,) each, by the module's equation."""
         weights = weighed(self.factor, whitened(self.factor, self.values))
         pulls = []
         for slope, link in zip((self.to_twist, self.to_rate), self.run.chain, strict=True):

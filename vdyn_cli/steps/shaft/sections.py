@@ -77,7 +77,10 @@ def shares(sections: Sequence[SectionSpec]) -> list[float]:
 
 
 def shared_modulus_correlation(budgets: Mapping[str, Budget]) -> dict[str, dict[str, float]]:
-    """Correlation of stiffnesses from drawings, by name, due to their common shear modulus."""
+    """Correlation of stiffnesses from drawings, by name, due to their common shear modulus.
+
+    rho_ab = (dk_a/dG u_G) (dk_b/dG u_G) / (u_a u_b), with the standard deviation u_G of the shear modulus G
+    """
     modulus = {
         name: next((c.slope * c.std for c in b.contributions if c.name == "shear_modulus"), 0.0)
         for name, b in budgets.items()

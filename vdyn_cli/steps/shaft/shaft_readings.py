@@ -165,7 +165,15 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
 
 
 def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
-    """Findings on a speed sensor that failed, or on speeds whose ratio is not the gear ratio."""
+    """Findings on a speed sensor that failed, or on speeds whose median ratio is not the gear ratio.
+
+    Failed: below ``DEAD`` of the other speed while that turns by more than ``MOST_TWIST``. The ratio may deviate by
+    ``ratio_agreement``, relative.
+
+    Parameters
+    ----------
+    ratio : turns of motor_speed per turn of the wheel.
+    """
     if not ("motor_speed" in log and "wheel_speed" in log):
         return []
     motor, wheel = log["motor_speed"], log["wheel_speed"]
