@@ -14,12 +14,22 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
+from vdyn_cli.effects import catalogue
 from vdyn_cli.project.pipeline import StepOutcome, Task
-from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.errors import Finding, VdynError
+from vdyn_cli.report import canvas
 
 WATCH = 0.3  # s, interval at which a process checks that the pipeline still runs
-# Loaded before the processes are forked; each would otherwise load them in 0.5 s.
-SHARED = ("pandas", "scipy.optimize", "scipy.stats", "jinja2", "llvmlite.binding")
+# Loaded before the processes are forked, beside matplotlib and the effects; each would otherwise load them in 1 s.
+SHARED = (
+    "pandas",
+    "scipy.optimize",
+    "scipy.stats",
+    "jinja2",
+    "llvmlite.binding",
+    "vdyn_cli.engine.native",
+    "vdyn_cli.report.step_page",
+)
 Attempt = Callable[[Task, Mapping[str, StepOutcome]], StepOutcome]
 
 
@@ -61,6 +71,9 @@ def _load_shared() -> None:
     for name in SHARED:
         with suppress(ImportError, OSError):  # the step that needs a missing package reports it
             import_module(name)
+    with suppress(ImportError, OSError, VdynError):
+        canvas.load()
+        catalogue()
 
 
 def _received(receiver: Any, task: Task, process: BaseProcess) -> StepOutcome:

@@ -110,6 +110,19 @@ def _matplotlib() -> Any:
     return matplotlib
 
 
+def load() -> None:
+    """Import everything that a figure needs, and read its font.
+
+    Raises
+    ------
+    InputError : matplotlib has no writable folder.
+    """
+    with style():
+        page = sheet(10.0, 10.0)
+        text_at(page, 0.0, 10.0, "0")
+        to_svg(page, "", "")
+
+
 def every_stroke() -> Any:
     """Context in which lines keep all their points; a dot is a stroke of zero length and would be simplified away."""
     return _matplotlib().rc_context({"path.simplify": False})
