@@ -257,7 +257,7 @@ def _confounding_directions(directions: Sequence[str | None]) -> tuple[str, str]
     """``one_way`` and ``mixed_directions`` of the setup, from the directions that the runs state."""
     ways = set(directions)
     if len(ways) == 1:
-        return "no run states its direction" if ways == {None} else "all runs have the same direction", ""
+        return "no run states its direction" if ways == {None} else "all runs used have the same direction", ""
     return "", "some runs do not state their direction" if None in ways else ""
 
 

@@ -292,7 +292,28 @@ def test_a_run_that_is_braked_halfway_is_rejected() -> None:
     assert "brake" in reason
     assert len(result.fit.runs) == 7
     assert abs(off(result, "rolling_resistance", 0.0095)) < 3.5
-    assert any("left out" in f.what for f in result.findings)
+    (lost,) = [f for f in result.findings if "left out" in f.what]
+    assert lost.doubt
+    assert lost.what.startswith("1 of 8 runs not used; ")
+
+
+def test_a_window_that_no_run_passes_is_said_with_the_speeds_of_the_runs() -> None:
+    runs = coast.campaign(REFERENCE, 12)
+    with pytest.raises(ResultError, match=r"the speed, 7\d.\d to [\d.]+ km/h, does not fall through any part"):
+        prepare(spec_of(runs, settings={"speed_window": ["200 km/h", "180 km/h"]}), logs_of(runs), known(REFERENCE))
+
+
+def test_runs_of_one_direction_that_are_not_used_are_said_to_be_there() -> None:
+    runs = coast.campaign(REFERENCE, 12)
+    logs = [
+        log.with_channels(wind_speed=30.0 + 0 * log.time) if r.direction == "out" else log
+        for r, log in zip(runs, logs_of(runs), strict=True)
+    ]
+    found = prepare(spec_of(runs, settings=WINDOW), logs, known(REFERENCE)).publish().findings
+    (one_way,) = [f for f in found if "have the same direction" in f.what]
+    assert "all runs used" in one_way.what
+    assert "direction 'out'" in one_way.remedy
+    assert sum(f.doubt and f.what.startswith("4 of 8 runs not used") for f in found) == 4
 
 
 def test_a_brake_at_the_end_is_only_cut_off() -> None:

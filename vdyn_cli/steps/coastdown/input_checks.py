@@ -50,12 +50,16 @@ def direction_findings(
     ways = {runs[s.run].direction for s in segments}
     if not ({"out", "back"} <= ways or use == "alone"):
         unstated = "no run states its direction" if ways == {None} else "some runs do not state their direction"
-        fact = unstated if None in ways else "all runs have the same direction"
+        lost = sorted({run.direction for run in runs if run.direction} - ways) if None not in ways else []
+        one_way = f"all runs{' used' if lost else ''} have the same direction"
+        fact = unstated if None in ways else one_way
         what = (
             f"{fact}: a slope or a steady wind is collinear with rolling resistance; "
             f"the intervals include a slope of {100 * SLOPE:g} % and a wind of {WIND:g} m/s, where not measured"
         )
         remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"
+        if lost:
+            remedy = f"repeat the runs of direction '{lost[0]}': another warning states why they are not used"
         found.append(Finding("runs", what, remedy=remedy, doubt=True))
     if all("position" in log for log in logs):
         rise = [_rise(log) for log in logs]

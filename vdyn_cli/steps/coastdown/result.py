@@ -41,6 +41,7 @@ from vdyn_cli.steps.coastdown.reference_conditions import (
 )
 from vdyn_cli.steps.coastdown.residuals import held_out_rms, run_forces
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.segments import log_of
 from vdyn_cli.steps.coastdown.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
@@ -271,8 +272,7 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
     """
     found = []
     if answer.coasting:  # most of an open road is left out, as the table of rejected parts shows
-        for r in (r for r in answer.selection.rejected if not r.usual):
-            found.append(Finding(r.run, f"{r.start:.0f} to {r.stop:.0f} s left out: {r.why}"))
+        found += _rejected(answer.selection)
     if answer.test is None:
         remedy = "add 'environment: {temperature: ..., pressure: ...}'"
         found.append(Finding("environment", "the road load is not corrected: the temperature is unknown", "", remedy))
@@ -291,6 +291,22 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
         what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
     return (*found, *answer.quality.findings(), *_outlying_runs(answer), *_contradicted_givens(answer))
+
+
+def _rejected(selection: SegmentSelection) -> list[Finding]:
+    """A note for each part of a run that is left out, and a warning for each run of which nothing is used."""
+    used = {log_of(s.name) for s in selection.segments}
+    lost = {log_of(r.run) for r in selection.rejected} - used
+    found = []
+    for r in (r for r in selection.rejected if not r.usual):
+        span = f"{r.start:.0f} to {r.stop:.0f} s left out: {r.why}"
+        if log_of(r.run) in lost:
+            what = f"{len(lost)} of {len(used | lost)} runs not used; {span}"
+            remedy = "repeat the run, or remove it from 'runs' if it is not a coast-down"
+            found.append(Finding(r.run, what, "", remedy, doubt=True))
+        else:
+            found.append(Finding(r.run, span))
+    return found
 
 
 def _implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:

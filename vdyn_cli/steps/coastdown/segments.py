@@ -6,6 +6,7 @@ parts with drive torque are used.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -113,6 +114,10 @@ def coast_segment(
         why = f"not a coast-down: the speed falls by less than {STEP_POLICY.least_fall:g} m/s"
         return RejectedSegment(log.name, start, stop, why)
     covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
+    if covered <= 0.0:
+        span, wanted = (f"{3.6 * a:.1f} to {3.6 * b:.1f} km/h" for a, b in ((smooth[0], smooth[-1]), (upper, lower)))
+        why = f"the speed, {span}, does not fall through any part of the speed window {wanted}"
+        return RejectedSegment(log.name, start, stop, why)
     if covered < covered_least:
         reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
         wanted = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
@@ -210,6 +215,11 @@ def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
     """First and last index of every group of successive equal labels."""
     begins = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
     return list(zip(begins.tolist(), (np.r_[begins[1:], label.size] - 1).tolist(), strict=True))
+
+
+def log_of(name: str) -> str:
+    """The name of the log of a run or segment, without the times of a part."""
+    return re.sub(r", [\d.]+ to [\d.]+ s$", "", name)
 
 
 def split(segment: CoastSegment) -> list[CoastSegment]:
