@@ -20,7 +20,7 @@ def entry(value: float, half: float, unit: str = "m^2", interval: list[float] | 
 
 
 def write(path: Path, parameters: dict[str, Any], **more: Any) -> Path:
-    document = {"format": "vdyn/parameters/1", "step": "coastdown", "parameters": parameters, **more}
+    document = {"format": "vdyn/parameters/1", "step": "coastdown", "parameters": parameters} | more
     path.write_text(json.dumps(document), encoding="utf-8")
     return path
 
@@ -70,7 +70,9 @@ def test_what_one_file_lacks_and_what_both_share_is_said(tmp_path: Path) -> None
     assert document["only_old"] == ["mass"]
     assert document["only_new"] == ["frontal_area", "road_grade.road_grade"]
     assert document["verdicts"] == ["coastdown: adequate -> named"]
-    assert "1 of the input files is in both" in document["assumed"]
+    assert " 1 of the input files is in both" in document["assumed"]
+    whole = write(tmp_path / "parameters.json", old, **inputs | {"step": "pipeline"})  # which does not list the logs
+    assert "At least 1 of the input files is in both" in compared(whole, tmp_path / "new.json")[0]["assumed"]
 
 
 def test_files_that_cannot_be_compared_are_input_errors(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from vdyn_cli.io import log_formats
 from vdyn_cli.io.csv.csv_reader import CSV
 from vdyn_cli.io.log_formats import read_log
-from vdyn_cli.io.reader import ChannelInfo, Column, Reader, ReadOptions
+from vdyn_cli.io.reader import ChannelInfo, Column, Reader, ReadOptions, channel_info
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 
@@ -95,3 +95,9 @@ def test_what_no_reader_matches_is_named(path: Path) -> None:
     (path.parent / "run.tdms").write_bytes(b"TDSm\x0e\0\0\0")
     with pytest.raises(InputError, match="is a TDMS measurement, not a text log"):
         read_log(path.parent / "run.tdms", MAPPING)
+
+
+def test_a_row_that_is_written_twice_is_one_sample() -> None:
+    time = np.arange(0.0, 10.05, 0.1)
+    twice = channel_info("speed", "m/s", np.repeat(time, 2), np.repeat(np.sin(time), 2))
+    assert twice.rate == pytest.approx(10.0)

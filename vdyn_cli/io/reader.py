@@ -150,7 +150,10 @@ def channel_info(
     """
     at = np.empty(0)
     if time is not None and values is not None and time.size == values.size:
-        at = time[np.isfinite(values) & np.isfinite(time)]
+        there = np.isfinite(values) & np.isfinite(time)
+        at, value = time[there], values[there]
+        written_twice = (at[1:] == at[:-1]) & (value[1:] == value[:-1])  # one sample in two rows
+        at = at[np.r_[True, ~written_twice]] if written_twice.any() else at
     duration = float(at[-1] - at[0]) if at.size > 1 else 0.0
     rate = (at.size - 1) / duration if duration > 0 else math.nan
     span = (float(at[0]), float(at[-1])) if at.size else (math.nan, math.nan)

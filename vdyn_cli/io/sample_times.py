@@ -80,6 +80,8 @@ def check_rising(
         remedy = (
             f"more than {100 * _MOST_DROPPED:.0f} % of the rows would be left out: export the log again, or split it"
         )
+    elif not (time[1:] != time[:-1]).any():
+        remedy = "the time is constant: map the column of the clock, or export the log again"
     elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
         remedy = "the time has too few digits: export it with more digits"
     elif share > _MOST_DROPPED and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):

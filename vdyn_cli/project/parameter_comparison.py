@@ -19,7 +19,7 @@ ASSUMED = (
     "errors, which happens to one in 20 parameters by chance."
 )
 _SHARED = (
-    " {} of the input files {} in both: if their errors are shared, the true standard error is smaller, and a "
+    " {}{} of the input files {} in both: if their errors are shared, the true standard error is smaller, and a "
     "parameter that counts as not moved may have moved."
 )
 
@@ -50,6 +50,7 @@ def compare_documents(old: ParameterDocument, new: ParameterDocument, names: tup
         raise InputError(Finding(" and ".join(names), "have no parameter in common", got[:200], remedy))
     rows = [_compared(name, earlier[name], later[name], names[1]) for name in both]
     moved = [row.name for row in rows if row.moved]
+    pipeline = "At least " if "pipeline" in (old.content.get("step"), new.content.get("step")) else ""  # lists no logs
     shared = len(set(_digests(old)) & set(_digests(new)))
     return ComparisonDocument(
         format="vdyn/comparison/1",
@@ -61,7 +62,7 @@ def compare_documents(old: ParameterDocument, new: ParameterDocument, names: tup
         only_old=[name for name in earlier if name not in later],
         only_new=[name for name in later if name not in earlier],
         verdicts=list(_verdicts(old, new)),
-        assumed=ASSUMED + (_SHARED.format(shared, "is" if shared == 1 else "are") if shared else ""),
+        assumed=ASSUMED + (_SHARED.format(pipeline, shared, "is" if shared == 1 else "are") if shared else ""),
     )
 
 

@@ -191,8 +191,8 @@ def _rising(
         kept = rows if kept is None else kept[rows]
     problems = list(rising.problems)
     if raw["time"].size < 2:
-        problems.append(Finding(where, "fewer than two rows of data", remedy="export the log again, with its data"))
-        raise_all(problems)
+        nothing = Finding(where, "fewer than two rows of data", remedy="export the log again, with its data")
+        raise_all(problems or [nothing])
     return _Written(raw.pop("time"), raw, partial(_line, lines, kept), rising.findings, tuple(problems))
 
 

@@ -137,7 +137,7 @@ def _problems(
         if not cells:
             continue
         header = layout.header[column]
-        count = f"{'more than ' if len(bad) > MOST_BAD else ''}{len(cells)} cell{'s' if len(cells) > 1 else ''}"
+        count = f"{'at least ' if len(bad) > MOST_BAD else ''}{len(cells)} cell{'s' if len(cells) > 1 else ''}"
         lines = lines_of([c.row for c in cells], line_of)
         what = f"text among the numbers of channel '{channel}', column '{header}': {count}, line {lines}"
         remedy = _remedy(channel, cells[0].text, header, layout)
