@@ -161,8 +161,7 @@ def channel_info(
 
 
 def is_clock(name: str, unit: str = "") -> bool:
-    """Whether a channel of a file may be its clock: its name begins with time, t, Zeit or the like, or its unit is one
-    of time.
+    """Whether a channel of a file may be its clock, by a name such as time, t, Zeit, or by a unit of time.
 
     Parameters
     ----------
@@ -178,7 +177,7 @@ def rises(time: Array) -> bool:
 
 
 def clock_units(rate: float, first: float = 0.0) -> list[str]:
-    """The units of time in which a clock has a rate that is usual for loggers.
+    """The units of time in which a clock has a rate that is usual for loggers, ``_RATES`` in Hz.
 
     Parameters
     ----------
@@ -192,7 +191,13 @@ def clock_units(rate: float, first: float = 0.0) -> list[str]:
 
 
 def since_1970(rate: float, first: float) -> list[str]:
-    """The unit in which a clock's first value is a date and its rate not absurdly low; empty if there is none."""
+    """The unit in which a clock's first value is a date and its rate not absurdly low; empty if there is none.
+
+    Parameters
+    ----------
+    rate : samples per unit of the clock. first : its first value, a date from ``_UNIX[0]`` to ``_UNIX[1]`` s since
+        1970.
+    """
     dates = [u for u in ("s", "ms", "us", "ns") if _UNIX[0] <= to_si(first, u, "s") <= _UNIX[1]]
     return [u for u in dates if _RARE <= rate / to_si(1.0, u, "s") <= _RATES[1]]
 

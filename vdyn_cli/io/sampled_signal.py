@@ -62,11 +62,12 @@ class Signal:
 
 
 def smoothed(cells: Array, widths: float) -> Array:
-    """Cell values smoothed with a Hann window; NaN where it reaches over an end or a gap.
+    """Cell values (n,) smoothed with a Hann window of sum one; NaN where it reaches over an end or a gap.
 
     Parameters
     ----------
-    widths : half of the window's length, in narrowest widths of `FINE` cells.
+    cells : means over consecutive cells of equal width, NaN in a gap. widths : half of the window's length, in
+        narrowest widths of `FINE` cells.
     """
     half = round(widths * FINE)
     kernel = np.hanning(2 * half + 3)[1:-1]

@@ -24,18 +24,19 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
     """The log with a finding for every pair of contradicting channels.
 
     Position is compared with the integral of speed, and the change of speed with the integral of acceleration (the road
-    slope in an accelerometer's signal is negligible if the car is accelerated and braked hard).
+    slope in an accelerometer's signal is negligible if the car is accelerated and braked hard). They contradict if the
+    ratio of the scales differs from 1 by more than ``reported_scale`` (``reported_tilted_scale`` if ``tilts``).
 
     Parameters
     ----------
-    refuse : refuse scales that differ by more than a quarter; False: report them, for a step that can decide which
-        of the two channels is wrong.
+    refuse : refuse scales that differ by more than ``refused_scale``; False: report them, for a step that can decide
+        which of the two channels is wrong.
     tilts : the accelerometer pitches with the body, so that it measures a component of gravity proportional to the
         acceleration.
 
     Raises
     ------
-    InputError : the scales differ by more than a quarter: one channel's unit is wrong.
+    InputError : the scales differ by more than ``refused_scale``: one channel's unit is wrong.
     """
     findings = []
     for first, second, ratio in _ratios(log):

@@ -50,7 +50,10 @@ class CommonGain:
 
 
 def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
-    """The gain g of one run, by least squares; None if there are too few samples or the gain is not constant.
+    """The gain g of one run, by least squares of the module's equation.
+
+    None for fewer than ``FEWEST`` samples, a short distance, a delay above ``LATEST``, or a residual that is curved
+    over the distance, so that the gain is not constant.
 
     Parameters
     ----------

@@ -131,7 +131,11 @@ def _finite(tie: Tie) -> Tie:
 
 
 def changed_gain(tie: Tie) -> GainChange | None:
-    """The most likely change of a tie's gain; None if it is not significant, abrupt and large enough."""
+    """The most likely change of a tie's gain; None if it is not significant, abrupt and large enough.
+
+    It exceeds ``least_gain_change`` and ``gain_change_t``, and leaves less than ``abrupt_share`` of the sum of squares
+    that a cubic drift of the gain leaves.
+    """
     y = tie.y - tie.y.mean() if tie.constant else tie.y
     x = tie.x - tie.x.mean() if tie.constant else tie.x
     found = likely_change(y, x)

@@ -18,7 +18,7 @@ _SAMPLE = 20_000  # values that suffice to estimate a channel's resolution
 
 
 def quantum(values: Array) -> float:
-    """The smallest difference between any two of the values, but no less than single precision resolves."""
+    """The smallest difference between any two of the values (n,), but no less than single precision resolves, 2e-7."""
     some = np.unique(values[:: -(-values.size // _SAMPLE)])
     steps, least = np.diff(some), 2e-7 * float(np.abs(some).max(initial=0.0))
     return float(max(steps[steps > least].min(initial=np.inf), least)) if np.any(steps > least) else least
@@ -47,7 +47,7 @@ def straight(place: Array, values: Array, tolerance: float) -> Mask:
 
 
 def spans(flags: Mask) -> Spans:
-    """First index, and index after the last, of each segment of true flags."""
+    """First index, and index after the last, of each segment of true flags (n,)."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 

@@ -65,6 +65,8 @@ def _local_level(values: Array) -> Array:
 def dropouts(values: Array) -> list[tuple[int, int]]:
     """Segments of one value that the channel jumps to, and back from, by more than ``dropout_jump`` usual steps.
 
+    Returned as first sample and the one after the last; the usual step is the 99 % quantile of the nonzero ones.
+
     Parameters
     ----------
     values : (n,), without gaps.
@@ -85,6 +87,9 @@ def dropouts(values: Array) -> list[tuple[int, int]]:
 
 def level_step(values: Array) -> int | None:
     """The first sample after the one permanent jump of a channel that otherwise changes smoothly; None if none.
+
+    The largest step must exceed the second largest ``step_apart`` times and the 99 % quantile of the others
+    ``dropout_jump`` times, and the medians of ``_LEVEL`` samples before and after must differ by half of it.
 
     Parameters
     ----------
