@@ -91,7 +91,8 @@ def _named_effects(diagnosis: Any, where: str, findings: list[Finding]) -> tuple
             remedy = "correct the unit of the effect's amplitude"
             findings.append(Finding(f"{where}, diagnosis", str(error), remedy=remedy))
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
-            findings.append(Finding(f"{where}, diagnosis", "an effect lacks its name or the values of its unknowns"))
+            what = "an effect lacks its name or the values of its unknowns"
+            findings.append(Finding(f"{where}, diagnosis", what, remedy="run the step again to write the file"))
     return tuple(found)
 
 

@@ -40,9 +40,11 @@ def read_gray(path: Path, where: str = "") -> NDArray[np.float64]:
     except FileNotFoundError:
         raise InputError(Finding(place, f"{path} does not exist", remedy="check the path of the picture")) from None
     except UnidentifiedImageError:
-        raise InputError(Finding(place, f"{path.name} is not a PNG or JPEG picture")) from None
+        raise InputError(Finding(place, f"{path.name} is not a PNG or JPEG picture", remedy="convert it")) from None
     except Image.DecompressionBombError:
-        raise InputError(Finding(place, f"{path.name} is too large to be a photo")) from None
+        what = f"{path.name} is too large to be a photo"
+        raise InputError(Finding(place, what, remedy="reduce it to at most 60 million pixels")) from None
     except (OSError, SyntaxError, ValueError, EOFError) as error:
-        raise InputError(Finding(place, f"{path.name} is not readable as a picture", str(error)[:80])) from None
+        what = f"{path.name} is not readable as a picture"
+        raise InputError(Finding(place, what, str(error)[:80], "copy it again from the camera")) from None
     return grey / (65_535.0 if deep else 255.0)

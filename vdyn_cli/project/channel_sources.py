@@ -91,7 +91,8 @@ def known_channels(step: Step, spec: TestSpec, source: YamlSource, problems: lis
                 continue
             if not quantity.allows(value):
                 span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
-                problems.append(Finding(where, f"channel '{name}' lies outside {span}", str(stated.constant)))
+                got, remedy = str(stated.constant), "check its unit and sign"
+                problems.append(Finding(where, f"channel '{name}' lies outside {span}", got, remedy))
                 continue
             found[name] = value
     return found

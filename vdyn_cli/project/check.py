@@ -60,7 +60,8 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     """
     inputs = gather(step_of(path), path, known_files)
     if not inputs.unsplit:
-        raise InputError(Finding(str(path), "the description has no runs: there is no log to check"))
+        what = "the description has no runs: there is no log to check"
+        raise InputError(Finding(str(path), what, remedy="list each log under 'runs'"))
     found, refused = _track_check(inputs), _refused(inputs)
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
     redundancy, contradictions = compared_over_runs(tied)
@@ -198,12 +199,12 @@ def _checked(
 
 
 def _contradictions(inputs: Inputs, run: str, tied: Sequence[TiedPair]) -> Iterator[str]:
-    """The contradicting pairs of channels of a run, with a question if only some runs of several loggers have them."""
+    """The contradicting pairs of channels of a run; of those in only some runs of several loggers, the likely cause."""
     several = any(clock.run == run for clock in inputs.clocks)
     for pair in tied:
         if pair.run == run and pair.good is False:
             alike = [p.good for p in tied if (p.first, p.second) == (pair.first, pair.second)]
-            mixed = "; are its logs of the same run?" if several and True in alike else ""
+            mixed = "; its logs are probably not from one run" if several and True in alike else ""
             yield f"{pair.first} contradicts {pair.second}: {pair.what}{mixed}"
 
 

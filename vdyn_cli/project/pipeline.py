@@ -203,7 +203,8 @@ def in_order(steps: Mapping[str, Step]) -> tuple[str, ...]:
         waiting = [n for n in steps if n not in done]
         ready = [n for n in waiting if not _givers(steps[n], steps, waiting)]
         if not ready:
-            raise InputError(Finding("pipeline", "circular dependency of steps", ", ".join(waiting)))
+            remedy = "leave one of them out, and pass its result with --known"
+            raise InputError(Finding("pipeline", "circular dependency of steps", ", ".join(waiting), remedy))
         done.append(ready[0])
     return tuple(done)
 

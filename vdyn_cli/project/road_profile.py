@@ -62,7 +62,8 @@ def _named(spec: TestSpec) -> str | None:
 
 def _read(path: Path, name: str, where: str) -> RoadSurvey:
     if not path.exists():
-        raise InputError(Finding(where, f"the road profile {name} does not exist"))
+        remedy = "write its path relative to the folder of the description"
+        raise InputError(Finding(where, f"the road profile {name} does not exist", remedy=remedy))
     columns = _columns(survey(path), name)
     mapping = {("time" if n == "position" else n): c for n, c in columns.items()}  # the position increases like a clock
     table = read_log(path, mapping, ReadOptions(), name)

@@ -33,6 +33,8 @@ from vdyn_cli.steps import Step
 from vdyn_cli.steps.contract import alternatives
 from vdyn_cli.steps.road_survey import RoadSurvey
 
+MISSING_LOG = "write its path relative to the folder of the description"
+
 
 def log_names(run: Run) -> list[str]:
     """The logs of a run as the description names them, one for each logger."""
@@ -81,7 +83,7 @@ def read_run(
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
         if "time" not in columns:  # reported with the channels
-            problems += [] if file.exists() else [Finding(place, f"the log {name} does not exist")]
+            problems += [] if file.exists() else [Finding(place, f"the log {name} does not exist", remedy=MISSING_LOG)]
             continue
         reader = partial(_log_and_file, file, columns, options, called)
         read.append(attempt(problems, read_unchanged, reader, (file,)))

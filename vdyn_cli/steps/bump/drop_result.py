@@ -22,7 +22,7 @@ METHODS = (
     "drops at once, each weighted by its white noise (third differences). Heights and rates at the start and the "
     "sensors' zeros are unknowns of each drop; the weight is the load at rest, and a wheel that leaves the ground "
     "carries no load. Masses are known, because heights alone determine only stiffness and damping over mass. "
-    "Intervals were computed from the scatter of blocks of equal information (Bell and McCaffrey 2002)."
+    "Intervals follow from the scatter of blocks of equal information (Bell and McCaffrey 2002)."
 )
 
 

@@ -34,10 +34,12 @@ def wrong_log(log: Log, static: Mapping[str, float], width: float) -> list[Findi
     static : axle loads at rest, N, by channel. width : of the bump, m.
     """
     if log.time.size < FEWEST_SAMPLES:
-        return [Finding(log.name, f"has fewer than {FEWEST_SAMPLES} samples", str(log.time.size))]
+        remedy = "log the whole crossing at 100 Hz or more"
+        return [Finding(log.name, f"has fewer than {FEWEST_SAMPLES} samples", str(log.time.size), remedy)]
     empty = [n for n in ("speed", *LOADS) if np.count_nonzero(np.isfinite(log[n])) < log.time.size / 2]
     if empty:
-        return [Finding(f"{log.name}, {n}", "has no reading in more than half of the samples") for n in empty]
+        what, remedy = "has no reading in more than half of the samples", "map another column, or leave the run out"
+        return [Finding(f"{log.name}, {n}", what, remedy=remedy) for n in empty]
     findings = [*_wrong_speed(log, width)]
     for name in LOADS:
         findings += _wrong_load(log, name, static[name])

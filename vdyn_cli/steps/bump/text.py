@@ -45,7 +45,7 @@ METHODS = (
     "matched filter with the response of a typical car locates the bump in each log. The bump's position, scale and "
     "slope of the smoothed speed, the body's motion before the bump and each sensor's zero are unknowns of each run, "
     "with priors. Known numbers with a standard deviation are unknowns with that prior, so the intervals include their "
-    "uncertainty. Intervals were computed from the scatter of blocks of equal information within the runs."
+    "uncertainty. Intervals follow from the scatter of blocks of equal information within the runs."
 )
 KNOWN_NUMBERS = {
     "mass": "mass",

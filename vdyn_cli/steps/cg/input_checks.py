@@ -141,7 +141,8 @@ def _correlation(a: Array, b: Array) -> float:
 def _errors(log: Log) -> list[Finding]:
     """Findings that make a run unusable: too short, too gentle, wrong signs."""
     if log.duration < SHORTEST:
-        return [Finding(log.name, f"is shorter than {SHORTEST:g} s", f"{log.duration:.2f} s")]
+        got, remedy = f"{log.duration:.2f} s", "accelerate and brake several times in one log"
+        return [Finding(log.name, f"is shorter than {SHORTEST:g} s", got, remedy)]
     acceleration, load = log["acceleration"], log["front_load"]
     empty = not np.isfinite(acceleration).any()
     if empty or not _exceeds_noise(acceleration, log.time):

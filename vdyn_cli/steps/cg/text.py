@@ -15,7 +15,7 @@ METHODS = (
     "Moment balance about the rear contact, integrated over windows of some 20 ms by Simpson's rule; the pitch "
     "acceleration enters as the change of the pitch rate. Loads, acceleration and pitch rate all have white noise, "
     "estimated from third differences, and their true values are eliminated (total least squares). Every run has its "
-    "own zero of the load cells within its standard deviation. Intervals were computed from the scatter of blocks of "
+    "own zero of the load cells within its standard deviation. Intervals follow from the scatter of blocks of "
     "equal information (Bell and McCaffrey 2002); the uncertainty of known numbers is added."
 )
 

@@ -155,7 +155,8 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
     upper, lower = max(speeds), min(speeds)
     if upper - lower < LEAST_SPAN:
         got = f"{upper:g} to {lower:g} m/s"
-        raise InputError(Finding("settings.speed_window", f"must span at least {LEAST_SPAN:g} m/s", got))
+        what = f"must span at least {LEAST_SPAN:g} m/s"
+        raise InputError(Finding("settings.speed_window", what, got, "write a wider one, or omit it"))
     return upper, lower
 
 

@@ -17,11 +17,11 @@ from vdyn_cli.steps.coastdown.segments import RejectedSegment
 
 UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
 FITTED = {
-    "none": "The simulated speed was fitted to the measured speed, with the start speed of every run free.",
-    "with_speed": "Simulated speed and specific force were fitted together, with the start speed of every run and the "
-    "accelerometer's zero free; a slope acts on the speed, but not on the specific force.",
-    "alone": "The specific force was fitted where the drive is above zero; each log's zero of the accelerometer was "
-    "taken from the energy of the whole log.",
+    "none": "Least squares fits the simulated to the measured speed, with the start speed of every run free.",
+    "with_speed": "Least squares fits simulated speed and specific force together, with the start speed of every run "
+    "and the accelerometer's zero free; a slope acts on the speed, but not on the specific force.",
+    "alone": "Least squares fits the specific force where the drive is above zero; each log's zero of the "
+    "accelerometer follows from the energy of the whole log.",
 }
 
 
@@ -62,17 +62,17 @@ def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference
     """
     solution, sizes = fit.solution, fit.sizes
     if fit.campaign.white:
-        noise = "Residuals were weighted as if every sample were independent: plain least squares."
+        noise = "All samples have equal weight and are assumed independent (plain least squares)."
     else:
         noise = (
-            "Residuals were whitened with a noise model whose amplitudes were estimated by restricted maximum "
-            f"likelihood: gusts of {sizes['gust']:.2f} m/s lasting {sizes['gust_time']:.0f} s and a mean wind that "
-            f"differed by {sizes['run_wind']:.2f} m/s from run to run."
+            "A noise model whitens the residuals; restricted maximum likelihood estimates its amplitudes: gusts of "
+            f"{sizes['gust']:.2f} m/s lasting {sizes['gust_time']:.0f} s and a mean wind that differs by "
+            f"{sizes['run_wind']:.2f} m/s from run to run."
         )
     unit = {"run": "runs", "block": "blocks within runs", "model": "the noise model"}[solution.unit]
     found = (
-        f"{FITTED[fit.campaign.accelerometer]} {noise} Intervals were computed from {solution.n_units} {unit}. "
-        f"The inertia was {fit.inertia:.0f} kg, of which {fit.at['rotating_mass']:.0f} kg are rotating parts. "
+        f"{FITTED[fit.campaign.accelerometer]} {noise} Intervals follow from {solution.n_units} {unit}. "
+        f"The inertia is {fit.inertia:.0f} kg, of which {fit.at['rotating_mass']:.0f} kg are rotating parts. "
         f"{separated}"
     )
     if test is not None:

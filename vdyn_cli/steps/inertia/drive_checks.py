@@ -33,7 +33,8 @@ def sign_doubts(log: Log) -> list[Finding]:
     """
     empty = [name for name in INPUTS if not np.isfinite(log[name]).any()]
     if empty:
-        return [Finding(f"{log.name}, {name}", "the channel is empty") for name in empty]
+        remedy = "map another column, or leave the run out"
+        return [Finding(f"{log.name}, {name}", "the channel is empty", remedy=remedy) for name in empty]
     findings = []
 
     def flip(channel: str, what: str) -> None:

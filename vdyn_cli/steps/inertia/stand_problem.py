@@ -135,7 +135,8 @@ def _sign_doubts(log: Log) -> list[Finding]:
     """Findings on empty channels, and on a torque whose sign contradicts the wheel's acceleration."""
     empty = [name for name in FREE_WHEEL.inputs if not np.isfinite(log[name]).any()]
     if empty:
-        return [Finding(f"{log.name}, {name}", "the channel is empty") for name in empty]
+        remedy = "map another column, or leave the run out"
+        return [Finding(f"{log.name}, {name}", "the channel is empty", remedy=remedy) for name in empty]
     speed = log["wheel_speed"]
     good = np.isfinite(speed)
     edges = np.arange(log.time[0], log.time[-1], 0.25)

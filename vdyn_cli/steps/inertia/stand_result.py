@@ -27,8 +27,8 @@ METHODS = (
     "Free wheel on a stand: the moment balance J om' = T - Tb - cb om is integrated over windows of a quarter of a "
     "second (setting window), so that the wheel's speed is never differentiated. Least squares on the impulses, "
     "whitened by the noise of torque and speed; each run's torque zero is a nuisance parameter within the data sheet. "
-    "Intervals were computed from the scatter of blocks of equal information (Bell and McCaffrey 2002); the "
-    "uncertainties of the torque's gain and of the inertia of the stand were propagated."
+    "Intervals follow from the scatter of blocks of equal information (Bell and McCaffrey 2002) and from the "
+    "uncertainties of the torque's gain and of the inertia of the stand, to first order."
 )
 
 

@@ -118,7 +118,8 @@ class Rig(Strict):
         if self.timing is None:
             assert self.period is not None
             if self.period.std == 0:
-                findings.append(Finding("pendulum.period", "has no standard deviation and is assumed exact"))
+                what, remedy = "has no standard deviation and is assumed exact", "write it as '1.234 +- 0.002 s'"
+                findings.append(Finding("pendulum.period", what, remedy=remedy))
             return MeasuredPeriod(self.period, math.inf, amplitude), findings
         period, degrees, assumed = _timed(self.timing)
         if assumed:

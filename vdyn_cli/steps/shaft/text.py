@@ -16,11 +16,11 @@ from vdyn_cli.steps.shaft.shaft_side import UNIT
 from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
 
 METHODS = (
-    "Drawing: compliances of the sections in series; uncertainties of shear modulus, diameters and lengths were "
-    "propagated. Bar: torsional pendulum. Log: torque, twist and its rate were adjusted within their noise until "
-    "torque = k twist + c rate + zero and the twist is the integral of its rate (functional maximum likelihood). The "
+    "Drawing: compliances of the sections in series, with the uncertainties of shear modulus, diameters and lengths. "
+    "Bar: torsional pendulum. Log: the readings of torque, twist and its rate, adjusted within their noise, fulfill "
+    "torque = k twist + c rate + zero, and the twist is the integral of its rate (functional maximum likelihood). The "
     "noise of each channel is from its third differences; zeros of torque and rate are free in each run. Intervals "
-    "were computed from the scatter of blocks of equal information (Bell and McCaffrey 2002) with the second "
+    "follow from the scatter of blocks of equal information (Bell and McCaffrey 2002) with the second "
     "derivative of the cost. Methods that agree within two standard deviations are weighted by inverse variance; "
     "otherwise the log's value is published."
 )

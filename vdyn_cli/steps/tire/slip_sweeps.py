@@ -67,5 +67,6 @@ def _doubts(log: Log, used: int) -> list[Finding]:
         return [wrong_sign(log.name, "force_x", what)]
     if used < FEWEST_SAMPLES:
         what = f"fewer than {FEWEST_SAMPLES} samples have speed, load and force"
-        return [Finding(log.name, what, f"{used} of {log.time.size} samples")]
+        remedy = "log faster or sweep slower, or reduce the limits of speed and load under settings"
+        return [Finding(log.name, what, f"{used} of {log.time.size} samples", remedy)]
     return []

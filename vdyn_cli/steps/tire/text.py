@@ -16,11 +16,11 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 
 METHODS = (
-    "Slip was computed from wheel speed, radius and vehicle speed, and samples were averaged into bins in which slip "
-    "changes by at most 1.5 %. The magic formula was fitted by the distance in slip and force together, with the noise "
-    "of each channel from its third differences and without the second-order effect of slip noise. The wheel radius is "
-    "a nuisance parameter with its standard deviation as prior. Intervals were computed from the scatter of blocks of "
-    "equal information (Bell and McCaffrey 2002)."
+    "Slip follows from wheel speed, radius and vehicle speed; samples are averaged into bins in which slip changes by "
+    "at most 1.5 %. The fit of the magic formula minimizes the distance in slip and force together, with the noise of "
+    "each channel from its third differences and without the second-order effect of slip noise. The wheel radius is a "
+    "nuisance parameter with its standard deviation as prior. Intervals follow from the scatter of blocks of equal "
+    "information (Bell and McCaffrey 2002)."
 )
 
 

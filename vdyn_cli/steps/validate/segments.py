@@ -162,14 +162,15 @@ def drive_segments(
         found += made
         if not made:
             what = "no segment of this run can be simulated: too slow, braked or too short"
-            findings.append(Finding(log.name, what))
+            findings.append(Finding(log.name, what, remedy="leave the run out, or log its friction brakes"))
     return found, findings
 
 
 def _problems(log: Log) -> list[Finding]:
     """Findings why a log cannot be simulated."""
     if log.time.size < FEWEST:
-        return [Finding(log.name, f"has {log.time.size} rows: at least {FEWEST} are needed")]
+        what = f"has {log.time.size} rows: at least {FEWEST} are needed"
+        return [Finding(log.name, what, remedy="log longer or faster, or leave the run out")]
     found = []
     steps = np.diff(log.time)
     hole = int(np.argmax(steps))
@@ -182,7 +183,8 @@ def _problems(log: Log) -> list[Finding]:
             found += _gaps(log, name)
     speed = np.isfinite(log["speed"])
     if speed.sum() < FEWEST:
-        found.append(Finding(f"{log.name}, channel 'speed'", f"has values in only {speed.sum()} rows: too few"))
+        what, remedy = f"has values in only {speed.sum()} rows: too few", "map another column, or leave the run out"
+        found.append(Finding(f"{log.name}, channel 'speed'", what, remedy=remedy))
     return found
 
 
