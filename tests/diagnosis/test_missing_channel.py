@@ -13,12 +13,13 @@ from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.errors import InputError
 
 
-def described(folder: Path, **diagnose: object) -> Path:
-    """The sample's coast-downs without their position."""
+def described(folder: Path, without: str = "position", **diagnose: object) -> Path:
+    """The sample's coast-downs without their position, or without another key of the channels or runs."""
     text = yaml.safe_load((ROOT / "configs" / "coastdown.yaml").read_text(encoding="utf-8"))
-    text["channels"].pop("position")
+    text["channels"].pop(without, None)
     text["vehicle"] = str(ROOT / "configs" / text["vehicle"])
     text["runs"] = [{**run, "log": str(ROOT / "configs" / run["log"])} for run in text["runs"]]
+    text["runs"] = [{key: value for key, value in run.items() if key != without} for run in text["runs"]]
     path = folder / "coastdown.yaml"
     path.write_text(yaml.safe_dump({**text, "diagnose": diagnose}), encoding="utf-8")
     return path
@@ -34,6 +35,7 @@ def test_hills_without_a_position_are_listed_with_the_channel_that_they_need(tmp
 
 
 def test_who_requests_them_learns_which_channel_to_map(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be tested without channel 'position'") as caught:
+    with pytest.raises(InputError, match="it needs channel 'position', which is not logged"):
         execute("coastdown", described(tmp_path, extend=["grade_profile"]))
-    assert "map 'position' under channels" in str(caught.value)
+    with pytest.raises(InputError, match="it needs the direction of every run, to which 'position' is related"):
+        execute("coastdown", described(tmp_path, "direction", extend=["grade_profile"]))

@@ -99,7 +99,7 @@ def _row(p: PlannedParameter) -> tuple[str, ...]:
 def _added_lines(document: PlanDocument) -> Iterator[str]:
     if not document.added:
         return
-    yield "\nRuns to add, the least effort first"
+    yield "\nRuns to add, the least effort first (t: standard errors, at half of the plausible range)"
     for one in document.added:
         yield f"  {one.manoeuvre}"
         if one.std:

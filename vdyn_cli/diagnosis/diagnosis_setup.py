@@ -48,7 +48,8 @@ class DiagnosisSetup:
         step's own unknowns about which a linearized problem is linearized.
     chord_regression : the same, but sensitivities to the step's own unknowns may be those without the effects.
     effects : the candidates applicable to model and data.
-    lacking : by name, the other effects of the catalogue that one more channel would make testable, and that channel.
+    lacking : by name, the other effects of the catalogue that one more channel would make testable, and that channel
+        with what the logs lack.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
     one_way : why effects that change sign with the heading are confounded with others: runs of one direction.
     mixed_directions : why the directions cannot be used: some runs do not state theirs.
@@ -243,7 +244,16 @@ def _lacking(prepared: PreparedStep) -> dict[str, str]:
     """By effect, the missing channel without which it cannot be tested, of those that a log of the step may have."""
     missing = missing_signals(prepared.simulated.model, candidates(prepared.step.situations))
     channels = prepared.step.channels() if missing else {}
-    return {effect: signal for effect, signal in missing.items() if signal in channels}
+    return {e: _lacked(signal, prepared.spec) for e, signal in missing.items() if signal in channels}
+
+
+def _lacked(signal: str, spec: TestSpec) -> str:
+    """The channel that the model lacks, or what the step lacks to use it."""
+    if not any(signal in mapped for mapped in (spec.channels, *(one.channels for one in spec.loggers))):
+        return f"channel '{signal}', which is not logged"
+    if signal == "position" and any(run.direction is None for run in spec.runs):
+        return "the direction of every run, to which 'position' is related"
+    return f"channel '{signal}' in every run, agreeing with the others"
 
 
 def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
@@ -274,8 +284,8 @@ def _refuse_others(
 
     def refused(key: str, name: str) -> Finding:
         if name in lacking:
-            what = f"cannot be tested without channel '{lacking[name]}'"
-            return Finding(f"diagnose.{key}", what, name, f"map '{lacking[name]}' under channels, or remove the effect")
+            what = f"cannot be tested: it needs {lacking[name]}"
+            return Finding(f"diagnose.{key}", what, name, "add it to channels or runs, or remove the effect")
         remedy = f"candidates are: {', '.join(names)}"
         return Finding(f"diagnose.{key}", "is not a candidate effect for this model", name, remedy)
 

@@ -46,16 +46,16 @@ def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotT
 
 
 def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:
-    """The effects of the catalogue that lack a channel, each with that channel."""
+    """The effects of the catalogue that lack a channel, each with the reason."""
     return tuple(
         NotTestable(
             effect=name,
-            because=f"needs channel '{channel}', which is not logged",
+            because=f"needs {lacked}",
             size=math.nan,
             unit="",
             would_bias={},
         )
-        for name, channel in setup.lacking.items()
+        for name, lacked in setup.lacking.items()
     )
 
 
