@@ -107,7 +107,7 @@ class DiagnosisSetup:
 
 
 def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSetup:
-    """The setup of a diagnosable step.
+    """The setup of a diagnosable step, ``level`` its false-alarm probability, 0 to 1.
 
     Raises
     ------

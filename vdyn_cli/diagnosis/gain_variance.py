@@ -49,7 +49,7 @@ def prediction_error(runs: LinearizedRuns, run: int, error: Array) -> Prediction
 
 
 def _root(unknowns: tuple[Unknown, ...]) -> Array:
-    """(unknowns, those with priors), a root of the covariance of the priors; without a prior, an unknown is exact."""
+    """A root (unknowns, priors) of the covariance of the priors; without a prior, an unknown is exact."""
     known = [k for k, u in enumerate(unknowns) if u.prior]
     root = np.zeros((len(unknowns), len(known)))
     root[known] = np.linalg.inv(prior_rows(unknowns, np.zeros(len(unknowns)))[:, known])

@@ -246,7 +246,7 @@ def _error(
 
 
 def _start(runs: LinearizedRuns) -> Array:
-    """(runs, m), the step of every run's own unknowns from the point of linearization to their starting values."""
+    """The step (runs, m) of every run's own unknowns from the point of linearization to their starting values."""
     starts = list(initial_values(runs.regression).values())
     return np.array(starts, dtype=float).reshape(len(starts), len(runs.rows)).T - runs.own
 
@@ -326,7 +326,7 @@ def _worse(refits: _Errors) -> bool:
 
 
 def _sums(errors: Sequence[_HeldOutError], plain: bool) -> Array:
-    """(folds, 2), sums of squares and their counts."""
+    """Sums of squares and their counts, (folds, 2)."""
     return np.array([(m.plain, m.plain_rows) if plain else (m.squares, m.rows) for m in errors])
 
 

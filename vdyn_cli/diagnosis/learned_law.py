@@ -200,7 +200,7 @@ def _tags(part: Part) -> tuple[str, ...]:
 
 
 def _directions(finding: PartFinding, part: Part, curve: Curve) -> tuple[Array, Array]:
-    """(cosines, directions) the shapes that the data determine, each with a largest value of one, and their amplitudes.
+    """The shapes (cosines, directions) that the data determine, each with a largest value of one, and their amplitudes.
 
     With C the posterior and S the prior covariance of the coefficients, the information of the data is C^-1 - S^-1.
     Directions of S^1/2 in which it exceeds ``learned_information`` times the prior's are kept. Shapes that the

@@ -71,7 +71,7 @@ def linearize(
 
 
 def initial_values(regression: Regression) -> dict[str, Array]:
-    """(runs,), values of each of the runs' own unknowns without a fit: the mean of their prior, else their start."""
+    """Values (runs,) of each of the runs' own unknowns without a fit: the mean of their prior, else their start."""
     runs = len(regression.runs)
     return {
         u.name: np.full(runs, u.prior[0])
@@ -145,7 +145,7 @@ class LinearizedSystem:
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """(units,), first row of each unit, for sums over units (rows are in the order of units)."""
+        """First row of each unit, (units,), for sums over units (rows are in the order of units)."""
         return np.searchsorted(self.label, np.arange(self.units)).astype(np.int64)
 
     def of(self, names: Sequence[str]) -> Array:

@@ -43,17 +43,17 @@ class Curve:
     covariance: Array
 
     def gauge(self, values: Mapping[str, float]) -> Array:
-        """(n, k) curves that the baseline's unknowns can produce, and a constant if the law is not anchored."""
+        """The curves (n, k) that the baseline's unknowns can produce, and a constant if the law is not anchored."""
         columns = self.part.slopes(self.at, values)
         return columns if self.part.anchored else np.column_stack([columns, np.ones(len(self.at))])
 
     @property
     def weights(self) -> Array:
-        """(n,) share of the covered range that each point stands for."""
+        """Share of the covered range that each point stands for, (n,)."""
         return np.asarray(np.gradient(self.at) / max(float(self.at[-1] - self.at[0]), 1e-300))
 
     def unabsorbed(self, curve: Array, values: Mapping[str, float]) -> Array:
-        """(n,) the part of a curve that the unknowns of the baseline's law cannot follow, by weighted least squares.
+        """The part (n,) of a curve that the unknowns of the baseline's law cannot follow, by weighted least squares.
 
         Parameters
         ----------
@@ -113,7 +113,7 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
 
 
 def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[int]) -> Array:
-    """(points,) half-widths of the 95 % interval of linear functions of the unknowns at indices ``at``."""
+    """Half-widths (points,) of the 95 % interval of linear functions of the unknowns at indices ``at``."""
     std = np.sqrt(np.maximum(np.einsum("pi,ij,pj->p", gradient, covariance[np.ix_(at, at)], gradient), 0.0))
     if covariance is solution.classical_covariance:
         return np.asarray(NORMAL95 * std)
@@ -122,14 +122,14 @@ def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[i
 
 
 def _seen(x: Array, samples: Array) -> NDArray[np.bool_]:
-    """(points,) whether a point lies within the samples of the coordinate, without the outermost ones."""
+    """Whether each point (points,) lies within the samples of the coordinate, without the outermost ones."""
     known = np.sort(samples[np.isfinite(samples)])
     left_out = min(OUTERMOST, known.size // 20)
     return np.asarray((x >= known[left_out]) & (x <= known[-1 - left_out]))
 
 
 def _longest(good: NDArray[np.bool_], x: Array) -> NDArray[np.bool_]:
-    """(points,) the contiguous good points with the longest range of ``x``."""
+    """The contiguous good points with the longest range of ``x``, (points,)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
     runs = list(zip(edges[::2], edges[1::2], strict=True))
     chosen = np.zeros_like(good)
@@ -140,7 +140,7 @@ def _longest(good: NDArray[np.bool_], x: Array) -> NDArray[np.bool_]:
 
 
 def law_values(curve: Curve, effect: Effect, values: Mapping[str, float]) -> Array | None:
-    """(n,) the element's law with an effect, at the curve's points; None where it depends on other signals.
+    """The element's law with an effect, (n,), at the curve's points; None where it depends on other signals.
 
     States of the effect have their steady values at each coordinate.
     """

@@ -170,7 +170,7 @@ class PartSearch:
         return FittedParts(tuple(parts), tuple(effects), solution, squares, gain, variance, freedom)
 
     def _shrinkage(self, solution: Solution, priors: Mapping[str, float]) -> Array:
-        """(n,) eigenvalues of the additions' posterior covariance relative to the prior's, 0 to 1."""
+        """Eigenvalues (n,) of the additions' posterior covariance relative to the prior's, 0 to 1."""
         at = [solution.names.index(n) for n in priors]
         prior = np.array(list(priors.values()))
         variance = solution_floor(solution)

@@ -33,7 +33,7 @@ class RunPlan:
 
     Parameters
     ----------
-    detectable, not_testable : as in a diagnosis.
+    detectable : the smallest amplitude of each candidate that the runs reveal. not_testable : candidates without one.
     confused : pairs of effects that are each detected but not discriminated.
     added : what further runs would add.
     spread : standard error of each unknown of the baseline.

@@ -107,7 +107,7 @@ class Scores:
         return float((1 + np.sum(most >= strongest)) / (len(most) + 1))
 
     def _flipped(self, names: Sequence[str], draws: int) -> dict[str, Array]:
-        """(flips,) statistics of each candidate with the units' signs flipped."""
+        """Statistics (flips,) of each candidate with the units' signs flipped."""
         g = signs(self._contributions.shape[0], draws)[1:]
         contributions = g @ self._contributions
         if len(self._priors):

@@ -40,7 +40,7 @@ class Algebra(Protocol):
 
 
 def instructions(function: ca.Function) -> Iterator[tuple[int, list[int], list[int], float]]:
-    """(operation, outputs, inputs, constant) of each instruction of a graph, in order."""
+    """Operation, places of outputs and inputs, and constant of each instruction of a graph, in order."""
     for k in range(function.n_instructions()):
         op = function.instruction_id(k)
         constant = function.instruction_constant(k) if op == ca.OP_CONST else 0.0

@@ -49,7 +49,7 @@ def weighed(factor: Array, values: Array) -> Array:
 
     Parameters
     ----------
-    factor : as in ``whitened``. values : (n,) or (n, k).
+    factor : (b, n) banded Cholesky factor L, lower form. values : (n,) or (n, k).
 
     Raises
     ------

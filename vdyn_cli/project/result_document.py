@@ -177,7 +177,12 @@ def fingerprints(files: Mapping[Path, str], folder: Path, known_files: Sequence[
 
 
 def step_command(step: str, path: Path, known_files: Sequence[Path], level: float | None) -> str:
-    """The command that reproduces a step's result, with file names without folders; arguments as of ``execute``."""
+    """The command that reproduces a step's result, with file names without folders.
+
+    Parameters
+    ----------
+    known_files : parameter files. level : false-alarm probability of the diagnosis; None: no diagnosis.
+    """
     known = [f"--known {file.name}" for file in known_files]
     how = [] if level == POLICY.level else ["--no-diagnose"] if level is None else [f"--level {level:.4g}"]
     return " ".join(["vdyn", step, path.name, *known, *how])

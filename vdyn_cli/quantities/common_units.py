@@ -45,5 +45,5 @@ _FACTORS = {
 
 
 def common_factor(unit: str, si_unit: str) -> tuple[float, float] | None:
-    """(factor, offset) with SI value = factor * value + offset; None where the pair is not listed."""
+    """Factor and offset with SI value = factor * value + offset; None where the pair is not listed."""
     return (1.0, 0.0) if unit == si_unit and unit in _SAME else _FACTORS.get((unit, si_unit))

@@ -72,7 +72,7 @@ def _registry() -> UnitRegistry[Any]:
 
 @cache
 def _scale(unit: str, si_unit: str) -> tuple[float, float]:
-    """(factor, offset) with SI value = factor * value + offset."""
+    """Factor and offset with SI value = factor * value + offset."""
     return common_factor(unit, si_unit) or _read_scale(unit, si_unit)
 
 

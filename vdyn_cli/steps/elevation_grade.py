@@ -52,7 +52,7 @@ class _Track:
 
     @cached_property
     def rise(self) -> Array:
-        """(k, m), height gained from the start per unit slope of each node, with slopes linear between the nodes."""
+        """Height (k, m) gained from the start per unit slope of each node, with slopes linear between the nodes."""
         step = self.nodes[1]
         each = np.tril(np.ones((self.nodes.size, self.nodes.size))) * step
         each -= 0.5 * step * np.eye(self.nodes.size)
@@ -81,11 +81,11 @@ class ElevationGrade:
 
     @property
     def grade(self) -> Array:
-        """(n,), uphill, at the samples."""
+        """Grade (n,) at the samples, uphill positive."""
         return np.asarray(np.interp(self.distance, self.nodes, self.slope))
 
     def error_at(self, time: Array) -> Array:
-        """(k, r), factor of the covariance of the grade's error at times (k,) of the log, s."""
+        """Factor (k, r) of the covariance of the grade's error at times (k,) of the log, s."""
         place = np.interp(time, self.time, self.distance)
         return np.column_stack([np.interp(place, self.nodes, column) for column in self.error.T])
 

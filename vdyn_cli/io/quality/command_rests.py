@@ -140,7 +140,7 @@ def contradicted_rests(
 
 
 def off_source_grid(values: Array, rests: list[tuple[int, int]]) -> Mask | None:
-    """(n,): where a command is off the quantization grid of its source; None if its rests show no such grid.
+    """Mask (n,) of a command that is off the quantization grid of its source; None if its rests show no such grid.
 
     A logger that resamples a coarse command interpolates between its levels. The command itself is constant only at
     these levels, so that a constant segment between them is the logger's.
@@ -199,7 +199,7 @@ def _followed(rest: Rest, tie: DriveTie) -> bool:
 
 
 def _sliding(values: Array, width: int) -> Array:
-    """(n,): means of ``width`` values centered on each; values beyond the ends count as zero."""
+    """Means (n,) of ``width`` values centered on each; values beyond the ends count as zero."""
     padded = np.concatenate([np.zeros(width // 2 + 1), values, np.zeros((width - 1) // 2)])
     total = np.cumsum(padded)
     return np.asarray((total[width:] - total[:-width]) / width)

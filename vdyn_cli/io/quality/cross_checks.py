@@ -96,7 +96,7 @@ def _apart(log: Log, left: str, right: str) -> list[Finding]:
 
 
 def _ratios(log: Log) -> list[tuple[str, str, float]]:
-    """(channel, the channel compared with it, size according to the second over size of the first)."""
+    """Each channel, the channel compared with it, and the size according to the second over that of the first."""
     name = "speed" if "speed" in log else "vehicle_speed"
     if name not in log:
         return []

@@ -195,7 +195,7 @@ def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
 
 
 def drifting(x: Array) -> Array:
-    """(n, 4): design for a gain of x (n,) that drifts as a cubic in time."""
+    """Design (n, 4) for a gain of x (n,) that drifts as a cubic in time."""
     return np.asarray((np.arange(x.size) / x.size)[:, None] ** np.arange(4) * x[:, None])
 
 

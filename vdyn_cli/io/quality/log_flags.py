@@ -96,7 +96,7 @@ class _Sampled:
 
     @cached_property
     def _flickers(self) -> Rows:
-        """(m + 1,), number of samples before each whose bend changes sign."""
+        """Number (m + 1,) of samples before each whose bend changes sign."""
         tolerance = QUALITY.flat_step * self.resolution / 2.0
         return np.concatenate([[0], np.cumsum(alternating(self.values, tolerance))])
 
@@ -179,7 +179,7 @@ def _sampled(log: Log, name: str, unit: str) -> _Sampled:
 
 
 def _moving(log: Log) -> Mask:
-    """(n,): where any speed shows that the car moves; everywhere if there is no speed."""
+    """Mask (n,) of samples at which any speed shows that the car moves; all if there is no speed."""
     known = [n for n in SPEEDS if n in log]
     if not known:
         return np.ones(log.time.size, dtype=bool)

@@ -68,6 +68,10 @@ def peak_slip(b: float, c: float, e: float) -> float:
     """Slip s of the maximum of the magic formula (``physics.laws.tire_forces.tire``), by bisection.
 
     B s - E (B s - atan(B s)) = tan(pi / (2 C)); infinite for C <= 1 and where no slip solves it
+
+    Parameters
+    ----------
+    b, c, e : factors B, C, E, without unit.
     """
     if c <= 1:
         return float("inf")

@@ -94,7 +94,7 @@ def modes(
     ----------
     parameters : values of all parameters of ``models.vehicle``.
     speed : m/s, above zero.
-    driven, differential : as of ``models.vehicle``.
+    driven : the driven axle, or "both". differential : "open" or "locked".
 
     Raises
     ------

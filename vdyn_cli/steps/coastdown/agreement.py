@@ -53,7 +53,7 @@ class LocalForces:
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """(k,), True for the classes whose interval does not contain the fitted force."""
+        """Whether the interval of each class does not contain the fitted force, (k,)."""
         return np.abs(self.measured - self.fitted) > self.half
 
 

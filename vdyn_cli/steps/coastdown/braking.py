@@ -124,7 +124,8 @@ def without_outliers(
 
     Parameters
     ----------
-    known, directions : as in ``without_braking``. shortest : s, duration of a window that is kept.
+    known : for each segment (n,) m/s^2, the acceleration by drive and slope. directions : of each segment.
+    shortest : s, duration of a window that is kept.
     """
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []

@@ -99,7 +99,7 @@ def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra:
 
     Parameters
     ----------
-    effects, extra : as in ``fit_road_load``.
+    effects, extra : corrections of the model's laws, and their unknowns.
     """
     hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
     hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
@@ -184,7 +184,7 @@ def reweighted(
 
 
 def prior_information(regression: Regression) -> Array:
-    """(s,) inverse prior variance of the shared unknowns, zero without a prior."""
+    """Inverse prior variance (s,) of the shared unknowns, zero without a prior."""
     return np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
 
 

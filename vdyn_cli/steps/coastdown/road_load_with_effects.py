@@ -52,7 +52,7 @@ def regression_with_effects(
 
     Parameters
     ----------
-    effects, extra : as in ``fit_road_load``.
+    effects, extra : corrections of the model's laws, and their unknowns.
     base : the campaign's ``weighted_start``, if known; it does not depend on ``shown_roughness``.
 
     Raises

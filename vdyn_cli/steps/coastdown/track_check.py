@@ -125,7 +125,7 @@ class _Coasts:
 
     @property
     def order(self) -> Array:
-        """(n,), from -1/2 (first run) to 1/2 (last run), by start or by order in the description."""
+        """Order (n,) of the runs from -1/2 (first) to 1/2 (last), by start or by order in the description."""
         at = np.array([self.starts[s.run] if self.starts else float(s.run) for s in self.segments])
         return np.asarray((at - at.min()) / max(float(np.ptp(at)), 1e-12) - 0.5)
 

@@ -42,8 +42,11 @@ class WindowNoise:
     def factor(self, inertia: float, moment: float) -> Array:
         """Banded Cholesky factor, (2, w), of the covariance of the windows' impulses, (N m s)^2.
 
-        Adjoining windows share one reading of the speed, whose error has opposite signs in them. Parameters as of
-        ``variance``.
+        Adjacent windows share one reading of the speed, whose error has opposite signs in them.
+
+        Parameters
+        ----------
+        inertia : kg m^2. moment : kg m, mass times radius of the wheel, the factor of the acceleration.
         """
         band = np.zeros((2, self.spread.size))
         band[0] = self.variance(inertia, moment)

@@ -82,7 +82,7 @@ def with_corners(
 
 
 def off_samples(at: Array, time: Array) -> NDArray[np.bool_]:
-    """(c,) whether each instant ``at``, s, differs from all sampling times (n,)."""
+    """Whether each instant ``at`` (c,), s, differs from all sampling times ``time`` (n,), s."""
     nearest = np.abs(at - time[np.clip(np.searchsorted(time, at) - [[1], [0]], 0, time.size - 1)]).min(axis=0)
     return np.asarray(nearest > EDGE * float(np.median(np.diff(time))))
 
@@ -125,7 +125,7 @@ def _with_short_ramps(
 
 
 def _line_ends(time: Array, torque: Array, lines: LineFits, level: float) -> NDArray[np.bool_]:
-    """(n,) mask of the samples at which a long line ends: the next sample is not on it."""
+    """Mask (n,) of the samples at which a long line ends: the next sample is not on it."""
     steps = np.diff(time)
     beyond = lines.values[:-1] + lines.slopes[:-1] * steps
     std = np.sqrt(lines.variance[:-1]) + np.sqrt(lines.slope_variance[:-1]) * steps

@@ -57,7 +57,7 @@ class _Explained:
 
     @property
     def zeros(self) -> Array:
-        """(c,) N m, likely zeros, with the most likely one in the middle."""
+        """Likely zeros (c,), N m, with the most likely one in the middle."""
         count = int(np.clip(2 * np.ceil(WIDEST * self.std / COARSEST) + 1, FEWEST, MOST))
         return self.zero + self.std * np.linspace(-WIDEST, WIDEST, count) if self.std > 0 else np.zeros(1)
 

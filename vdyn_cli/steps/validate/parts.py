@@ -70,7 +70,7 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
 
 
 def coordinate_values(part: Part, segments: Sequence[DriveSegment]) -> Array:
-    """(n,) the values of a part's coordinate in all segments."""
+    """The values (n,) of a part's coordinate in all segments."""
     if part.coordinate == "drive_torque":
         return np.concatenate([total_drive_torque(s.inputs) for s in segments])
     if part.coordinate == "speed":

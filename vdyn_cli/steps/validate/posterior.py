@@ -126,7 +126,12 @@ class _BorderedSystem:
         self.std = np.sqrt(np.diag(self.covariance))
 
     def reduced_gradient(self, gradients: list[Array], own_prior: Array) -> Array:
-        """Scores of the shared unknowns with each segment's own eliminated."""
+        """Scores (s,) of the shared unknowns with each segment's own eliminated.
+
+        Parameters
+        ----------
+        gradients : (s + m,) of each segment. own_prior : (segments, m) gradients of the priors of the own unknowns.
+        """
         total = np.zeros(self.s)
         for (_, _, follow), gradient, prior in zip(self.blocks, gradients, own_prior, strict=True):
             total += gradient[: self.s] - follow.T @ (gradient[self.s :] + prior)

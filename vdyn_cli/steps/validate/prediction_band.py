@@ -58,12 +58,12 @@ class PredictionBand:
 
     @property
     def half(self) -> Array:
-        """(n,) half width of the whole 95 % band."""
+        """Half width (n,) of the whole 95 % band, in the unit of the output."""
         return np.asarray(NORMAL95 * np.sqrt(self.own**2 + self.gusts**2 + self.sensor**2))
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """(n,) mask of the samples with the error outside the whole band."""
+        """Mask (n,) of the samples with the error outside the whole band."""
         return np.asarray(np.abs(self.error) > self.half)
 
 

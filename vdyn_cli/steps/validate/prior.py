@@ -78,7 +78,7 @@ class ParameterPrior:
 
     @property
     def root(self) -> Array:
-        """(k, k), lower triangular L with covariance L L'."""
+        """Lower triangular root L (k, k) of the covariance L L' of the parameters."""
         return np.asarray(self.std[:, None] * np.linalg.cholesky(self.correlation))
 
 

@@ -67,7 +67,7 @@ def pressed(time: Array, brake: Array) -> NDArray[np.bool_]:
 
 
 def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(n,) mask of launches: from the last moment at rest to 6 m/s, while driven."""
+    """Mask (n,) of launches: from the last moment at rest to 6 m/s, while driven."""
     launching, found = False, np.zeros(speed.size, dtype=bool)
     for i, (v, on) in enumerate(zip(speed.tolist(), driven.tolist(), strict=True)):
         if not on or v > LAUNCHED:
@@ -79,7 +79,7 @@ def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _rate(time: Array, speed: Array) -> Array:
-    """(n,) acceleration averaged over ``SMOOTH``, m/s^2."""
+    """Acceleration (n,) averaged over ``SMOOTH``, m/s^2."""
     later = np.interp(time + SMOOTH / 2, time, speed)
     earlier = np.interp(time - SMOOTH / 2, time, speed)
     span = np.minimum(time + SMOOTH / 2, time[-1]) - np.maximum(time - SMOOTH / 2, time[0])

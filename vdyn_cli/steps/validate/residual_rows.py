@@ -67,7 +67,7 @@ class RowLayout:
     force: bool
 
     def section(self, bins: Bins) -> NDArray[np.int64]:
-        """(b,) number of samples at rest before each bin, the same for bins without a rest between them."""
+        """Number (b,) of samples at rest before each bin, the same for bins without a rest between them."""
         return np.searchsorted(self.rests, bins.time).astype(np.int64)
 
     @property
@@ -85,17 +85,17 @@ class RowLayout:
 
     @property
     def _contrasts(self) -> Array:
-        """(speeds, speeds - 1), orthonormal, orthogonal to the common error."""
+        """Orthonormal directions (speeds, speeds - 1) orthogonal to the common error."""
         g = (1.0 / self._sigma)[:, None]
         return np.asarray(np.linalg.qr(np.hstack([g, np.eye(len(g))]))[0][:, 1 : len(g)])
 
     def speeds_of(self, values: Mapping[str, Array]) -> Array:
-        """(speeds, m, ...) errors of the speeds at the kept samples, m/s."""
+        """Errors (speeds, m, ...) of the speeds at the kept samples, m/s."""
         read = np.array([values[n][self.keep] * (1.0 if n == "speed" else self.radius) for n in self.speeds])
         return read * self.slipping.reshape(*self.slipping.shape, *[1] * (read.ndim - 2))
 
     def slow(self, values: Mapping[str, Array], bins: Bins | None = None, speeds: Array | None = None) -> Array:
-        """(b, ...) common error, m/s, followed by (b, ...) specific force, m/s^2, averaged over the bins.
+        """The common error (b, ...), m/s, followed by the specific force (b, ...), m/s^2, averaged over the bins.
 
         ``speeds``: ``speeds_of`` the values, if already computed.
         """
@@ -107,7 +107,7 @@ class RowLayout:
         return np.concatenate(rows)
 
     def fast(self, values: Mapping[str, Array], speeds: Array | None = None) -> Array:
-        """(r, f, ...) the fast rows, each in units of its sensor's noise; ``speeds`` as in ``slow``."""
+        """The fast rows (r, f, ...), each in units of its sensor's noise; ``speeds`` as in ``slow``."""
         columns = []
         if len(self.speeds) > 1:
             speeds = self.speeds_of(values) if speeds is None else speeds
@@ -186,7 +186,7 @@ class Prewhitener:
     scatter: Array
 
     def white(self, fast: Array, part: NDArray[np.int64]) -> Array:
-        """(r', f, ...) the whitened fast rows that have all their predecessors."""
+        """The whitened fast rows (r', f, ...) that have all their predecessors."""
         lags = len(self.weights)
         inner = fast.reshape(*fast.shape[:2], int(np.prod(fast.shape[2:])))
         rows = np.ascontiguousarray(inner.transpose(1, 0, 2))  # (f, r, c): one product of matrices for each lag

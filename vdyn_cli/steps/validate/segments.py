@@ -80,12 +80,12 @@ class DriveSegment:
 
     @cached_property
     def stopping(self) -> Mask:
-        """(n,) mask where the car comes to rest; gusts shift that instant, and with it a jump of the deceleration."""
+        """Mask (n,) of coming to rest; gusts shift that instant, and with it a jump of the deceleration."""
         return stops(self.time, self.outputs["speed"])
 
     @cached_property
     def smooth_speed(self) -> Array:
-        """(n,) speed averaged over 0.1 s, m/s."""
+        """Speed (n,) averaged over 0.1 s, m/s."""
         return smoothed(self.time, self.outputs["speed"])
 
     @cached_property
@@ -304,7 +304,7 @@ def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, 
 
 
 def _braked(log: Log) -> Mask:
-    """(n,) mask of the samples within ``MARGIN`` of a logged brake that is on."""
+    """Mask (n,) of the samples within ``MARGIN`` of a logged brake that is on."""
     on = log.time[pressed(log.time, log["brake_torque"])]
     if not on.size:
         return np.zeros(log.time.size, dtype=bool)
@@ -315,7 +315,7 @@ def _braked(log: Log) -> Mask:
 
 
 def total_drive_torque(signals: Mapping[str, Array]) -> Array:
-    """(n,) the total drive torque, N m.
+    """The total drive torque (n,), N m: of one motor, or the sum of both sides.
 
     Parameters
     ----------

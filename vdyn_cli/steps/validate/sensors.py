@@ -52,7 +52,10 @@ class Sensors:
         return tuple(n for n in self.channels if n.startswith(group))
 
     def read(self, name: str, true: Array, gains: Array, zeros: Array) -> tuple[Array, tuple[Array, Array]]:
-        """The reading of a channel's sensor, (n,), and its derivatives to gains, (n, k), and zeros, (n, m)."""
+        """The reading (n,) of a channel's sensor, and its derivatives to gains, (n, k), and zeros, (n, m).
+
+        (1 + gain) true + zero, with the gain of the sensor and the zero of the channel, if these are unknown
+        """
         to_gains, to_zeros = np.zeros((true.size, gains.size)), np.zeros((true.size, zeros.size))
         for i, instrument in enumerate(self.gain_std):
             if name in self._reading(instrument.removesuffix("_gain")):

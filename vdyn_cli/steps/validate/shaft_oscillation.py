@@ -64,7 +64,7 @@ def shaft_oscillation(
 
 
 def _oscillating(p: RowLayout, values: Mapping[str, Array]) -> Array:
-    """(m, shafts, ...) torques minus their means over each fast row, in units of their sensors' noise."""
+    """Torques (m, shafts, ...) minus their means over each fast row, in units of their sensors' noise."""
     columns = []
     for name in p.others:
         kept = values[name][p.keep] / p.levels[name]

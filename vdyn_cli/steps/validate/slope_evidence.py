@@ -55,7 +55,7 @@ def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequenc
 
 
 def _responses(s: DriveSegment, error: Array, slope: Array, values: Mapping[str, float]) -> tuple[Array, Array]:
-    """(b, 6) responses of the speed to its start and to five forces, and (b,) its error, both at the ends of bins."""
+    """Responses (b, 6) of the speed to its start and to five forces, and its error (b,), both at the ends of bins."""
     bins, inertia = cut(s.time, BIN), inertia_of(values)
     speed = bins.mean(s.inputs["speed"] if "speed" in s.inputs else np.nan_to_num(s.outputs["speed"]))
     torque = bins.mean(total_drive_torque(s.inputs)) * values.get("gear_ratio", 1.0) / values["wheel_radius"]

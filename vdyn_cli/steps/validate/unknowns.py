@@ -73,12 +73,12 @@ class UnknownVector:
 
     @property
     def theta(self) -> Array:
-        """(shared,) start values of the shared unknowns."""
+        """Start values (shared,) of the shared unknowns."""
         parameters = [self.at.get(n, self.prior.values[n]) for n in self.prior.names]
         return np.array([*parameters, *np.zeros(len(self.sensors.gain_std)), *(u.start for u in self.extra)])
 
     def start(self, segment: int) -> Array:
-        """(shared + own,) start values of a segment's vector."""
+        """Start values (shared + own,) of a segment's vector."""
         local = np.array([*self.theta, self.first_speed(segment), *np.zeros(len(self.sensors.with_zero))])
         if self.torque_zeros:
             local[self.torque_zero_place] = self.torque_zeros[segment]

@@ -173,25 +173,25 @@ def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float],
 
 
 def _window(time: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(n,) indices of the first sample, and of the one after the last, of the span about each sample."""
+    """Indices (n,) of the first sample, and of the one after the last, of the span about each sample."""
     return np.searchsorted(time, time - SPAN / 2), np.searchsorted(time, time + SPAN / 2, side="right")
 
 
 def _mean(time: Array, values: Array) -> Array:
-    """(n,) average over the span about each sample."""
+    """Average (n,) over the span about each sample."""
     first, last = _window(time)
     total = np.r_[0.0, np.cumsum(values)]
     return np.asarray((total[last] - total[first]) / (last - first))
 
 
 def _slope(time: Array, values: Array) -> Array:
-    """(n,) slope of the straight line through the span about each sample, by least squares."""
+    """Slope (n,) of the straight line through the span about each sample, by least squares."""
     since = time - time[0]
     t, v, tt, tv = (_mean(time, x) for x in (since, values, since**2, since * values))
     return np.asarray((tv - t * v) / np.maximum(tt - t**2, 1e-12))
 
 
 def _least(time: Array, values: Array) -> Array:
-    """(n,) least value in the span about each sample."""
+    """Least value (n,) in the span about each sample."""
     first, last = _window(time)
     return np.array([values[a:b].min() for a, b in zip(first.tolist(), last.tolist(), strict=True)])

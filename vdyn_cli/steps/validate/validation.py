@@ -59,7 +59,7 @@ class Validation:
         return [one[name] for one in self.bands if name in one]
 
     def errors(self, name: str) -> Array:
-        """(n,) finite errors of an output over all segments, simulated minus measured."""
+        """Finite errors (n,) of an output over all segments, simulated minus measured."""
         error = np.concatenate([one.error for one in self.bands_of(name)])
         return np.asarray(error[np.isfinite(error)])
 
