@@ -162,7 +162,7 @@ def enlarged(effect: Effect, factors: Mapping[str, float]) -> Effect:
 def effect(
     *,
     on: str | tuple[str, ...],
-    unknowns: tuple[Quantity, ...],
+    unknowns: Quantity | tuple[Quantity, ...],
     reference: str,
     also: Mapping[str, EffectLaw] = MappingProxyType({}),
     nominal: Mapping[str, float] = _NONE,
@@ -187,11 +187,12 @@ def effect(
 
     def make(law: EffectLaw) -> Effect:
         own = (on,) if isinstance(on, str) else on
+        every = (unknowns,) if isinstance(unknowns, Quantity) else unknowns
         return Effect(
             name=law.__name__,
             on=(*own, *also),
             laws={**dict.fromkeys(own, law), **also},
-            unknowns={quantity.name: quantity for quantity in unknowns},
+            unknowns={quantity.name: quantity for quantity in every},
             reference=reference,
             summary=(law.__doc__ or "").strip().partition("\n")[0],
             nominal=dict(nominal),

@@ -3,8 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="inertial_clock",
-    unknowns=(
-        Quantity("acceleration_delay", "s", "time by which the acceleration lags the other channels", "tau", -0.1, 0.2),
+    unknowns=Quantity(
+        "acceleration_delay", "s", "time by which the acceleration lags the other channels", "tau", -0.1, 0.2
     ),
     reference="GPS receivers give their values 7 to 160 ms late; a filter of 10 Hz delays by some 20 ms",
     label="an acceleration that is logged late",

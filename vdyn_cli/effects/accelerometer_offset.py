@@ -3,10 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
 
 @effect(
     on="acceleration",
-    unknowns=(
-        Quantity(
-            "accelerometer_offset", "m/s^2", "reading of the accelerometer at rest on level ground", "a0", -1.0, 1.0
-        ),
+    unknowns=Quantity(
+        "accelerometer_offset", "m/s^2", "reading of the accelerometer at rest on level ground", "a0", -1.0, 1.0
     ),
     reference="zero of inertial sensors: 0.01 to 0.1 m/s^2; a tilt of 1 deg is 0.17 m/s^2",
     label="an accelerometer with a wrong zero",

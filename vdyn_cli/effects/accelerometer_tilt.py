@@ -5,9 +5,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 @effect(
     on="acceleration",
-    unknowns=(
-        Quantity("accelerometer_tilt", "rad", "angle by which the accelerometer's nose points up", "", -0.1, 0.1),
-    ),
+    unknowns=Quantity("accelerometer_tilt", "rad", "angle by which the accelerometer's nose points up", "", -0.1, 0.1),
     reference="component of gravity along a tilted axis; mounting by eye is accurate to 1 to 3 deg",
     label="an accelerometer that is tilted",
     signature="The measured acceleration is larger by the same amount at all times and in both directions.",

@@ -14,7 +14,7 @@ def on_a_flank(rest_twist: Law, s: Signals, q: Signals) -> Number:
 @effect(
     on="shaft",
     also={"rest_twist": on_a_flank},
-    unknowns=(Quantity("backlash", "rad", "free play of each half-shaft to either side", "b", 0.0, 0.06),),
+    unknowns=Quantity("backlash", "rad", "free play of each half-shaft to either side", "b", 0.0, 0.06),
     reference="free play of final drive and joints at the wheel: 0.5 to 3 deg in all",
     probes=(
         *(1e-4, 1.8e-4, 3e-4, 5e-4, 7e-4, 1e-3, 1.4e-3, 2e-3, 2.8e-3, 4e-3),

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="bearing",
-    unknowns=(Quantity("bearing_drag", "N m s/rad", "drag torque of bearing and seals per speed", "cb", -0.02, 1.0),),
+    unknowns=Quantity("bearing_drag", "N m s/rad", "drag torque of bearing and seals per speed", "cb", -0.02, 1.0),
     reference="wheel bearings with seals: 0.5 to 2 N m at 50 rad/s; a damaged one several times that",
     label="a bearing that drags",
     signature="The torque residual increases with wheel speed.",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="road",
-    unknowns=(Quantity("bump_height_error", "", "relative error of the bump's height", "eA", -0.3, 0.3),),
+    unknowns=Quantity("bump_height_error", "", "relative error of the bump's height", "eA", -0.3, 0.3),
     reference="a ruler read to 1 mm on a bump of 30 to 100 mm has an error of 1 to 3 %; a soft bump deflects by more",
     label="a bump height that differs from the description",
     signature="All loads and motions on the bump are larger or smaller by one factor; their timing is as simulated.",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="road",
-    unknowns=(Quantity("bump_width_error", "", "relative error of the bump's width", "ew", -0.3, 0.3),),
+    unknowns=Quantity("bump_width_error", "", "relative error of the bump's width", "ew", -0.3, 0.3),
     reference="edges of a bump of 0.3 to 0.5 m located to 5 to 10 mm give an error of 2 to 5 %",
     label="a bump width that differs from the description",
     signature="Each axle's time on the bump is longer or shorter than simulated; the rear axle follows as simulated.",

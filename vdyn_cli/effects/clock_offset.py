@@ -9,7 +9,7 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
 @effect(
     on=("vertical_acceleration_clock", "pitch_rate_clock"),
     also={"loads_clock": early, "hub_clock": early},
-    unknowns=(Quantity("clock_offset", "s", "delay of some channels relative to the others", "tau", -0.2, 0.2),),
+    unknowns=Quantity("clock_offset", "s", "delay of some channels relative to the others", "tau", -0.2, 0.2),
     reference="latency of inertial and GPS devices: 7 to 160 ms; devices without a common trigger: a sample or more",
     label="a clock offset between two loggers",
     signature="The residual is proportional to the time derivative of the late channels (loops in plots of "

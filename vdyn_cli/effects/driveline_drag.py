@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="driveline",
-    unknowns=(Quantity("driveline_drag", "N", "spin loss of the driven axle, at the road", "F0", 0.0, 300.0),),
+    unknowns=Quantity("driveline_drag", "N", "spin loss of the driven axle, at the road", "F0", 0.0, 300.0),
     reference="oil churning, seals and bearings of a final drive and its machines: 20 to 100 N for a passenger car",
     label="a driveline that drags",
     signature="The drive force exceeds the road load by the same force at every speed.",

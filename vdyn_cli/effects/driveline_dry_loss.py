@@ -3,8 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="dry_loss",
-    unknowns=(
-        Quantity("driveline_dry_loss", "N m", "constant loss of the driveline, at the driven wheels", "T0", 0.0, 100.0),
+    unknowns=Quantity(
+        "driveline_dry_loss", "N m", "constant loss of the driveline, at the driven wheels", "T0", 0.0, 100.0
     ),
     reference="seals, preloaded bearings and oil of a final drive and its machines: 5 to 30 N m at the wheels of a "
     "passenger car",

@@ -4,7 +4,7 @@ from vdyn_cli.engine.maths import fabs
 
 @effect(
     on="drive",
-    unknowns=(Quantity("driveline_loss", "", "share of the drive force lost behind the torque", "e", 0.0, 0.25),),
+    unknowns=Quantity("driveline_loss", "", "share of the drive force lost behind the torque", "e", 0.0, 0.25),
     reference="a helical stage under load loses 1 to 2 %, a final drive 2 to 5 %, and a torque computed from "
     "currents omits the motor's iron and friction losses: 2 to 8 %",
     label="a driveline loss that is proportional to the torque",

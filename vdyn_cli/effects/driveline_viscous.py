@@ -3,8 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="spin_loss",
-    unknowns=(
-        Quantity("driveline_viscous", "N m s", "viscous loss of the driveline, at the driven wheels", "c", 0.0, 1.0),
+    unknowns=Quantity(
+        "driveline_viscous", "N m s", "viscous loss of the driveline, at the driven wheels", "c", 0.0, 1.0
     ),
     # The viscosity of oil below 0 degC is ten times that at working temperature.
     possible={"driveline_viscous": (0.0, 5.0)},

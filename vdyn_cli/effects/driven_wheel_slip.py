@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="speed",
-    unknowns=(Quantity("driven_wheel_slip", "", "slip of driven wheels per force over weight", "k", 0.0, 0.25),),
+    unknowns=Quantity("driven_wheel_slip", "", "slip of driven wheels per force over weight", "k", 0.0, 0.25),
     reference="a tire's slip stiffness is 15 to 30 times its load; with half of the weight on the driven axle, k is "
     "0.07 to 0.13",
     label="a speed of driven wheels that slip",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="grade",
-    unknowns=(Quantity("elevation_slope", "", "share of the slope of the logged elevation", "q", 0.0, 1.3),),
+    unknowns=Quantity("elevation_slope", "", "share of the slope of the logged elevation", "q", 0.0, 1.3),
     reference="a barometer or a map gives the slope within a tenth; a satellite receiver's elevation wanders by 5 to "
     "20 m within minutes: its share is then small",
     label="hills that the logged elevation shows",

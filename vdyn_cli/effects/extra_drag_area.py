@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on=("air", "gust_drag"),
-    unknowns=(Quantity("extra_drag_area", "m^2", "drag area of sensors, cables and open windows", "dCdA", -0.3, 0.5),),
+    unknowns=Quantity("extra_drag_area", "m^2", "drag area of sensors, cables and open windows", "dCdA", -0.3, 0.5),
     reference="doi:10.4271/2017-01-1574 names sensors and cables as the cause; range: wheel force sensors with "
     "rods about 0.1 m^2",
     label="drag area that is not in the model",

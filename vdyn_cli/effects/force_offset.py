@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="force_x",
-    unknowns=(Quantity("force_offset", "N", "reading of the force channel without force", "F0", -500, 500),),
+    unknowns=Quantity("force_offset", "N", "reading of the force channel without force", "F0", -500, 500),
     reference="0.1 % of 24 kN is 24 N; rolling resistance contributes 30 to 60 N to the channel",
     label="a longitudinal force with a wrong zero",
     signature="Force over slip is shifted up or down by the same force everywhere.",

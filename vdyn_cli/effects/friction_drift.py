@@ -3,9 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="friction",
-    unknowns=(
-        Quantity("friction_drift", "1/s", "relative change of the friction per time in a sweep", "q", -0.03, 0.03),
-    ),
+    unknowns=Quantity("friction_drift", "1/s", "relative change of the friction per time in a sweep", "q", -0.03, 0.03),
     reference="a tread that heats or wears in sweeps loses 5 to 20 % of its friction in 10 s; a cold one gains as much",
     label="friction that changes in the course of a sweep",
     signature="The same slip gives a smaller, or a larger, force at the end of a sweep than at its start.",

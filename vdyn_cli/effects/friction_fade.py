@@ -6,7 +6,7 @@ CORNER = 0.05  # m/s, over which |vs| is smoothed
 
 @effect(
     on="friction",
-    unknowns=(Quantity("friction_fade", "s/m", "share of friction lost per sliding speed", "kv", -0.005, 0.06),),
+    unknowns=Quantity("friction_fade", "s/m", "share of friction lost per sliding speed", "kv", -0.005, 0.06),
     reference="sliding friction of rubber on wet and dry roads: 0.5 to 3 % per m/s; ranges as in Pacejka 2012, 4.3.2",
     label="friction that decreases with sliding speed",
     signature="Beyond the peak, a fast sweep decreases more steeply than a slow one.",

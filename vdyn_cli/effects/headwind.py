@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="air",
-    unknowns=(Quantity("headwind", "m/s", "steady headwind along the out direction", "w", -8, 8),),
+    unknowns=Quantity("headwind", "m/s", "steady headwind along the out direction", "w", -8, 8),
     reference="drag of the relative air speed; range: SAE J1263 allows 16 km/h of mean wind, doubled for gusty days",
     label="a headwind",
     signature="Runs out slow down faster than runs back; the difference increases with speed.",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="hub_torque",
-    unknowns=(Quantity("hub_torque_offset", "N m", "reading of the hub torque without torque", "T0", -50, 50),),
+    unknowns=Quantity("hub_torque_offset", "N m", "reading of the hub torque without torque", "T0", -50, 50),
     reference="0.1 % of full scale: 4 N m; warm-up and centrifugal drift of strain gauges several times that",
     label="a hub torque with a wrong zero",
     signature="The torque residual is the same at every speed and torque, in every run.",

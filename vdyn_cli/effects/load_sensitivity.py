@@ -3,8 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="friction",
-    unknowns=(
-        Quantity("load_sensitivity", "1/N", "share by which friction falls per newton of load", "k", -2e-5, 1.5e-4),
+    unknowns=Quantity(
+        "load_sensitivity", "1/N", "share by which friction falls per newton of load", "k", -2e-5, 1.5e-4
     ),
     reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, 4.3.2: 1 to 4 % per kN for passenger cars",
     label="friction that decreases with the load",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(Quantity("mass_error", "", "share by which the true mass exceeds the given one", "", -0.15, 0.15),),
+    unknowns=Quantity("mass_error", "", "share by which the true mass exceeds the given one", "", -0.15, 0.15),
     reference="weighing without crew, fuel or equipment: two people and equipment are 10 % of a car",
     label="a wrong mass",
     signature="In coasts all forces have the same relative error; under power the car accelerates too fast or "

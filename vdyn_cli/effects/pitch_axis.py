@@ -4,7 +4,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 @effect(
     on="motion_moment",
-    unknowns=(Quantity("pitch_axis", "m", "distance of the pitch axis below the center of gravity", "e", -0.3, 0.6),),
+    unknowns=Quantity("pitch_axis", "m", "distance of the pitch axis below the center of gravity", "e", -0.3, 0.6),
     reference="moments of a sprung body; suspension kinematics put the axis near the road or the wheel centers",
     label="a pitch axis below the center of gravity",
     signature="The residual is proportional to the pitch angle; the estimated height is some per cent too high.",

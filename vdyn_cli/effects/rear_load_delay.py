@@ -3,9 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="rear_load_clock",
-    unknowns=(
-        Quantity("rear_load_delay", "s", "delay of the rear loads relative to the front loads", "tau", -0.2, 0.2),
-    ),
+    unknowns=Quantity("rear_load_delay", "s", "delay of the rear loads relative to the front loads", "tau", -0.2, 0.2),
     reference="latency of telemetry from a wheel: 1 to 20 ms; loggers without a common trigger: a sample or more",
     label="rear wheel loads that are logged late",
     signature="The residual of the rear load is proportional to that load's time derivative, equally at every speed.",

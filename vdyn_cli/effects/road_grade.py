@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="grade",
-    unknowns=(Quantity("road_grade", "", "constant slope, uphill on the way out", "i", -0.03, 0.03),),
+    unknowns=Quantity("road_grade", "", "constant slope, uphill on the way out", "i", -0.03, 0.03),
     reference="weight along the road; range: SAE J1263 allows 0.5 % on a test road, public roads have more",
     label="a road slope",
     signature="Runs out and back differ by a force that is the same at every speed.",

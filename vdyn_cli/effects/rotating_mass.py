@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(Quantity("extra_rotating_mass", "kg", "rotating mass that is not in the model", "", -100.0, 300.0),),
+    unknowns=Quantity("extra_rotating_mass", "kg", "rotating mass that is not in the model", "", -100.0, 300.0),
     reference="M + sum J/r^2: wheels add 3 to 4 % of the mass, coupled motor-generators 2 % more",
     label="rotating mass that is not in the model",
     signature="The car accelerates and decelerates less than the forces require, but its weight on slopes agrees "

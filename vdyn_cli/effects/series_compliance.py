@@ -3,9 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="shaft",
-    unknowns=(
-        Quantity("series_compliance", "rad/(N m)", "twist per torque in series with the shaft", "s", -2e-6, 2e-4),
-    ),
+    unknowns=Quantity("series_compliance", "rad/(N m)", "twist per torque in series with the shaft", "s", -2e-6, 2e-4),
     reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
     label="compliant joints in series with the half-shaft",
     signature="The shaft is softer in the log than calculated from its drawing, at every torque and rate.",

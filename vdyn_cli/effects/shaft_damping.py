@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(Quantity("shaft_damping_error", "", "share by which both shafts damp more than given", "", -0.95, 3.0),),
+    unknowns=Quantity("shaft_damping_error", "", "share by which both shafts damp more than given", "", -0.95, 3.0),
     reference="damping of steel shafts with joints is seldom known within a factor of two",
     label="half-shaft damping that differs from the given one",
     signature="After a torque step the half-shafts' oscillation decays faster or more slowly than simulated.",

@@ -3,9 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(
-        Quantity("shaft_stiffness_error", "", "share by which both shafts are stiffer than given", "", -0.8, 1.5),
-    ),
+    unknowns=Quantity("shaft_stiffness_error", "", "share by which both shafts are stiffer than given", "", -0.8, 1.5),
     reference="joints and splines make a half-shaft 20 to 60 % softer than its bar",
     label="half-shaft stiffness that differs from the given one",
     signature="After a torque step the half-shafts oscillate at a different frequency than simulated.",

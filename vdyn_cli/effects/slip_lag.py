@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="slip",
-    unknowns=(Quantity("slip_lag", "s", "delay of the force behind the logged slip", "tau", -0.1, 0.1),),
+    unknowns=Quantity("slip_lag", "s", "delay of the force behind the logged slip", "tau", -0.1, 0.1),
     reference="a relaxation length of 0.3 m at 10 m/s is 30 ms; filters of a rig's channels: 2 to 50 ms",
     label="a time lag between slip and force",
     signature="Force over slip is a loop: increasing and decreasing slip give different forces.",

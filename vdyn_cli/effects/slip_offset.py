@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="slip",
-    unknowns=(Quantity("slip_offset", "", "reading of the slip without slip", "s0", -0.05, 0.05),),
+    unknowns=Quantity("slip_offset", "", "reading of the slip without slip", "s0", -0.05, 0.05),
     reference="1 % of wheel radius is 1 % of slip; unloaded, rolling and static radius differ by 1 to 4 %",
     label="a slip with a wrong zero",
     signature="The curve crosses zero force at a slip other than zero.",

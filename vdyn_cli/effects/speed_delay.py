@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="speed_clock",
-    unknowns=(Quantity("speed_delay", "s", "time by which the speed channel lags the others", "tau", -0.3, 0.5),),
+    unknowns=Quantity("speed_delay", "s", "time by which the speed channel lags the others", "tau", -0.3, 0.5),
     reference="GPS receivers give their speed 7 to 160 ms late",
     label="a speed channel with a wrong delay",
     signature="Where the acceleration changes, the measured speed lags the simulated one by a fixed time.",

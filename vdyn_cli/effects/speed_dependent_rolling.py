@@ -3,9 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="rolling",
-    unknowns=(
-        Quantity("speed_dependent_rolling", "s/m", "increase of the coefficient with speed", "frr1", -4e-4, 4e-4),
-    ),
+    unknowns=Quantity("speed_dependent_rolling", "s/m", "increase of the coefficient with speed", "frr1", -4e-4, 4e-4),
     reference="linear term of SAE J2452's shortened form; range: the linear term of EPA road loads, up to 6 N s/m",
     label="rolling resistance that increases with speed",
     signature="The resistance residual is proportional to speed, equally in both directions.",

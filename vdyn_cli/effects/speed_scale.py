@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
 
 @effect(
     on=("speed", "measured_speed"),
-    unknowns=(Quantity("speed_scale_error", "", "share by which the speed reads too high", "e", -0.1, 0.1),),
+    unknowns=Quantity("speed_scale_error", "", "share by which the speed reads too high", "e", -0.1, 0.1),
     reference="wheel-based speeds change by 1 to 4 % with the assumed radius; GPS and optical sensors: 0.2 %",
     label="a speed with a wrong gain",
     signature="The relative error of the speed is constant; in a coast-down this is collinear with rolling "

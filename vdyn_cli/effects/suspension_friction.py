@@ -40,9 +40,8 @@ def bristle(s: Signals) -> Number:
     nominal={"suspension_friction_rate": 0.0, "suspension_friction_balance": 0.0},
     reference="Dahl 1968; 50 to 200 N per wheel: Reimpell, Stoll, Betzler, The Automotive Chassis, 2nd ed. 2001, 5.4",
     states={"bristle": bristle},
-    probes=(
-        400.0,
-    ),  # a fit started at zero finds only friction below 100 N, because more holds the body where it stops
+    # A fit started at zero finds only friction below 100 N, because more holds the body where it stops
+    probes=(400.0,),
     label="dry friction in the struts",
     signature="The load residual over stroke rate is a step at zero, equally high in slow and fast strokes.",
     alike=("asymmetric_damping", "tire_damping"),

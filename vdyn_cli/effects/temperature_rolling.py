@@ -5,7 +5,7 @@ REFERENCE = 293.15  # K
 
 @effect(
     on="rolling",
-    unknowns=(Quantity("temperature_rolling", "1/K", "decrease of rolling resistance per kelvin", "k", 0.0, 0.03),),
+    unknowns=Quantity("temperature_rolling", "1/K", "decrease of rolling resistance per kelvin", "k", 0.0, 0.03),
     reference="coast-down standards correct by 8.6e-3 per kelvin to 20 degC; range: published tires have 5e-3 to 2e-2",
     label="rolling resistance that decreases with temperature",
     signature="Runs at a lower temperature slow down faster, each at a constant rate.",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="tire_vertical",
-    unknowns=(Quantity("tire_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", -100, 2_000),),
+    unknowns=Quantity("tire_damping", "N s/m", "vertical damping of the two tires of an axle", "Ct", -100, 2_000),
     reference="50 to 500 N s/m per tire: Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, chapter 9",
     label="damping in the tires",
     signature="The load residual follows the vertical speed of road and wheel, and wheel hop decays faster than "

@@ -7,13 +7,10 @@ NODES = ((0.119309593041598, 0.467913934572691), (0.330604693233132, 0.360761573
 
 @effect(
     on="road",
-    unknowns=(Quantity("tire_enveloping", "m", "length of road over which the tire averages", "p", 0, 0.3),),
+    unknowns=Quantity("tire_enveloping", "m", "length of road over which the tire averages", "p", 0, 0.3),
     reference="contact patches of 0.1 to 0.2 m; averaging after Zegelaar, The Dynamic Response of Tyres, Delft 1998",
-    probes=(
-        0.06,
-        0.12,
-        0.2,
-    ),  # a short patch changes a bump by p^2/24 times its curvature, so the derivative at zero vanishes
+    # A short patch changes a bump by p^2/24 times its curvature, so the derivative at zero vanishes
+    probes=(0.06, 0.12, 0.2),
     label="tires that average the road over their contact patch",
     signature="The peak load on the bump is lower and its edges are smoother than simulated.",
     alike=("bump height", "bump width", "tire_damping"),

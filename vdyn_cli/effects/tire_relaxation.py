@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(Quantity("tire_relaxation", "m", "relaxation length minus that of the model", "sigma", -0.3, 1.0),),
+    unknowns=Quantity("tire_relaxation", "m", "relaxation length minus that of the model", "sigma", -0.3, 1.0),
     reference="Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012: 0.1 to 0.5 m lengthwise; more if worn, hot or soft",
     label="a tire relaxation length that differs from the given one",
     signature="After a torque step the tire force lags; the lag is inversely proportional to speed.",

@@ -3,9 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on=("drive_torque_lead", "drive_torque_left_lead", "drive_torque_right_lead"),
-    unknowns=(
-        Quantity("torque_delay", "s", "time by which the drive torque lags the other channels", "tau", -0.3, 0.3),
-    ),
+    unknowns=Quantity("torque_delay", "s", "time by which the drive torque lags the other channels", "tau", -0.3, 0.3),
     reference="torque read from a vehicle's bus is 10 to 100 ms late",
     label="a drive torque with a wrong delay",
     signature="The real car responds to a torque step earlier than the simulated one, by a fixed time.",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on=("drive_torque", "drive_torque_left", "drive_torque_right"),
-    unknowns=(Quantity("torque_gain", "", "share by which the drive torque reads too high", "e", -0.15, 0.15),),
+    unknowns=Quantity("torque_gain", "", "share by which the drive torque reads too high", "e", -0.15, 0.15),
     reference="torque from motor current has an error of 1 to 5 %, torque from strain gauges of 0.1 to 0.5 %",
     label="a drive torque with a wrong gain",
     signature="The simulated car becomes faster than the real one in proportion to the torque; they agree in coasts.",

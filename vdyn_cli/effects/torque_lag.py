@@ -3,8 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on=("drive_torque_lag", "drive_torque_left_lag", "drive_torque_right_lag"),
-    unknowns=(
-        Quantity("torque_lag", "s", "time constant with which the torque follows the logged one", "tau", -0.1, 0.4),
+    unknowns=Quantity(
+        "torque_lag", "s", "time constant with which the torque follows the logged one", "tau", -0.1, 0.4
     ),
     reference="a commanded torque: motors follow with 5 to 50 ms, engines with 50 to 300 ms (Kiencke, Nielsen, "
     "Automotive Control Systems, 2nd ed. 2005, ch. 4 and 5); filters of bus signals: 5 to 100 ms",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on=("drive_torque", "drive_torque_left", "drive_torque_right"),
-    unknowns=(Quantity("torque_offset", "N m", "reading of the drive torque without torque", "T0", -30.0, 30.0),),
+    unknowns=Quantity("torque_offset", "N m", "reading of the drive torque without torque", "T0", -30.0, 30.0),
     reference="zero drift of torque flanges and of current sensors: up to 1 % of full scale",
     label="a drive torque with a wrong zero",
     signature="A force that is the same at every speed and torque accelerates or brakes the simulated car, also "

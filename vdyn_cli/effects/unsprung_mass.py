@@ -4,7 +4,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 @effect(
     on="load_moment",
-    unknowns=(Quantity("unsprung_mass", "kg", "unsprung mass of each axle", "m", -10, 200),),
+    unknowns=Quantity("unsprung_mass", "kg", "unsprung mass of each axle", "m", -10, 200),
     reference="70 to 100 kg per axle of a passenger car; tires deflect by 18 to 20 mm under its weight",
     label="unsprung mass that is not in the model",
     signature="The residual is proportional to the second derivative of the axle loads: largest at fast pedal steps.",

@@ -3,8 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(
-        Quantity("wheel_inertia_error", "", "share by which the wheels' inertia exceeds the given one", "", -0.7, 1.0),
+    unknowns=Quantity(
+        "wheel_inertia_error", "", "share by which the wheels' inertia exceeds the given one", "", -0.7, 1.0
     ),
     reference="doi:10.4271/2017-01-1574 finds 1.65 kg m^2 on the road and 1.25 kg m^2 on a pendulum for one wheel",
     label="a wrong moment of inertia of the wheels",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(Quantity("wheel_mass_error", "kg", "mass outside the force sensor minus the stated mass", "", -10, 10),),
+    unknowns=Quantity("wheel_mass_error", "kg", "mass outside the force sensor minus the stated mass", "", -10, 10),
     reference="tires differ by 1 to 2 kg with tread and make, rims by 3 kg; the sensor's outer half weighs 3 to 5 kg",
     label="a wheel mass that differs from the stated one",
     signature="The torque residual is proportional to the car's acceleration and zero in steady driving.",

@@ -3,8 +3,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=(
-        Quantity("wheel_radius_error", "", "share by which the true radius exceeds the given one", "", -0.06, 0.06),
+    unknowns=Quantity(
+        "wheel_radius_error", "", "share by which the true radius exceeds the given one", "", -0.06, 0.06
     ),
     reference="unloaded, rolling and static radius of a tire differ by 1 to 4 %; it increases by 1 % per 100 km/h",
     label="a wrong wheel radius",

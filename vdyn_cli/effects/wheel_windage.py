@@ -4,9 +4,7 @@ from vdyn_cli.engine.maths import fabs
 
 @effect(
     on="bearing",
-    unknowns=(
-        Quantity("wheel_windage", "N m s^2/rad^2", "drag torque of the air per squared speed", "cw", -5e-5, 1e-3),
-    ),
+    unknowns=Quantity("wheel_windage", "N m s^2/rad^2", "drag torque of the air per squared speed", "cw", -5e-5, 1e-3),
     reference="ventilation of a car's wheel: 1 to 5 N m at 100 rad/s (Wickern et al., SAE 970133)",
     label="wheel windage",
     signature="The torque residual increases with the square of the wheel's speed.",
