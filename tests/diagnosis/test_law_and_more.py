@@ -26,7 +26,9 @@ def named(
         "candidate_model": lambda strategy, effects: law,
         "with_next": lambda strategy, answer: more,
         "all_needed": lambda strategy, answer: needed,
-        "held_out_gain": lambda strategy, base, fitted, choice: Some(before=BEFORE, after=after[fitted]),
+        "held_out_gain": lambda strategy, base, fitted, choice: Some(
+            before=BEFORE, after=after[fitted], positive=after[fitted] < BEFORE
+        ),
     }
     for name, stub in stubs.items():
         monkeypatch.setattr(part_judgment, name, stub)

@@ -9,12 +9,12 @@ import numpy as np
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.interval_union import mixture_ends
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.probable_answers import probable_answers
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.parameters import Estimate
 
 
@@ -53,11 +53,10 @@ def open_amplitudes(strategy: Strategy, judgment: Judgment, amplitudes: Mapping[
 
 def _mixed(one: Estimate, others: Sequence[tuple[float, tuple[float, float]]]) -> Estimate:
     """The estimate with the interval of its mixture with others, if that is wider; its value stays."""
-    others = [(p, (low, high)) for p, (low, high) in others if high > low]
-    if not others or one.half_width <= 0.0:
+    ends = mixture_ends(one.interval95, others)
+    if not ends or one.half_width <= 0.0:
         return one
-    mixed = mixture_interval(one.interval95, others)
-    low, high = min(one.interval95[0], mixed[0]), max(one.interval95[1], mixed[1])
+    low, high = min(one.interval95[0], *ends), max(one.interval95[1], *ends)
     reach = max(high - one.value, one.value - low)
     return replace(one, std=one.std * max(reach / one.half_width, 1.0), interval95=(low, high))
 

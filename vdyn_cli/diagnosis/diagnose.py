@@ -171,8 +171,7 @@ def _fitted(judgment: Judgment, setup: DiagnosisSetup) -> dict[str, Estimate]:
     """
     if len(judgment.answers) > 1 and any(len(answer.effects) > 1 for answer in judgment.answers):
         return {}
-    answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
-    return {n: e for answer in answers for n, e in fitted_amplitudes(answer, setup).items()}
+    return {n: e for answer in judgment.possible for n, e in fitted_amplitudes(answer, setup).items()}
 
 
 def _beside_baseline(base: Result, extended_result: Result, extension: Extension, found: PartJudgment) -> Result:

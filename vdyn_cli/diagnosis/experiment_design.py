@@ -15,6 +15,8 @@ from math import sqrt
 
 import numpy as np
 
+from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
+from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.linearized_system import linearize
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy import Strategy
@@ -33,6 +35,18 @@ class Contrast:
 
     amplitudes: Mapping[str, float]
     beside: tuple[str, ...]
+
+
+def fitted_beside(model: FullModel, effects: Sequence[str]) -> tuple[str, ...]:
+    """The unknowns that are fitted: those of the baseline and the amplitudes of these effects."""
+    return (*model.base, *(n for e in effects for n in model.amplitudes(e)))
+
+
+def typical_contrast(model: FullModel, effect: str, others: Sequence[str]) -> Contrast:
+    """The effect at ``typical_share`` of its largest plausible amplitude, while ``others`` are fitted."""
+    unknown = model.amplitudes(effect)[0]
+    amplitude = POLICY.typical_share * largest_plausible(model.setup.candidates[effect], unknown)
+    return Contrast({unknown: amplitude}, fitted_beside(model, others))
 
 
 @dataclass(frozen=True)

@@ -127,9 +127,8 @@ def _with_open_answer(
     if zero := _may_be_zero(judgment, setup, (), None):
         return judgment.unknown(f"{zero} {ZERO}"), Extension()
     found, results = Extension(), dict[tuple[str, ...], Result]()
-    answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
-    alone = all(len(answer.effects) == 1 for answer in answers)
-    tried = [a for a in answers if learned or not set(a.effects) & setup.learned]
+    alone = all(len(answer.effects) == 1 for answer in judgment.possible)
+    tried = [a for a in judgment.possible if learned or not set(a.effects) & setup.learned]
     for answer in tried:
         effects = [setup.candidates[e] for e in answer.effects]
         result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)

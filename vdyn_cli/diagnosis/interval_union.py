@@ -60,12 +60,11 @@ def _widened(name: str, one: Estimate, answers: Sequence[OpenAnswer]) -> Estimat
         return one
     spans: list[str] = []
     half = 0.5 * (high - low)
-    ends = [low, high, *_averaged(name, (low, high), answers)]
-    for answer in answers:
-        found, bias = answer.parameters.get(name), answer.bias.get(name, 0.0)
-        if found is None:
-            continue
-        a, b = found.interval95
+    known = [a for a in answers if name in a.parameters]
+    probable = [(a.probability, a.parameters[name].interval95) for a in known if a.probability]
+    ends = [low, high, *mixture_ends((low, high), probable)]
+    for answer in known:
+        bias, (a, b) = answer.bias.get(name, 0.0), answer.parameters[name].interval95
         more = float(np.hypot(0.5 * (b - a), bias)) - 0.5 * (b - a)
         if a < low or b > high:
             spans.append(answer.label)
@@ -81,11 +80,10 @@ def _widened(name: str, one: Estimate, answers: Sequence[OpenAnswer]) -> Estimat
     return replace(one, interval95=(begin, end), std=std, spans=tuple(dict.fromkeys(spans)))
 
 
-def _averaged(name: str, own: tuple[float, float], answers: Sequence[OpenAnswer]) -> tuple[float, ...]:
-    """The interval of the mixture of the published estimate and of answers with a probability; empty without any."""
-    others = [(a.probability, a.parameters[name].interval95) for a in answers if a.probability and name in a.parameters]
-    others = [(p, (low, high)) for p, (low, high) in others if high > low]
-    return mixture_interval(own, others) if others else ()
+def mixture_ends(own: tuple[float, float], others: Sequence[tuple[float, tuple[float, float]]]) -> tuple[float, ...]:
+    """The interval of the mixture of an estimate and others with their probabilities; empty without any."""
+    wide = [(p, (low, high)) for p, (low, high) in others if high > low]
+    return mixture_interval(own, wide) if wide else ()
 
 
 def _possible(name: str, one: Estimate, low: float, high: float) -> tuple[float, float]:

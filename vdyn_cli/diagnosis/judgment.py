@@ -101,6 +101,11 @@ class Judgment:
         return self.closest if self.verdict == "unknown" and self.why == BEYOND_RANGE else None
 
     @property
+    def possible(self) -> tuple[CandidateModel, ...]:
+        """The answers, or the effect beyond its plausible range where there are none."""
+        return self.answers or ((self.beyond_range,) if self.beyond_range else ())
+
+    @property
     def remainder(self) -> CandidateModel | None:
         """The model whose residual is reported: the answer, the best of several, or what comes closest."""
         return best_fit(self.answers) or self.closest or self.immaterial

@@ -49,7 +49,7 @@ def _named(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[Strate
         return None
     found = detect(extended, base)
     gain = held_out_gain(extended, base, answer.fitted, Selection((law.name,), base))
-    if gain is None or not gain.before > gain.after:
+    if gain is None or not gain.positive:
         return None
     verdict: Verdict = "data_fault" if law.effect.sensor else "named"
     named = replace(

@@ -7,8 +7,13 @@ from itertools import combinations, pairwise
 from math import ceil
 
 from vdyn_cli.diagnosis.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
-from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner, PlannedTest
+from vdyn_cli.diagnosis.experiment_design import (
+    Contrast,
+    ExperimentDesigner,
+    PlannedTest,
+    fitted_beside,
+    typical_contrast,
+)
 from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.policy import POLICY
@@ -70,12 +75,8 @@ def _contrasts(model: FullModel, *answers: tuple[CandidateModel, str]) -> tuple[
     for (one, effect), (other, rival) in (answers, answers[::-1]):
         if len(model.amplitudes(rival)) <= max(POLICY.simple_unknowns, len(model.amplitudes(effect))):
             amplitudes = {n: one.fitted.values[n] for n in model.amplitudes(effect)}
-            found.append(Contrast(amplitudes, _beside(model, other.effects)))
+            found.append(Contrast(amplitudes, fitted_beside(model, other.effects)))
     return tuple(found)
-
-
-def _beside(model: FullModel, effects: Sequence[str]) -> tuple[str, ...]:
-    return (*model.base, *(n for e in effects for n in model.amplitudes(e)))
 
 
 def _planned(
@@ -111,12 +112,8 @@ def _revealing(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
     """Tests that reveal the undetectable effects at a typical amplitude, those with the fewest runs first."""
     model = designer.strategy.model
     answer = judgment.answer.effects if judgment.answer else ()
-    beside = _beside(model, answer)
-    contrasts = {
-        u.effect: (Contrast({model.amplitudes(u.effect)[0]: u.size}, beside),)
-        for u in judgment.untestable
-        if u.effect not in answer
-    }
+    hidden = [u.effect for u in judgment.untestable if u.effect not in answer]
+    contrasts = {effect: (typical_contrast(model, effect, answer),) for effect in hidden}
     plans = {effect: designer.best(contrast) for effect, contrast in contrasts.items()}
 
     def order(effect: str) -> tuple[bool, float]:
@@ -158,11 +155,7 @@ def _more_data(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
     first = _next_test(text, turning, runs=wanted)
     if len(turning) < 2 or runs < setup.fewest_runs:
         return (first,)
-    contrasts = []
-    for effect in turning:
-        unknown = model.amplitudes(effect)[0]
-        amplitude = POLICY.typical_share * largest_plausible(setup.candidates[effect], unknown)
-        contrasts.append(Contrast({unknown: amplitude}, _beside(model, [e for e in turning if e != effect])))
+    contrasts = [typical_contrast(model, effect, [e for e in turning if e != effect]) for effect in turning]
     return (first, *_planned(designer, contrasts, turning, designer.best(contrasts), AT_TYPICAL))
 
 

@@ -56,8 +56,7 @@ def with_open_answers(
     if judgment.verdict == "adequate":
         return widening.averaged(judgment.base)
     if judgment.verdict == "ambiguous" or extension.open:
-        answers = judgment.answers or tuple(filter(None, [judgment.beyond_range]))
-        found, others = widening.published(answers, known=extension.answers)
+        found, others = widening.published(judgment.possible, known=extension.answers)
         return widening.including(found if extension.open else [widening.baseline(), *found], others)
     if judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
         law = answer if answer and not set(answer.effects) & learned else None

@@ -138,10 +138,8 @@ def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgmen
         further = _gain_of(strategy, judgment, more)
         if further is not None and further.after < min(gain.before, gain.after):
             answer, gain = more, further
-    if gain is not None and not gain.before > gain.after:
-        return None
     tried = (*(t for t in judgment.tried if t.effects != answer.effects), answer)
-    return replace(judgment, verdict="named", why="", answers=(answer,), tried=tried, gain=gain, closest=None)
+    return _naming(replace(judgment, tried=tried), answer, gain)
 
 
 def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> Judgment | None:
@@ -162,8 +160,12 @@ def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding)
     if not found:
         return None
     answer = min(found, key=lambda one: one[0])[1]
-    gain = _gain_of(strategy, judgment, answer)
-    if gain is not None and not gain.before > gain.after:
+    return _naming(judgment, answer, _gain_of(strategy, judgment, answer))
+
+
+def _naming(judgment: Judgment, answer: CandidateModel, gain: HeldOutGain | None) -> Judgment | None:
+    """The judgment that names this answer; None where its held-out gain is not positive."""
+    if gain is not None and not gain.positive:
         return None
     return replace(judgment, verdict="named", why="", answers=(answer,), gain=gain, closest=None)
 

@@ -12,8 +12,7 @@ import numpy as np
 from vdyn_cli.diagnosis.detectable import detectable
 from vdyn_cli.diagnosis.detection import detect, fewest_runs, obstacle
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
-from vdyn_cli.diagnosis.effect_unknowns import largest_plausible
-from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner
+from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner, typical_contrast
 from vdyn_cli.diagnosis.full_model import FittedModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategy_choice import open_strategy
@@ -63,22 +62,16 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     hidden = list(untestable(model, base, found.scores))
     if runs >= fewest_runs(POLICY.level):
         hidden = [u for u in hidden if obstacle(model, found.scores, u.effect) != "runs"]
-    amplitudes = {
-        n: {next(iter(names)): POLICY.typical_share * largest_plausible(model.setup.candidates[n], next(iter(names)))}
-        for n in model.setup.candidates
-        if len(names := model.amplitudes(n)) == 1
-    }
+    single = [n for n in model.setup.candidates if len(model.amplitudes(n)) == 1]
 
     def contrast(effect: str, *beside: str) -> Contrast:
-        return Contrast(amplitudes[effect], (*model.base, *(n for e in beside for n in model.amplitudes(e))))
+        return typical_contrast(model, effect, beside)
 
-    shown = [n for n in found.testable if n in amplitudes and designer.now([contrast(n)]) >= POLICY.separated_t]
+    shown = [n for n in found.testable if n in single and designer.now([contrast(n)]) >= POLICY.separated_t]
     pairs: list[Question] = [((a, b), (contrast(a, b), contrast(b, a))) for a, b in combinations(shown, 2)]
     apart = [(pair, designer.now(pair[1])) for pair in pairs]
     confused = sorted(((p, t) for p, t in apart if t < POLICY.separated_t), key=lambda pair: pair[1])
-    open_ones = [p for p, _ in confused] + [
-        ((u.effect,), (contrast(u.effect),)) for u in hidden if u.effect in amplitudes
-    ]
+    open_ones = [p for p, _ in confused] + [((u.effect,), (contrast(u.effect),)) for u in hidden if u.effect in single]
     return RunPlan(
         detectable(model.setup, found),
         (*hidden, *lacking_channels(model.setup)),
