@@ -65,7 +65,7 @@ def ties(reference: Collection[str], other: Collection[str]) -> list[ChannelTie]
 
 
 def tie_of(first: str, second: str) -> ChannelTie | None:
-    """The relation of two channels; None if they are not physically related."""
+    """The relation of two channels, by name; None if they are not physically related."""
     return next((t for t in ties((first,), (second,))), None)
 
 

@@ -13,7 +13,7 @@ MOST_ROTATING = 0.25
 
 
 def implausible_rotating_mass(inputs: Inputs) -> tuple[Finding, ...]:
-    """A warning if the rotating mass is implausibly large compared with the mass."""
+    """A warning if the rotating mass is more than ``MOST_ROTATING`` of the mass."""
     needed = {*inputs.step.needs, *(inputs.step.reads or ())}
     if not {"mass", "rotating_mass"} <= {*inputs.known.estimates} & needed:
         return ()

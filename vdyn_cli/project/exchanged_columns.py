@@ -22,7 +22,9 @@ def exchanged_columns(
 ) -> Iterator[Finding]:
     """A problem for each run that has two columns exchanged.
 
-    Size, sign and roughness of a channel, in the unit of its column, are compared with the medians of the other runs.
+    Size, sign and roughness of a channel, in the unit of its column, are compared with the medians of the other runs,
+    of which at least three must exist. Exchanged: the distance from these exceeds ``exchanged_distance``, and
+    ``exchanged_outlying`` times that of any other run, and ``exchanged_ratio`` times that with both columns exchanged.
 
     Parameters
     ----------

@@ -32,7 +32,9 @@ def with_pair_warnings(clocks: Sequence[ClockDifference], cut: Sequence[CutLog])
 
 
 def doubtful_pairs(clocks: Sequence[ClockDifference], logs: Sequence[Log]) -> Iterator[Finding]:
-    """Yield a warning for each run in which the ratio of two loggers' speeds differs from that of the other runs.
+    """Yield a warning for each run in which the ratio of two loggers' mean speeds differs from the median of all runs.
+
+    By more than ``run_ratio``, relative; with fewer than ``LEAST_RUNS`` runs there is none.
 
     Parameters
     ----------

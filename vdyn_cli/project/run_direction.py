@@ -33,7 +33,9 @@ class LoggedDirection:
 
 
 def logged_directions(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[LoggedDirection, ...]:
-    """The direction of each log; ``out`` is that of the first log with a known bearing.
+    """The direction of each log; ``out`` is that of the first log with a known bearing, within ``_WITHIN`` degrees.
+
+    The bearing is the mean of a heading, or that from the first to the last recorded place.
 
     Assumes : the runs are straight and on one road. A run that turns, or crosses the others, has no direction.
 

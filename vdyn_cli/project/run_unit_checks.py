@@ -29,6 +29,7 @@ BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a q
 def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
     """A finding for each run whose speed is that of the other runs times the factor between two units.
 
+    Within ``NEAR`` of a factor, by the 98 % quantile; the other runs, at least ``FEWEST``, must be alike (``ALIKE``).
     A run that was driven at another speed is not reported: its ratio of the speed to other measurements of the motion,
     or of the drive to the rate of the speed, is that of the other runs.
     """

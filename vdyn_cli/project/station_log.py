@@ -72,6 +72,8 @@ class StationLog:
     def wind(self, bearing: float, span: tuple[float, float]) -> tuple[float, float] | None:
         """Mean wind against the motion (positive: headwind) and across it (absolute), m/s; None if unknown.
 
+        mean of w cos(a - b) and |mean of w sin(a - b)|, with a the angle from north of the wind's origin, b the bearing
+
         Parameters
         ----------
         bearing : direction of the run, degrees from north. span : first and last time, s, on the station's clock.

@@ -179,7 +179,7 @@ def _heat(value: float, own: bool) -> Heat:
 
 
 def strongest(table: Mapping[str, Mapping[str, float]]) -> str:
-    """A sentence on the most correlated pair, empty if no correlation exceeds 0.9."""
+    """A sentence on the most correlated pair of a correlation table, empty if no magnitude exceeds 0.9."""
     pairs = [(abs(r), a, b, r) for a in table for b, r in table[a].items() if a < b and isinstance(r, float)]
     if not pairs or max(pairs)[0] < 0.9:
         return ""

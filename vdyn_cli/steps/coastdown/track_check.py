@@ -274,14 +274,16 @@ def _sentences(b: CoastBalance) -> list[str]:
     """Sentences on balance, order, warm-up and wind."""
     lines = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
     if not b.out and not b.back:
-        lines = ["no run states its direction: a wind or a slope looks like resistance; add 'direction: out' or 'back'"]
+        what = "no run states its direction: a wind or a slope is collinear with resistance"
+        lines = [f"{what}; add 'direction: out' or 'back' to each run"]
     if b.out != b.back:
         fewer = "out" if b.out < b.back else "back"
         lines[0] += f"; drive {abs(b.out - b.back)} more {fewer}"
     if b.unpaired:
         lines.append(f"without a run in the opposite direction: {', '.join(b.unpaired)}")
     if b.alternating is False:
-        lines.append("directions do not alternate: a change of wind or of the tires looks like a slope; alternate them")
+        what = "directions do not alternate: a change of wind or tires is collinear with a slope"
+        lines.append(f"{what}; drive out and back in turn")
     if b.trend is not None and b.trend_half is not None:
         sure = abs(b.trend) > b.trend_half
         text = (

@@ -37,7 +37,7 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], sides
             text += f" and {with_interval(damping, 'N m s/rad of damping')}"
         text += f", from the {first}"
         for budget, other in ((compared.methods[other], other) for other in others):
-            text += f", the {other} gives {number(budget.value, budget.std)}"
+            text += f" (the {other} gives {number(budget.value, budget.std)})"
         parts.append(text)
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."
