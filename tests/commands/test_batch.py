@@ -52,7 +52,7 @@ def test_one_table_holds_every_campaign_and_what_failed(archive: Path, tmp_path:
     (failed,) = [r for r in rows if r["campaign"] == "wednesday"]
     assert failed["verdict"] == "failed"
     assert "lost.csv" in failed["problem"]
-    assert any("the input is wrong: " in line and "lost.csv: no such file" in line for line in said)
+    assert any("the input is wrong: " in line and "the log lost.csv does not exist" in line for line in said)
     assert said[-1] == "2 of 3 campaigns are complete; not: wednesday"
     assert (tmp_path / "kept" / "tuesday" / "shaft.json").exists()
 

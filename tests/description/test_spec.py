@@ -120,6 +120,10 @@ def test_refusals(tmp_path: Path, text: str, says: str) -> None:
             b"test: coastdown\nvehicle: {mass: 3 sqm}\n",
             "not a unit .*\n    -> write a number with its unit, .*1 kg",
         ),
+        ("test.yaml", b"test: coastdown\nenvironment: {pressure: 98.9}\n", "a plain number is in Pa: write '98.9 kPa'"),
+        ("test.yaml", b"test: coastdown\nenvironment: {pressure: 989}\n", "a plain number is in Pa: write '989 hPa'"),
+        ("test.yaml", b"test: coastdown\nenvironment: {pressure: 5}\n", r"40000 to 110000 Pa\) \(got 5\)"),
+        ("test.yaml", b"test: coastdown\nreading: {clock: sort}\n", "-> write 'strict' or 'drop'"),
     ],
 )
 def test_what_a_stranger_writes_has_a_remedy(name: str, content: bytes, says: str, tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def test_wrong_keys_missing_logs_units_columns_and_numbers_come_in_one_round(tmp
         "unknown channel 'foo'",
         "'kmx' is not a unit",
         "no such column in a.csv (got 'w')",
-        "b.csv: no such file",
+        "the log b.csv does not exist",
     ):
         assert said in text, said
 

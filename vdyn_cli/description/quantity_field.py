@@ -18,6 +18,16 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, allow_inf_nan=False)
 
 
+# Units in which a plain number was probably meant, if it is impossible in SI, the most usual first.
+_USUAL = {
+    "K": ("degC", "degF"),
+    "Pa": ("kPa", "hPa", "bar"),
+    "kg": ("t", "g"),
+    "m": ("mm", "cm"),
+    "m^2": ("cm^2", "mm^2"),
+}
+
+
 @dataclass(frozen=True)
 class Si:
     """Marks a field as a quantity: ``Annotated[Given, Si("m/s")]`` reads ``70 km/h`` and stores SI.
@@ -41,10 +51,16 @@ class Si:
             raise PydanticCustomError("unit", "{why}", {"why": str(error), "unit": self.unit}) from None
         if not (self.lower <= given.value <= self.upper):
             span = f"{self.lower:g} to {self.upper:g} {self.unit}".strip()
-            form = f"; a plain number is in K: write '{value} degC'" if self.unit == "K" and _plain(value) else ""
             what = "is outside the physical range ({span}){form}"
-            raise PydanticCustomError("range", what, {"span": span, "form": form})
+            raise PydanticCustomError("range", what, {"span": span, "form": self._meant(value)})
         return given
+
+    def _meant(self, value: Any) -> str:
+        """The remedy for a plain number that lies inside the range in another usual unit; empty if none fits."""
+        for unit in _USUAL.get(self.unit, ()) if _plain(value) else ():
+            if self.lower <= parse(f"{value} {unit}", self.unit).value <= self.upper:
+                return f"; a plain number is in {self.unit}: write '{value} {unit}'"
+        return ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(

@@ -44,6 +44,9 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
         if isinstance(detail["input"], str) and location[:-1] == ("runs",):
             remedy = f"write '{{log: {detail['input'][:60]}}}'"
         return Finding(where, f"'{key}' must be a mapping of keys to values", got, remedy)
+    if kind == "literal_error":
+        choices = str(detail["ctx"]["expected"])
+        return Finding(where, f"'{key}': input should be {choices}", got, f"write {choices}")
     message = detail["msg"]
     message = message[0].lower() + message[1:]
     unit = str(detail.get("ctx", {}).get("unit", "")) if kind == "unit" else ""

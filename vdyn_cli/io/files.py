@@ -10,11 +10,23 @@ from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
-from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.input_file import open_regular
 
 _NO_LOGS = ("", ".yaml", ".yml", ".json", ".html")
 TEMPORARY = ".vdyn-tmp"  # ending of files that are being written
+
+
+def similar_files(path: Path) -> str:
+    """The remedy for a file that does not exist: the files of its folder with a similar name."""
+    try:
+        return did_you_mean(
+            path.name,
+            [p.name for p in path.parent.iterdir()],
+            "write its path relative to the folder of the description",
+        )
+    except (OSError, ValueError):
+        return f"there is no folder {path.parent}"
 
 
 def write_whole(path: Path, content: str | bytes) -> None:

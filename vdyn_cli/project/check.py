@@ -61,7 +61,8 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     inputs = gather(step_of(path), path, known_files)
     if not inputs.unsplit:
         what = "the description has no runs: there is no log to check"
-        raise InputError(Finding(str(path), what, remedy="list each log under 'runs'"))
+        remedy = f"list each log under 'runs'; a test without logs needs no check: run 'vdyn {inputs.step.name}'"
+        raise InputError(Finding(str(path), what, remedy=remedy))
     found, refused = _track_check(inputs), _refused(inputs)
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
     redundancy, contradictions = compared_over_runs(tied)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -13,6 +14,7 @@ from vdyn_cli.description.test_description import Channel, Logger, Run, TestSpec
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.align import AlignOn, merge
 from vdyn_cli.io.file_units import unit_problem
+from vdyn_cli.io.files import similar_files
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.held_values import with_held_interpolated
 from vdyn_cli.io.log_formats import read_log
@@ -32,8 +34,6 @@ from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.contract import alternatives
 from vdyn_cli.steps.road_survey import RoadSurvey
-
-MISSING_LOG = "write its path relative to the folder of the description"
 
 
 def log_names(run: Run) -> list[str]:
@@ -82,8 +82,10 @@ def read_run(
         options = ReadOptions(**logger.reading.model_dump(), window=window)
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
+        if not os.path.exists(file):  # Path.exists raises for a folder without permission
+            problems.append(Finding(place, f"the log {name} does not exist", "", similar_files(file)))
+            continue
         if "time" not in columns:  # reported with the channels
-            problems += [] if file.exists() else [Finding(place, f"the log {name} does not exist", remedy=MISSING_LOG)]
             continue
         reader = partial(_log_and_file, file, columns, options, called)
         read.append(attempt(problems, read_unchanged, reader, (file,)))

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from vdyn_cli.io.files import folder_as_log
-from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
+from vdyn_cli.io.files import folder_as_log, similar_files
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.input_file import open_regular
 
 BLOCK = 1 << 20  # bytes; a few blocks are small compared with the channels, and larger ones are not faster
@@ -125,7 +125,7 @@ def _open(path: Path) -> Iterator[BinaryIO]:
     try:
         raw = open_regular(path)
     except FileNotFoundError:
-        raise InputError(Finding(str(path), "no such file", remedy=_similar(path))) from None
+        raise InputError(Finding(str(path), "no such file", remedy=similar_files(path))) from None
     except IsADirectoryError:
         raise folder_as_log(path) from None
     except PermissionError:
@@ -136,13 +136,6 @@ def _open(path: Path) -> Iterator[BinaryIO]:
         packed = raw.read(2) == b"\x1f\x8b"
         raw.seek(0)
         yield cast(BinaryIO, gzip.GzipFile(fileobj=raw)) if packed else raw
-
-
-def _similar(path: Path) -> str:
-    try:
-        return did_you_mean(path.name, [p.name for p in path.parent.iterdir()])
-    except (OSError, ValueError):
-        return f"there is no folder {path.parent}"
 
 
 def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:
