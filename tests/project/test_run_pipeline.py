@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.project.pipeline_runs import diagnosed, run, silent
+from vdyn_cli.commands import step_processes
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.policy import shared_level
@@ -67,6 +68,14 @@ def test_what_is_unchanged_is_reused_and_what_changed_is_not(day: Path) -> None:
     run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=1, tell=tell)
     statuses = [line.split()[1:3] for line in told if line.startswith("[")]
     assert statuses == [["tire", "done"], ["cg", "done"], ["area", "reused"]]
+
+
+def test_without_changes_no_process_is_started(day: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(step_processes, "_load_shared", lambda: pytest.fail("loaded for no step"))
+    told: list[str] = []
+    out = day.parent / "out"
+    run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=2, tell=lambda text, detail=False: told.append(text))
+    assert sum("reused" in line for line in told) == 3
 
 
 @pytest.mark.parametrize("damage", ["missing", "of another result"])

@@ -73,7 +73,7 @@ def _run(campaigns: Sequence[ArchivedCampaign], folder: Path, jobs: int, tell: T
         own = {t.name: _name(one, t) for t in one.tasks}
         tasks += [replace(t, name=own[t.name], after=tuple(own[n] for n in t.after)) for t in one.tasks]
     outcomes: dict[str, StepOutcome] = {}
-    for outcome, seconds in side_by_side(tasks, jobs, partial(_attempt, folder=folder)):
+    for outcome, seconds in side_by_side(tasks, jobs, partial(_attempt, folder=folder), {}):
         outcomes[outcome.name] = outcome
         campaign, _, step = outcome.name.rpartition(BETWEEN)
         place = f"[{len(outcomes)}/{len(tasks)}] {campaign} {step}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -72,7 +72,10 @@ def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narra
     outcomes: dict[str, StepOutcome] = {}
     attempt = partial(attempt_step, folder=folder, keep_going=keep_going)
     if jobs > 1 and len(tasks) > 1:
-        for outcome, seconds in side_by_side(tasks, jobs, attempt):
+        for outcome, seconds in _reused(tasks, folder):  # without processes, which would load much for nothing
+            outcomes[outcome.name] = outcome
+            narrate(outcome, seconds)
+        for outcome, seconds in side_by_side(tasks, jobs, attempt, outcomes):
             outcomes[outcome.name] = outcome
             narrate(outcome, seconds)
         return tuple(outcomes[t.name] for t in tasks)
@@ -81,6 +84,18 @@ def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narra
         outcomes[task.name] = attempt(task, outcomes)
         narrate(outcomes[task.name], time.perf_counter() - start)
     return tuple(outcomes.values())
+
+
+def _reused(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[StepOutcome, float]]:
+    """The steps whose earlier result is reused, as far as they depend on such steps only, and their times, s."""
+    done: set[str] = set()
+    for task in tasks:
+        start = time.perf_counter()
+        if done.issuperset(task.after):
+            earlier = _unchanged(task, folder, tuple(folder / f"{n}.json" for n in task.after))
+            if earlier is not None:
+                done.add(task.name)
+                yield earlier, time.perf_counter() - start
 
 
 def attempt_step(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool) -> StepOutcome:

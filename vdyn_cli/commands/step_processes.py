@@ -33,18 +33,21 @@ SHARED = (
 Attempt = Callable[[Task, Mapping[str, StepOutcome]], StepOutcome]
 
 
-def side_by_side(tasks: Sequence[Task], jobs: int, attempt: Attempt) -> Iterator[tuple[StepOutcome, float]]:
-    """Yield the outcome of each step and its time, s, when it ends; no process outlives the caller.
+def side_by_side(
+    tasks: Sequence[Task], jobs: int, attempt: Attempt, known: Mapping[str, StepOutcome]
+) -> Iterator[tuple[StepOutcome, float]]:
+    """Yield the outcome of each other step and its time, s, when it ends; no process outlives the caller.
 
     Parameters
     ----------
+    tasks : all steps. known : outcomes of those that need not run.
     jobs : number of steps to run in parallel.
     attempt : (task, outcomes of the steps that have ended) -> outcome; must be picklable.
     """
-    outcomes: dict[str, StepOutcome] = {}
-    waiting = list(tasks)
+    outcomes = dict(known)
+    waiting = [task for task in tasks if task.name not in outcomes]
     running: dict[Any, tuple[Task, BaseProcess, float]] = {}  # by the connection that the process writes to
-    if multiprocessing.get_start_method() == "fork":
+    if waiting and multiprocessing.get_start_method() == "fork":
         _load_shared()
     try:
         while waiting or running:
