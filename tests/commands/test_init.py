@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -368,7 +369,7 @@ def test_logs_of_a_clock_that_runs_on_have_starts(tmp_path: Path) -> None:
     time = np.arange(600) / 10.0
     for begin, step, starts in ((62400.0, 300.5, ["0.0 s", "300.5 s"]), (0.0, 0.0, [None, None])):
         paths = [
-            table(tmp_path / f"{begin:.0f}_{k}.csv", SECONDS_s=begin + k * step + time, Speed_mph=60 - time)
+            table(tmp_path / f"{begin:.0f}_{k}.csv", SECONDS_s=begin + k * step + time, Speed_mph=60 - time - 0.1 * k)
             for k in range(2)
         ]
         _, description = draft("coastdown", *paths)
@@ -552,6 +553,32 @@ def test_of_a_folder_the_logs_that_are_no_runs_stand_as_comments(tmp_path: Path)
         draft("coastdown", *runs, tmp_path / "no.csv")
     with pytest.raises(InputError, match="contains no numbers"):
         draft("coastdown", tmp_path / "cut_off.csv")
+
+
+def test_copies_and_logs_with_a_wrong_clock_or_half_a_speed_stand_as_comments(root: Path, tmp_path: Path) -> None:
+    logs = []
+    for k in (1, 2, 3, 4):
+        logs.append(tmp_path / f"coast_{k}.csv")
+        shutil.copy(root / "sample_logs" / logs[-1].name, logs[-1])
+    head, *rows = logs[0].read_text(encoding="utf-8").splitlines()
+    cells = [row.split(",") for row in logs[2].read_text(encoding="utf-8").splitlines()[1:]]
+    half = [
+        ",".join([time, speed if k < 0.4 * len(cells) else "", *rest]) for k, (time, speed, *rest) in enumerate(cells)
+    ]
+    cells = [row.split(",") for row in logs[3].read_text(encoding="utf-8").splitlines()[1:]]
+    slow = [",".join([f"{1e3 * float(time):.6g}", *rest]) for time, *rest in cells]
+    for name, lines in (("twice.csv", [r for row in rows for r in (row, row)]), ("half.csv", half), ("ms.csv", slow)):
+        logs.append(tmp_path / name)
+        logs[-1].write_text("\n".join([head, *lines]), encoding="utf-8")
+    del logs[2:4]
+    found, description = draft("coastdown", *logs)
+    assert [run["log"].rpartition("/")[2] for run in description["runs"]] == ["coast_1.csv", "coast_2.csv"]
+    for why in (
+        "the same recording as coast_1.csv",
+        "speed is recorded from 0",
+        "its time is not in s; if it is in ms",
+    ):
+        assert why in found.text
 
 
 def test_each_coast_down_of_a_long_log_is_a_run(tmp_path: Path) -> None:

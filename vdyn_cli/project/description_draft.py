@@ -329,7 +329,9 @@ def _channels(
             )
             undecided.append(channel)
         elif missing:
-            lines.append(f"  # {channel}: a different column, or none, in {', '.join(missing[:3])}")
+            lines.append(
+                f"  # {channel}: a different column, or none, in {', '.join(missing[:3])}: map it without these"
+            )
         elif guess.why != NO_NAME:
             lines.append(f"  # {channel}: {guess.why}")
         else:

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.sample_times import COARSEST
 from vdyn_cli.project.channel_guess import ChannelGuess, Words, without_unit
 
+_LEAST_RECORDED = 0.5  # of a log, in which a needed channel has values: less is refused when it is read
 _RUN_IN = 5.0  # s before a coast-down that belong to its run
 _LEAST_FALL = 10.0  # s, or half of the log, for which the speed of a log with a coast-down decreases without a break
 
@@ -92,7 +94,9 @@ def why_left_out(
     falling : the channel that must decrease in a run; empty: none. drive : channels that drive the car; if all logs
         have one, ``falling`` is not required.
     """
-    reasons = [_unlike(log, usual, needed) for log in logs]
+    unlike = [_unlike(log, usual, needed) for log in logs]
+    reasons = [why or _doubtful(log, logs[:k], needed) for k, (log, why) in enumerate(zip(logs, unlike, strict=True))]
+    reasons = unlike if all(reasons) else reasons
     kept = [log for log, why in zip(logs, reasons, strict=True) if not why]
     if not falling or all(set(drive) & set(log.columns()) for log in kept):
         return reasons
@@ -113,6 +117,33 @@ def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:
         return "; ".join(lacking)
     differs = ", ".join(n for n in own if own[n] != others.get(n))
     return f"other columns than {usual.path.name} ({differs}): describe such logs in a separate file"
+
+
+def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[str]) -> str:
+    """Why a log is not used as it is: a clock in a wrong unit, a channel recorded in less than half of it, a copy."""
+    clock = log.guesses["time"].facts
+    assert clock is not None
+    (first, last), rate = clock.info.span, clock.info.rate
+    if rate < 1.0 / COARSEST:
+        unit = clock.info.unit or "s"
+        return f"a sample every {1.0 / rate:.0f} s: its time is not in {unit}; if it is in ms, add units: {{time: ms}}"
+    for name in sorted({*needed} & log.columns().keys() - {"time"}):
+        one = next(f for f in log.facts if (f.column, f.info.group) == log.columns()[name])
+        start, stop = one.info.span
+        if not log.window and stop - start < _LEAST_RECORDED * (last - first):
+            return (
+                f"{name} is recorded from {start:.4g} to {stop:.4g} s only: add from_time and to_time to use that part"
+            )
+    own = _values(log)
+    same = next((other for other in before if own and (own <= _values(other) or own >= _values(other) > set())), None)
+    return f"the same recording as {same.path.name}{same.window}" if same else ""
+
+
+def _values(log: GuessedLog) -> frozenset[tuple[float, ...]]:
+    """Times, extremes, ends and a mean of each varying channel, to six digits: those of a copy are equal."""
+    varying = [f for f in log.facts if f.state == "varies"]
+    every = [(*f.info.span, f.lowest, f.highest, *f.ends, f.angle.real, f.angle.imag) for f in varying]
+    return frozenset(tuple(float(f"{x:.6g}") for x in one) for one in every)
 
 
 def _no_coast(facts: ChannelFacts | None) -> str:
