@@ -15,6 +15,7 @@ from vdyn_cli.diagnosis.extension import Extension, extended
 from vdyn_cli.diagnosis.judgment import Judgment, judge, resized
 from vdyn_cli.diagnosis.materiality import limits_of
 from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.nuisance_effects import with_nuisance_effects
 from vdyn_cli.diagnosis.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.part_figure import part_figure
 from vdyn_cli.diagnosis.part_judgment import PartJudgment, with_part
@@ -76,9 +77,11 @@ def _diagnosed(
     assert prepared.step.diagnosable is not None
     setup = setup_of(prepared, level)
     strategy = open_strategy(setup)
-    by_candidates = judge(strategy, faults, limits_of(base, prepared.step.diagnosable.metric[1], requested.matters))
+    limits = limits_of(base, prepared.step.diagnosable.metric[1], requested.matters)
+    by_candidates = judge(strategy, faults, limits)
     by_part = with_part(strategy, by_candidates, problem)
     strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, by_candidates)
+    judgment = with_nuisance_effects(strategy, judgment, limits)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)
     extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
     diagnosis = with_part_record(_described(prepared, strategy, judgment, extension, base), by_part)
@@ -105,6 +108,8 @@ def _described(
     as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
     amplitudes = open_amplitudes(strategy, judgment, _fitted(judgment, setup))
     amplitudes |= extension.amplitudes if as_named else {}
+    if judgment.absorbed is not None:
+        amplitudes = {**fitted_amplitudes(judgment.absorbed, setup), **amplitudes}
     narrowed, last = isinstance(prepared.spec.diagnose.effects, list), extension.result
     metric = prepared.step.diagnosable.metric
     unit = metric[1]

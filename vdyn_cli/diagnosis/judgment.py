@@ -60,6 +60,8 @@ class Judgment:
     size : size of the finding: of the answer, of the first of several, or of ``closest``.
     material : whether the finding matters. A significant one that does not leaves the model adequate; ``immaterial`` is
         then the candidate model that explains most, and ``immaterial_suffices`` says whether it would be an answer.
+    absorbed : the candidate model with a sensor error that the baseline contains as a nuisance parameter, where that is
+        significant but does not matter.
     one_way_effects : labels of the wind or slope that would explain the misfit of runs in one direction; empty where no
         error is detected; None where the verdict does not depend on the direction.
     by_prior : most of the evidence is a contradiction between the baseline and a stated value, such as a drawing or a
@@ -79,6 +81,7 @@ class Judgment:
     material: bool | None = None
     immaterial: CandidateModel | None = None
     immaterial_suffices: bool = False
+    absorbed: CandidateModel | None = None
     one_way_effects: tuple[str, ...] | None = None
     by_prior: bool = False
 

@@ -189,7 +189,7 @@ class LinearizedStrategy:
         """The strategy linearized at a fit's values; None where the linearization or the baseline's fit fails."""
         names = (*self.model.base, *(n for e in fit.effects for n in self.model.amplitudes(e)))
         try:
-            there = open_linearized(self.model.setup, {n: fit.values[n] for n in names})
+            there = open_linearized(self.model.setup, {n: fit.values[n] for n in names if n in fit.values})
             there.fitted(())
         except (ResultError, ArithmeticError):
             return None

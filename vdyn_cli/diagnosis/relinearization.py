@@ -20,10 +20,12 @@ from vdyn_cli.diagnosis.effect_unknowns import (
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel
 from vdyn_cli.diagnosis.linearized_system import linearize, linearized_system
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import Finding, ResultError
 
+HELD = 1e-6  # of its prior standard deviation, with which an unknown counts as held
 Stop = Callable[[FittedModel, FittedModel], bool]
 
 
@@ -148,7 +150,7 @@ class Relinearization:
             extra = [started_at(u, about) for e in every for u in unknowns_of(e)]
             start = {n: v for n, v in about.items() if n in self.base}
             regression = self.setup.chord_regression if chord else self.setup.regression
-            self._last = {key: regression(every, extra, start=start)}
+            self._last = {key: _without_covered(regression(every, extra, start=start), every)}
         return self._last[key]
 
     def _until_settled(
@@ -197,6 +199,16 @@ class Relinearization:
     def _twice(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
         """The fit relinearized once about its result, since nondifferentiable effects change other sensitivities."""
         return self._once(effects, self._once(effects, about).values)
+
+
+def _without_covered(regression: Regression, effects: Sequence[Effect]) -> Regression:
+    """The regression with the nuisance parameters that the effects replace held at their prior means."""
+    covered = {n for e in effects for n in e.covers}
+    unknowns = (
+        replace(u, prior=(u.prior[0], HELD * u.prior[1])) if u.prior and u.name in covered else u
+        for u in regression.unknowns
+    )
+    return replace(regression, unknowns=tuple(unknowns)) if covered else regression
 
 
 def _is_stuck(at: float | None, to: float, bounds: tuple[float, float]) -> bool:

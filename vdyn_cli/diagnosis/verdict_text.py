@@ -48,6 +48,9 @@ def verdict_sentence(
         text = _immaterial(judgment, effects, amplitudes, size)
     elif judgment.verdict == "unknown" and size is not None and judgment.closest is not None:
         text += f" Size of what comes closest{size_text(size)}."
+    if judgment.absorbed is not None:
+        label = _with_amplitude(effects[judgment.absorbed.effects[-1]], amplitudes)
+        text += f" {capitalized(label)} is part of the fit and does not matter."
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
     if readable:
         text += f" Smallest errors that these data reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."

@@ -290,8 +290,13 @@ class StepPolicy:
         "slip. The slip for a force is between zero and that of 6; half of that is expected.",
     )  # fmt: skip
     slip_spread: float = threshold(
-        0.58, "share", "standard deviation of the lag that follows from slip_stiffness",
+        0.58, "share", "standard deviation of the slip that follows from slip_stiffness",
         "Uniformly distributed between zero and twice the expected one: 1/sqrt(3).",
+    )  # fmt: skip
+    logger_latency: float = threshold(
+        0.035, "s", "standard deviation of a channel's latency, in drives of a mass on a road",
+        "GPS receivers give their speed 7 to 160 ms late, filters of bus signals take 5 to 100 ms, a torque from the "
+        "bus is 10 to 100 ms late. Most are within 0 to 120 ms: uniformly distributed, that has 35 ms.",
     )  # fmt: skip
     missed_error: float = threshold(
         0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -125,10 +126,31 @@ def test_tires_that_warm_up_over_the_day_are_found_where_no_start_is_stated(tmp_
         assert low <= 0.5 <= high
 
 
-def test_a_late_torque_is_still_found(tmp_path: Path) -> None:
-    logs = dict(drives(CAR, 4))
-    logs["torque"] = np.roll(logs["torque"], 20, axis=1)
-    logs["torque"][:, :20] = logs["torque"][:, 20:21]
-    found = diagnosed(tmp_path, CAR, logs)
+def _late(samples: int, folder: Path, car: Car = CAR) -> Diagnosis:
+    """The diagnosis of drives whose torque is logged this many ms late."""
+    logs = dict(drives(car, 4))
+    logs["torque"] = np.roll(logs["torque"], samples, axis=1)
+    logs["torque"][:, :samples] = logs["torque"][:, samples : samples + 1]
+    return diagnosed(folder, car, logs)
+
+
+def test_a_late_torque_is_found(tmp_path: Path) -> None:
+    """It changes the predicted speed by a fifth of its uncertainty."""
+    found = _late(60, tmp_path)
     named = {*(c.effect for c in found.causes), *(e for one in found.ambiguous for e in one)}
     assert {"torque_delay", "speed_delay"} <= named
+
+
+def test_a_latency_that_changes_no_prediction_is_a_note(tmp_path: Path) -> None:
+    found = _late(20, tmp_path)
+    assert found.verdict == "adequate"
+    delay = re.search(r"A drive torque with a wrong delay of (\S+) \+- (\S+) s is part of the fit", found.sentence)
+    assert delay is not None
+    assert abs(float(delay[1]) - 0.02) < float(delay[2])
+
+
+@pytest.mark.slow  # a diagnosis of 3 s
+def test_more_drag_is_named_alone_beside_a_latency(tmp_path: Path) -> None:
+    found = _late(30, tmp_path, replace(CAR, drag_area=CAR.drag_area + 0.2))
+    assert [c.effect for c in found.causes] == ["extra_drag_area"]
+    assert "is part of the fit" in found.sentence

@@ -27,6 +27,7 @@ from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.learned_effect import learned_effects
 from vdyn_cli.steps.run_starts import run_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.channel_errors import with_channel_errors
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
@@ -56,7 +57,6 @@ from vdyn_cli.steps.validate.segments import (
 )
 from vdyn_cli.steps.validate.sensors import Sensors
 from vdyn_cli.steps.validate.simulation import SimulationSetup, rms_speed_error, with_accurate_step, with_secants
-from vdyn_cli.steps.validate.slip_lag import with_slip_lag
 from vdyn_cli.steps.validate.slope_evidence import slope_reduction
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
@@ -261,7 +261,8 @@ class ValidateProblem(SimulatedProblem):
         setup = self.baseline.with_effects(effects, unknowns)
         findings, amplitudes, fit, road = [*dropped_effects(self), *self.segmented[1]], {}, None, None
         if unknowns:
-            fit = fit_effects(setup, partial(_whitened, self), self.reference)
+            covered = frozenset(n for e in effects for n in e.covers)
+            fit = fit_effects(setup, partial(_whitened, self, covered=covered), self.reference)
             setup = fit.setup
             amplitudes = effect_amplitudes(fit.solution, unknowns, fit.spreads)
             findings += fit.doubts
@@ -350,10 +351,13 @@ def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tup
     return tuple(replace(u, start=amplitude) if n == first else u for n, u in own.items())
 
 
-def _whitened(problem: ValidateProblem, setup: SimulationSetup) -> Regression:
-    """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope."""
+def _whitened(problem: ValidateProblem, setup: SimulationSetup, covered: frozenset[str] = frozenset()) -> Regression:
+    """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope.
+
+    ``covered``: nuisance parameters that effects in the model replace.
+    """
     if not on_open_road(problem):
-        made = with_slip_lag(with_best_zeros(setup, problem.reference))
+        made = with_channel_errors(with_best_zeros(setup, problem.reference), covered)
         return whole_drives(made) if is_cut(made) else whiten_drives(made, averaged=True).regression
     s = problem.spec.settings
     zeros = tuple(road.zero for road in problem.roads.felt)

@@ -103,9 +103,8 @@ def _drive_slope(grade: Law, s: Signals, q: Signals) -> Number:
     return grade(s) + q.drive_slope
 
 
-def _lag(channel: str, on: str | tuple[str, ...], sign: float) -> Effect:
+def _lag(name: str, channel: str, on: str | tuple[str, ...], sign: float) -> Effect:
     """An apparent lag of a channel: drivers react to a hill at once, while its measured slope is smoothed."""
-    name = f"{channel}_timing"
 
     def law(clock: Law, s: Signals, q: Signals) -> Number:
         """A shifted clock."""
@@ -119,5 +118,9 @@ def _lag(channel: str, on: str | tuple[str, ...], sign: float) -> Effect:
 
 
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
-SPEED_LAG = _lag("speed", ("speed_clock", "acceleration_clock"), -1.0)  # the car lags, not a sensor
-APPARENT_LAGS = (_lag("torque", "drive_torque_lead", 1.0), SPEED_LAG)
+SPEED_LAG = _lag("speed_timing", "speed", ("speed_clock", "acceleration_clock"), -1.0)  # the car lags, not a sensor
+APPARENT_LAGS = (_lag("torque_timing", "torque", "drive_torque_lead", 1.0), SPEED_LAG)
+LATENCIES = {
+    "drive_torque": _lag("torque_latency", "torque", "drive_torque_lead", 1.0),
+    **{n: _lag(f"{n}_latency", n, f"{n}_clock", -1.0) for n in ("speed", "acceleration")},
+}

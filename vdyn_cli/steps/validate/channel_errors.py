@@ -1,0 +1,63 @@
+"""Unknown errors of the channels of a mass on a road: the slip of driven wheels, and the latencies of the loggers.
+
+Under a drive force F, the driven wheels and the parts that turn with them run faster than the road by the slip
+F/(S m g), where S is the driven tires' slip stiffness over weight. The impulse that this takes is missing in the car's
+speed, which becomes
+
+    V (1 - mr/(m + mr) F/(S m g)).
+
+The model of a mass on a road has no slip and no parameter S. Of the latencies only the differences matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.noise import inertia_of
+from vdyn_cli.steps.validate.road_slope import LATENCIES
+from vdyn_cli.steps.validate.simulation import SimulationSetup
+
+SLIP = "slip_impulse"
+
+
+@effect(
+    on="speed",
+    unknowns=(Quantity(SLIP, "", "share of the speed that slip takes per drive force over weight", "i", -1.0, 1.0),),
+    reference="impulse of the parts that turn with the driven wheels",
+)
+def _slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
+    """The car's speed without the impulse that slipping wheels have taken."""
+    return speed(s) * (1.0 - q.slip_impulse * s.pull)
+
+
+SLIP_IMPULSE: Effect = replace(_slip_impulse, name=SLIP)
+
+
+def with_channel_errors(setup: SimulationSetup, covered: Collection[str] = ()) -> SimulationSetup:
+    """The setup of a mass on a road with slip and latencies as unknowns with a prior; that of a vehicle as is.
+
+    Parameters
+    ----------
+    covered : names of the latencies that an effect in the model replaces; these are left out.
+    """
+    if setup.model.name == "vehicle":
+        return setup
+    values = setup.prior.values
+    slip = max(1.0 - values["mass"] / inertia_of(values), 0.0) / STEP_POLICY.slip_stiffness
+    latency = 0.0, STEP_POLICY.logger_latency
+    there = ("drive_torque", *setup.sensors.channels)
+    late = tuple(e for n, e in LATENCIES.items() if n in there and e.name not in covered)
+    known = {SLIP_IMPULSE: (slip, STEP_POLICY.slip_spread * slip)} if slip > 0.0 else {}
+    known |= dict.fromkeys(late, latency)
+    unknowns = tuple(
+        Unknown(e.name, mean, -1.0, 1.0, unit, (mean, std), nuisance=True, prior_stated=False)
+        for e, (mean, std) in known.items()
+        for unit in [next(iter(e.unknowns.values())).unit]
+    )
+    return replace(setup, effects=(*known, *setup.effects), extra=(*unknowns, *setup.extra))
