@@ -41,8 +41,8 @@ CANDIDATES = {
         force_offset friction_drift friction_fade load_sensitivity slip_lag slip_offset tire_relaxation
     """,
     "validate": """
-        accelerometer_offset accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag
-        driveline_dry_loss driveline_loss driveline_viscous driven_wheel_slip elevation_slope extra_drag_area felt_slope
+        accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag
+        driveline_dry_loss driveline_loss driveline_viscous driven_wheel_slip elevation_slope extra_drag_area
         grade_profile headwind mass_error motor_inertia road_grade
         rotating_mass shaft_damping shaft_stiffness speed_delay speed_dependent_rolling speed_scale
         temperature_rolling tire_relaxation tire_warmup torque_delay torque_gain torque_lag torque_offset
@@ -51,7 +51,7 @@ CANDIDATES = {
 }
 NAMES = {effect.name for effect in catalogue()}
 # Names that parameters, channels, and constants or inputs of models have, too: a literal of these names those.
-MODELS = {"elevation_slope", "felt_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
+MODELS = {"elevation_slope", "accelerometer_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
 COLUMNS = {"headwind"}  # words that headers of logs have for a channel (project/channel_guess.py)
 ALSO = set(PARAMETERS) | set(CHANNELS) | MODELS | COLUMNS
 

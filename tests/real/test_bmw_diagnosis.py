@@ -25,11 +25,11 @@ def test_hills_are_found_and_a_loss_or_what_looks_like_it(result: Result) -> Non
     told = result.diagnosis
     assert told is not None
     assert told.verdict == "ambiguous"
-    assert ("felt_slope",) in told.ambiguous
+    assert ("accelerometer_slope",) in told.ambiguous
     (losses,) = [set(one) for one in told.ambiguous if "driveline_loss" in one]
     assert {"mass_error", "torque_gain"} <= losses
     found = result.amplitudes
-    assert 0.8 < found["felt_slope"].value < 1.1
+    assert 0.8 < found["accelerometer_slope"].value < 1.1
     assert found["driveline_loss"].interval95[0] > 0.02
     assert found["driveline_loss"].interval95[1] < 0.25
 

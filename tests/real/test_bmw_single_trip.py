@@ -49,7 +49,7 @@ def test_hills_beside_a_loss_that_outweighs_them_are_named(shared_data: Path, tm
     told = validated("TripA01", shared_data, tmp_path).diagnosis
     assert told is not None
     assert told.verdict == "named"
-    assert told.extended == ("felt_slope", "driveline_loss")
+    assert told.extended == ("accelerometer_slope", "driveline_loss")
 
 
 def test_one_of_several_answers_is_published_where_the_baseline_misses_the_trip(
@@ -60,7 +60,7 @@ def test_one_of_several_answers_is_published_where_the_baseline_misses_the_trip(
     told = result.diagnosis
     assert told is not None
     assert told.verdict == "ambiguous"
-    assert ("felt_slope",) in told.ambiguous
+    assert ("accelerometer_slope",) in told.ambiguous
     assert "one of 3 answers" in result.sentence
     assert 3.6 * result.fit.rms < 8.0
     assert any("2 other answers" in f.what for f in result.findings)

@@ -270,7 +270,7 @@ def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
     jacobian = graph.field.jacobian()
     columns = [graph.constants.index(name) for name in (*model.parameters, *effect.unknowns)]
     first = len(model.parameters)
-    felt = {name: False for name in effect.unknowns if name not in effect.nominal}
+    moved = {name: False for name in effect.unknowns if name not in effect.nominal}
     for x, u, p in moments(graph, max(MOMENTS, 8 * len(effect.unknowns))):
         p = at_zero(graph, effect, p)
         plain = graph.field(x, u, p)
@@ -283,9 +283,9 @@ def finite_derivatives(effect: Effect, model: Model) -> Iterator[str]:
             yield f"{model.name}: a derivative at zero is not finite"
             return
         for k, name in enumerate(effect.unknowns):
-            if name in felt:
-                felt[name] |= bool(slopes[:, first + k].any())
-    silent = [name for name, seen in felt.items() if not seen]
+            if name in moved:
+                moved[name] |= bool(slopes[:, first + k].any())
+    silent = [name for name, seen in moved.items() if not seen]
     if silent and not effect.probes:
         yield f"{model.name}: {', '.join(silent)} changes nothing; state probes if its derivative at zero is zero"
 

@@ -37,8 +37,8 @@ def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
     above, below = s.twist - q.backlash, s.twist + q.backlash
     far_above, far_below = sqrt(above * above + CORNER**2), sqrt(below * below + CORNER**2)
     touching = 1.0 + 0.5 * (above / far_above - below / far_below)
-    felt = s.twist + 0.5 * (far_above - far_below)
-    torque = shaft(s.but(twist=felt, twist_rate=s.twist_rate * touching))
+    beyond = s.twist + 0.5 * (far_above - far_below)
+    torque = shaft(s.but(twist=beyond, twist_rate=s.twist_rate * touching))
     side = s.twist / sqrt(s.twist * s.twist + APART**2)
     pulled = 0.5 * (torque - side * sqrt(torque * torque + SOFT**2))
     return torque - pulled * q.backlash * q.backlash / (q.backlash * q.backlash + APART**2)

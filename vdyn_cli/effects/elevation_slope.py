@@ -8,7 +8,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     "20 m within minutes: its share is then small",
     label="hills that the logged elevation shows",
     signature="The car loses speed wherever the logged elevation rises.",
-    alike=("felt_slope", "grade_profile", "road_grade", "headwind"),
+    alike=("accelerometer_slope", "grade_profile", "road_grade", "headwind"),
     confirm="Drive the same road back: the hills must appear at the same places with the opposite sign.",
     tags={"test_only", "driving"},
 )

@@ -76,13 +76,13 @@ class Graph:
     def live(self, seeded_starts: frozenset[int], seeded_constants: frozenset[int]) -> frozenset[int]:
         """Indices of the states whose derivatives to the seeded starts and constants (indices, too) can be nonzero."""
         on_states, on_constants = (ca.DM(self.field.jac_sparsity(0, k), 1.0).full() > 0 for k in (0, 2))
-        felt = on_constants[:, sorted(seeded_constants)].any(axis=1)
-        felt[sorted(seeded_starts)] = True
+        reached = on_constants[:, sorted(seeded_constants)].any(axis=1)
+        reached[sorted(seeded_starts)] = True
         # A start that is an expression may depend on anything.
-        felt |= np.array([name in self._start_laws for name in self.states], dtype=bool)
-        while (wider := felt | on_states[:, felt].any(axis=1)).sum() > felt.sum():
-            felt = wider
-        return frozenset(int(i) for i in np.flatnonzero(felt))
+        reached |= np.array([name in self._start_laws for name in self.states], dtype=bool)
+        while (wider := reached | on_states[:, reached].any(axis=1)).sum() > reached.sum():
+            reached = wider
+        return frozenset(int(i) for i in np.flatnonzero(reached))
 
 
 def closest(name: str, known: Iterable[str]) -> str:

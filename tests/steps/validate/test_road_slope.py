@@ -7,7 +7,7 @@ import numpy as np
 from tests.open_road import G, Made, Truth, drive
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.drive_roads import shown_roads
-from vdyn_cli.steps.validate.road_slope import felt_road
+from vdyn_cli.steps.validate.road_slope import sensed_road
 
 
 def log_of(made: Made, **more: np.ndarray) -> Log:
@@ -17,14 +17,14 @@ def log_of(made: Made, **more: np.ndarray) -> Log:
 def test_hills_are_found_without_the_torque() -> None:
     for seed in range(3):
         made = drive(Truth(zero=0.0), seed)
-        found = felt_road(log_of(made))
+        found = sensed_road(log_of(made))
         assert np.corrcoef(found.slope, made.slope)[0, 1] > 0.97
         assert np.std(found.slope - made.slope) < 0.003
 
 
 def test_the_zero_makes_the_drive_level_from_end_to_end() -> None:
     made = drive(Truth(zero=0.3), 4)
-    level, tilted = felt_road(log_of(drive(Truth(zero=0.0), 4))), felt_road(log_of(made))
+    level, tilted = sensed_road(log_of(drive(Truth(zero=0.0), 4))), sensed_road(log_of(made))
     assert abs(tilted.zero - level.zero - 0.3) < 0.002
     assert np.allclose(tilted.slope, level.slope, atol=2e-4)
     assert abs(float(np.mean(tilted.profile))) < 1e-3
@@ -32,7 +32,7 @@ def test_the_zero_makes_the_drive_level_from_end_to_end() -> None:
 
 def test_a_grade_that_is_known_is_left_out() -> None:
     made = drive(Truth(), 5)
-    rest = felt_road(log_of(made, grade=made.slope))
+    rest = sensed_road(log_of(made, grade=made.slope))
     assert np.std(rest.slope) < 0.2 * np.std(made.slope)
 
 
@@ -43,7 +43,7 @@ def test_gaps_and_stops_do_no_harm() -> None:
     speed[1000:1100] = np.linspace(speed[1000], 0.0, 100)
     force[1000:1100] = np.gradient(speed[1000:1100], made.time[1000:1100]) + G * made.slope[1000:1100]
     speed[1100:], force[1100:] = 0.0, 0.5  # it stands, and a brake rocks it
-    found = felt_road(Log("drive", made.time, {"speed": speed, "acceleration": force}))
+    found = sensed_road(Log("drive", made.time, {"speed": speed, "acceleration": force}))
     assert np.corrcoef(found.slope[:1000], made.slope[:1000])[0, 1] > 0.97
     assert np.ptp(found.slope[1120:]) < 1e-3, "a car that stands tells nothing of its road"
 
@@ -54,13 +54,13 @@ def test_the_heights_at_both_ends_give_the_zero_on_a_road_that_climbs() -> None:
     climb = np.r_[0.0, np.cumsum(np.diff(made.time) * made.speed[1:])] * 0.01
     felt = made.felt + G * 0.01
     log = Log("drive", made.time, {"speed": made.speed, "acceleration": felt, "elevation": climb})
-    assert abs(felt_road(log).zero) < 0.02
-    assert abs(np.mean(felt_road(log).slope) - 0.01) < 0.002
+    assert abs(sensed_road(log).zero) < 0.02
+    assert abs(np.mean(sensed_road(log).slope) - 0.01) < 0.002
 
 
 def test_logs_take_the_slopes_of_their_roads_as_channels() -> None:
     logs = [log_of(drive(Truth(), 7, seconds=60.0)), log_of(drive(Truth(), 8, seconds=60.0))]
     roads = shown_roads(logs)
-    assert roads.inputs == ("felt_slope",)
-    for log, road in zip(roads.channels(logs), roads.felt, strict=True):
-        assert np.array_equal(log["felt_slope"], road.slope)
+    assert roads.inputs == ("accelerometer_slope",)
+    for log, road in zip(roads.channels(logs), roads.sensed, strict=True):
+        assert np.array_equal(log["accelerometer_slope"], road.slope)

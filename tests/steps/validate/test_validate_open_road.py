@@ -38,7 +38,7 @@ def lossy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, list[Made],
     truth = Truth()
     drives = made(truth, 3)
     folder = tmp_path_factory.mktemp("lossy")
-    return found(folder, drives, extend=["felt_slope", "driveline_loss"]), drives, truth
+    return found(folder, drives, extend=["accelerometer_slope", "driveline_loss"]), drives, truth
 
 
 def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_told(lossy: tuple[Result, list[Made], Truth]) -> None:
@@ -61,7 +61,7 @@ def test_sizes_are_within_their_intervals(lossy: tuple[Result, list[Made], Truth
     low, high = sizes["driveline_loss"].interval95
     assert low < truth.loss < high
     assert high - low < 0.06
-    assert sizes["felt_slope"].value == pytest.approx(1.0, abs=0.04)
+    assert sizes["accelerometer_slope"].value == pytest.approx(1.0, abs=0.04)
     zero = result.extra["validation"]["road"]["accelerometer_zero"]
     assert zero["interval95"][0] < truth.zero < zero["interval95"][1]
     assert zero["interval95"][1] - zero["interval95"][0] < 0.04
@@ -100,8 +100,8 @@ def test_hills_alone_are_named(tmp_path: Path) -> None:
     told = found(tmp_path, made(Truth(loss=0.0), 6)).diagnosis
     assert told is not None
     assert told.verdict == "named"
-    assert told.extended == ("felt_slope",)
-    low, high = told.causes[0].unknowns["felt_slope"].interval95
+    assert told.extended == ("accelerometer_slope",)
+    low, high = told.causes[0].unknowns["accelerometer_slope"].interval95
     assert low < 1.0 < high
 
 
@@ -126,7 +126,9 @@ def over_hills(folder: Path, truth: Truth, seed: int, drop: str) -> Result:
 
 
 SHOWN = pytest.mark.parametrize(
-    ("drop", "effect"), [("elevation", "felt_slope"), ("acceleration", "elevation_slope")], ids=["felt", "elevation"]
+    ("drop", "effect"),
+    [("elevation", "accelerometer_slope"), ("acceleration", "elevation_slope")],
+    ids=["felt", "elevation"],
 )
 
 

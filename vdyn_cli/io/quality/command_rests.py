@@ -183,8 +183,8 @@ def _missed(at: int, jump: float, tie: DriveTie) -> bool:
     before, after = tie.residual[max(at - n, 0) : at], tie.residual[at : at + n]
     if not (np.isfinite(before).any() and np.isfinite(after).any()):
         return False
-    felt = float(np.nanmean(after) - np.nanmean(before)) / (-tie.gain * jump)
-    return tie.gain * abs(jump) > QUALITY.rest_t * tie.scatter and felt > 0.5
+    followed = float(np.nanmean(after) - np.nanmean(before)) / (-tie.gain * jump)
+    return tie.gain * abs(jump) > QUALITY.rest_t * tie.scatter and followed > 0.5
 
 
 def _others(sizes: Array, k: int) -> float:

@@ -13,7 +13,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (
     *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
-    *("tire_vertical_stiffness", "slope_felt", "contact_lead"),
+    *("tire_vertical_stiffness", "reads_gravity", "contact_lead"),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
@@ -36,10 +36,10 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     ``inertial`` is the share of the logged acceleration in the moment of the motion.
 
     ``front``, ``rear`` N are the upward forces on the axles, including lift; their bends, N/s^2, are second derivatives
-    of the loads, which deflect the tires. ``slope_felt`` is 1 where the accelerometer measures gravity along the road,
-    else 0. ``contact_lead`` m is the distance of a rolling tire's contact force ahead of its hub, rolling resistance
-    times radius, which gives the moment of the resistance. ``rolling`` is 1 where the wheels roll, and 0 at rest, where
-    this moment vanishes.
+    of the loads, which deflect the tires. ``reads_gravity`` is 1 where the accelerometer measures gravity along the
+    road, else 0. ``contact_lead`` m is the distance of a rolling tire's contact force ahead of its hub, rolling
+    resistance times radius, which gives the moment of the resistance. ``rolling`` is 1 where the wheels roll, and 0 at
+    rest, where this moment vanishes.
     """
     p = e.p
     e.sensor(
@@ -58,7 +58,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     e.sensor(UNIT, e("wheel_force", "_unit", value=1.0))
     weight = e(climb, mass=p.mass, grade=e("grade", value=0.0))
     read = e("acceleration", value=u.acceleration) - p.acceleration_zero
-    rate = read - p.slope_felt * weight / p.mass
+    rate = read - p.reads_gravity * weight / p.mass
     e.sensor(SPEED_RATE, rate)
     inertial = (p.mass * p.cg_height + p.spin) * rate
     motion = e(

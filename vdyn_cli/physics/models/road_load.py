@@ -23,6 +23,7 @@ DriveSignal = Literal["coasting", "torque", "force"]
 
 CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
 DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency", "recuperation_loss")
+ROAD = ("position", "accelerometer_slope", "elevation_slope")
 ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
@@ -31,7 +32,7 @@ def road_load(
     driven: DriveSignal = "coasting",
     accelerometer: bool = False,
     located: bool = False,
-    felt: bool = False,
+    sensed: bool = False,
     elevated: bool = False,
     specific_force: bool = False,
 ) -> Model:
@@ -51,8 +52,8 @@ def road_load(
     located : the input ``position`` (m) increases in the direction of driving, and heading times position is the road's
         coordinate, on which the grade then depends. It is an input and not the integral of the simulated speed, whose
         error would shift the hills.
-    felt, elevated : an accelerometer (input ``felt_slope``) or a logged elevation (input ``elevation_slope``) gives the
-        slope beyond the known grade.
+    sensed, elevated : an accelerometer (input ``accelerometer_slope``) or a logged elevation (input
+        ``elevation_slope``) gives the slope beyond the known grade.
     specific_force : a second output is the specific force V' + g sin(grade) of the simulated motion.
 
     Returns
@@ -68,7 +69,7 @@ def road_load(
     also has road_begin and road_end (m), the range of the runs.
     Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
     """
-    road = [n for n, there in (("position", located), ("felt_slope", felt), ("elevation_slope", elevated)) if there]
+    road = [n for n, there in zip(ROAD, (located, sensed, elevated), strict=True) if there]
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         state = e.state("speed", 15.0)

@@ -72,7 +72,7 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         findings.append(Finding("cg", what, "", remedy, minor=True))
     usual = values["mass"] * GRAVITY / 2 / TIRE_DEFLECTION
     values["tire_vertical_stiffness"] = known.value("tire_vertical_stiffness", usual)
-    values["slope_felt"] = 1.0 if spec.settings.accelerometer == "body" else 0.0
+    values["reads_gravity"] = 1.0 if spec.settings.accelerometer == "body" else 0.0
     if "wheel_inertia" in known and "wheel_radius" in known:
         inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
         values["spin"] = 4 * inertia.value / radius

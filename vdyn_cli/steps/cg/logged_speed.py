@@ -112,13 +112,13 @@ def _zero(log: Log) -> tuple[float, float] | None:
     there = np.isfinite(log["acceleration"]) & np.isfinite(log["speed"])
     if np.count_nonzero(there) < FEWEST_SAMPLES:
         return None
-    time, speed, felt = log.time[there], log["speed"][there], log["acceleration"][there]
+    time, speed, read = log.time[there], log["speed"][there], log["acceleration"][there]
     if np.max(np.diff(time)) > LONGEST_GAP * float(np.median(np.diff(time))):
         return None
     ends = slice(0, FEWEST_SAMPLES // 10), slice(-(FEWEST_SAMPLES // 10), None)
     (t0, t1), (v0, v1) = ([float(np.mean(x[end])) for end in ends] for x in (time, speed))
-    changes = cumulative_integral(time, felt)
+    changes = cumulative_integral(time, read)
     a0, a1 = np.interp([t0, t1], time, changes)
     noise = white_level(speed, time) * np.sqrt(2.0 / (FEWEST_SAMPLES // 10))
-    late = DELAY * float(np.mean(felt[ends[1]]) - np.mean(felt[ends[0]]))
+    late = DELAY * float(np.mean(read[ends[1]]) - np.mean(read[ends[0]]))
     return float(a1 - a0 - (v1 - v0)) / (t1 - t0), max(float(np.hypot(noise, late)) / (t1 - t0), 1e-9)

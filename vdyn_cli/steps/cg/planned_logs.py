@@ -65,11 +65,11 @@ def _log(day: DayRequest, k: int) -> Log:
     true = {**motion, "acceleration": rate - lever * bend}
     front, rear = _loads(day, known, time, {**true, "pitch_acceleration": bend})
     zero = 2**0.5 * getattr(day.spec, "settings").load_zero.value  # noqa: B009
-    felt = GRAVITY * np.sin(pitch) if known["slope_felt"] else 0.0
+    gravity = GRAVITY * np.sin(pitch) if known["reads_gravity"] else 0.0
     channels = {
         "front_load": day.read(front, "load_noise", zero),
         "rear_load": day.read(rear, "load_noise", zero),
-        "acceleration": day.read(true["acceleration"] + felt, "acceleration_noise"),
+        "acceleration": day.read(true["acceleration"] + gravity, "acceleration_noise"),
         "pitch_rate": day.read(turn, "pitch_rate_noise"),
         "speed": day.read(speed, "speed_noise"),
     }

@@ -91,14 +91,14 @@ def scaled_grades(
     ----------
     runs : the coasts in the logs, with these grades.
     """
-    felt = shown_share(runs)
-    if felt is None or felt[0] < STEP_POLICY.elevation_shown * felt[1]:
+    shown = shown_share(runs)
+    if shown is None or shown[0] < STEP_POLICY.elevation_shown * shown[1]:
         return None
     steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
     what = (
         f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; the runs' decelerations show "
-        f"{felt[0]:.2f} +- {felt[1]:.2f} times this grade"
+        f"{shown[0]:.2f} +- {shown[1]:.2f} times this grade"
     )
     remedy = "map 'grade', or state a surveyed profile under 'road', if the grade is known better"
     finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
-    return tuple(g.scaled(min(felt[0], 1.0)) for g in grades), finding
+    return tuple(g.scaled(min(shown[0], 1.0)) for g in grades), finding

@@ -265,8 +265,8 @@ def _with_slopes(
     sloped = with_grades(plain, grades)
     coasts = [coast_segment(k, usable(log, drive), None, 0.0) for k, log in enumerate(sloped)]
     whole = [s for s in coasts if isinstance(s, CoastSegment)]
-    felt = scaled_grades(grades, [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in whole])
-    return (plain, (), ()) if felt is None else (with_grades(plain, felt[0]), felt[0], (felt[1],))
+    scaled = scaled_grades(grades, [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in whole])
+    return (plain, (), ()) if scaled is None else (with_grades(plain, scaled[0]), scaled[0], (scaled[1],))
 
 
 def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) -> AccelerometerUse:

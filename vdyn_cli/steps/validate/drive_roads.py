@@ -10,7 +10,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades
-from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, FELT_SLOPE, RoadProfile, felt_road
+from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, SENSED_SLOPE, RoadProfile, sensed_road
 
 LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must have a value to give the road's slope
 
@@ -21,17 +21,17 @@ class DriveRoads:
 
     Parameters
     ----------
-    felt : from the accelerometers; empty without. elevated : from the logged elevations; empty without, or with a
+    sensed : from the accelerometers; empty without. elevated : from the logged elevations; empty without, or with a
         logged grade.
     """
 
-    felt: tuple[RoadProfile, ...] = ()
+    sensed: tuple[RoadProfile, ...] = ()
     elevated: tuple[ElevationGrade, ...] = ()
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the channels with the slopes."""
-        return ((FELT_SLOPE,) if self.felt else ()) + ((ELEVATION_SLOPE,) if self.elevated else ())
+        return ((SENSED_SLOPE,) if self.sensed else ()) + ((ELEVATION_SLOPE,) if self.elevated else ())
 
     def channels(self, logs: Sequence[Log]) -> tuple[Log, ...]:
         """The logs with these slopes, each (n,) and uphill positive, as additional channels."""
@@ -41,11 +41,12 @@ class DriveRoads:
 
     def only(self, inputs: Collection[str]) -> DriveRoads:
         """The roads of these inputs."""
-        return DriveRoads(self.felt if FELT_SLOPE in inputs else (), self.elevated if ELEVATION_SLOPE in inputs else ())
+        sensed = self.sensed if SENSED_SLOPE in inputs else ()
+        return DriveRoads(sensed, self.elevated if ELEVATION_SLOPE in inputs else ())
 
     def slopes(self, name: str) -> list[Array]:
         """The slope of one input for each log, (n,) each, uphill positive."""
-        return [road.slope for road in self.felt] if name == FELT_SLOPE else [road.grade for road in self.elevated]
+        return [road.slope for road in self.sensed] if name == SENSED_SLOPE else [road.grade for road in self.elevated]
 
 
 def shown_roads(logs: Sequence[Log], elevations: bool = True) -> DriveRoads:
@@ -56,5 +57,5 @@ def shown_roads(logs: Sequence[Log], elevations: bool = True) -> DriveRoads:
     logs : with speed (m/s), and acceleration (m/s^2) or elevation (m). elevations : whether the latter are used.
     """
     there = all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > LEAST_ACCELERATION for log in logs)
-    felt = tuple(felt_road(log) for log in logs) if there else ()
-    return DriveRoads(felt, elevation_grades(logs) if elevations else ())
+    sensed = tuple(sensed_road(log) for log in logs) if there else ()
+    return DriveRoads(sensed, elevation_grades(logs) if elevations else ())

@@ -22,7 +22,7 @@ from vdyn_cli.steps.validate.nondifferentiable import (
     likely_cost,
     profile_estimates,
 )
-from vdyn_cli.steps.validate.road_slope import FELT_SLOPE
+from vdyn_cli.steps.validate.road_slope import SENSED_SLOPE
 from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 PASSES = 4  # largest number of linearizations
@@ -141,7 +141,7 @@ def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup]
     """The fit linearized at a setup's start, and its largest move in standard deviations."""
     start = dict(zip(setup.vector.shared, setup.vector.theta.tolist(), strict=True))
     system = linearized(regression(setup))
-    by_run = FELT_SLOPE in setup.model.inputs and len(system.runs) >= FEWEST_UNITS
+    by_run = SENSED_SLOPE in setup.model.inputs and len(system.runs) >= FEWEST_UNITS
     solution = solve(system, units="run" if by_run else "block")
     moves = {n: abs(solution.values[n] - at) for n, at in start.items() if n in solution.values}
     amplitudes = {u.name: moves[u.name] for u in setup.extra}

@@ -100,7 +100,7 @@ def road_figure(found: RoadFindings) -> Figure:
         for k, role in zip(sorted(longest), roles, strict=False)
     )
     return Figure(
-        "felt_slope",
+        "accelerometer_slope",
         "The road's slope from the accelerometer",
         "Mean slope of every 100 m, uphill positive. Good: drives over the same road show the same hills, and a drive "
         "back shows them mirrored; slopes of public roads stay within a few per cent. Bad: steps that last to the "

@@ -12,7 +12,7 @@ from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typic
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.validate.residual_rows import RowLayout
-from vdyn_cli.steps.validate.road_slope import FELT_SLOPE
+from vdyn_cli.steps.validate.road_slope import SENSED_SLOPE
 from vdyn_cli.steps.validate.segments import DriveSegment
 
 SIZING = 1.0  # s, width of a bin to estimate the sizes: in wider bins a sensor's white noise looks like a rough road
@@ -72,7 +72,7 @@ def slow_noise(
             SteadyComponent("run_wind", gust.sum(axis=1)),
             SteadyComponent("run_drive", moved.sum(axis=1)),
         ]
-        if FELT_SLOPE in s.inputs:
+        if SENSED_SLOPE in s.inputs:
             # Errors of a slope from an accelerometer and of an estimated torque are correlated over time.
             parts.append(Colored("push", "push_time", moved, bins.lags))
         else:

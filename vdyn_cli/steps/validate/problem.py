@@ -140,9 +140,9 @@ class ValidateProblem(SimulatedProblem):
         """The model that simulates the drives; its laws can read the start time of the run."""
         s = self.spec.settings
         if s.model == "road_load":
-            felt, elevated = bool(self.roads.felt), bool(self.roads.elevated)
+            sensed, elevated = bool(self.roads.sensed), bool(self.roads.elevated)
             compared = "acceleration" in _sensors(self).channels
-            return _timed(road_load("torque", felt=felt, elevated=elevated, specific_force=compared))
+            return _timed(road_load("torque", sensed=sensed, elevated=elevated, specific_force=compared))
         if _two_motors(self.spec, self.logs) and s.differential == "locked":
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
@@ -269,7 +269,7 @@ class ValidateProblem(SimulatedProblem):
         whitened = shown = whiten_drives(setup)
         if fit is not None and on_open_road(self):
             shown = whiten_drives(fitted(setup, fit.solution))
-            road = road_findings(fit, self.logs, self.roads.felt)
+            road = road_findings(fit, self.logs, self.roads.sensed)
         found = bands(shown)
         tests, chance = band_tests(shown, found)
         # The bands are shown without fitted zeros of the drive torque, since the baseline has none.
@@ -305,7 +305,7 @@ def _timed(model: Model) -> Model:
 def on_open_road(problem: ValidateProblem) -> bool:
     """Whether drives with unknown mean slope and load are cut into windows; each drive is then one unit."""
     s = problem.spec.settings
-    return s.model == "road_load" and s.windows is not None and s.windows.powered and bool(problem.roads.felt)
+    return s.model == "road_load" and s.windows is not None and s.windows.powered and bool(problem.roads.sensed)
 
 
 def carried_effects(problem: ValidateProblem) -> tuple[Effect, ...]:
@@ -360,7 +360,7 @@ def _whitened(problem: ValidateProblem, setup: SimulationSetup, covered: frozens
         made = with_channel_errors(with_best_zeros(setup, problem.reference), covered)
         return whole_drives(made) if is_cut(made) else whiten_drives(made, averaged=True).regression
     s = problem.spec.settings
-    zeros = tuple(road.zero for road in problem.roads.felt)
+    zeros = tuple(road.zero for road in problem.roads.sensed)
     spread = BetweenDriveSpread(s.drives.slope.value, s.drives.load.value, s.zeros.acceleration.value, zeros)
     return drive_regression(setup, spread)
 
@@ -401,7 +401,7 @@ def _day_temperature(problem: ValidateProblem) -> float:
 def _sensors(problem: ValidateProblem) -> Sensors:
     """The compared channels that model and logs have, with the standard deviations of their zeros and gains."""
     s = problem.spec.settings
-    has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads.felt else ("speed", "acceleration")
+    has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads.sensed else ("speed", "acceleration")
     there = [n for n in has if all(n in one.outputs for one in problem.segmented[0])]
     channels = tuple(n for n in there if n == "speed" or all(_varies(log, n) for log in problem.logs))
     zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.impacts import impact_samples
-from vdyn_cli.steps.validate.road_slope import FELT_SLOPE
+from vdyn_cli.steps.validate.road_slope import SENSED_SLOPE
 from vdyn_cli.steps.validate.segments import WHEELS, DriveSegment
 
 Mask = NDArray[np.bool_]
@@ -151,7 +151,7 @@ def row_layout(
     holes = (np.diff(time) > 3 * usual) | (np.diff(np.cumsum(impacts)[keep]) > 0)
     part = np.r_[0, np.cumsum(holes)].astype(np.int64)
     covered = float(np.sum(np.diff(time)[np.diff(part) == 0]))
-    bins = cut(time, max(ROUGH if FELT_SLOPE in s.inputs else WIDTH, covered / MOST_BINS), part)
+    bins = cut(time, max(ROUGH if SENSED_SLOPE in s.inputs else WIDTH, covered / MOST_BINS), part)
     fine = cut(time, finest, part) if usual < 0.75 * finest else _each(time)
     speeds = tuple(n for n in ("speed", *WHEELS) if n in fitted)
     speed = simulated["speed"][keep]

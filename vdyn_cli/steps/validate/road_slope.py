@@ -23,7 +23,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
 
-FELT_SLOPE, ELEVATION_SLOPE, DRIVE_SLOPE = "felt_slope", "elevation_slope", "drive_slope"
+SENSED_SLOPE, ELEVATION_SLOPE, DRIVE_SLOPE = "accelerometer_slope", "elevation_slope", "drive_slope"
 LOOK = 1.0  # s over which specific force and speed are compared
 PLACES = 100.0  # m between the points of a profile
 CREEPING = 2.0  # m/s, below which braking pitches the body
@@ -47,7 +47,7 @@ class RoadProfile:
     profile: Array
 
 
-def felt_road(log: Log) -> RoadProfile:
+def sensed_road(log: Log) -> RoadProfile:
     """The road of a drive.
 
     Parameters

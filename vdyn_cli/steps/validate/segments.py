@@ -16,7 +16,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, stops
-from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, FELT_SLOPE
+from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
 from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
 
 Mask = NDArray[np.bool_]
@@ -331,7 +331,7 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
     time = log.time[part]
     names = [
         n
-        for n in ("drive_torque", "drive_torque_left", "drive_torque_right", FELT_SLOPE, ELEVATION_SLOPE, *INPUTS)
+        for n in ("drive_torque", "drive_torque_left", "drive_torque_right", SENSED_SLOPE, ELEVATION_SLOPE, *INPUTS)
         if n in log
     ]
     inputs = {n: log[n][part] for n in names}

@@ -42,13 +42,13 @@ class UnloggedBraking:
     ----------
     braked : (n,) mask of samples. spans : first and last time of each stop or slowdown, s.
     excess : m/s^2, the largest deceleration that torque and speed do not explain.
-    felt : whether an accelerometer confirms it.
+    confirmed : whether an accelerometer confirms it.
     """
 
     braked: Mask
     spans: tuple[tuple[float, float], ...]
     excess: float
-    felt: bool = False
+    confirmed: bool = False
 
     def finding(self, log: str) -> tuple[Finding, ...]:
         """A finding on what was left out, and how to avoid it; empty where nothing was."""
@@ -56,12 +56,12 @@ class UnloggedBraking:
             return ()
         a, b = max(self.spans, key=lambda s: s[1] - s[0])
         also = f", and {len(self.spans) - 1} more" if len(self.spans) > 1 else ""
-        cause = "brakes" if self.felt else "brakes or hills"
+        cause = "brakes" if self.confirmed else "brakes or hills"
         what = (
             f"the car slows down by up to {self.excess:.2g} m/s^2 more than drive torque and road load explain, "
             f"from {a:.1f} s to {b:.1f} s{also}: {cause} that are not logged, left out"
         )
-        remedy = f"map brake_torque{'' if self.felt else ' and grade'}, or keep the friction brakes released"
+        remedy = f"map brake_torque{'' if self.confirmed else ' and grade'}, or keep the friction brakes released"
         return (Finding(f"{log}, channel 'brake_torque'", what, "", remedy),)
 
 
@@ -75,7 +75,7 @@ class _Excess:
     pulled : (n,) m/s^2, deceleration by the drive torque.
     free : (n,) mask: the car moves, neither driven nor with a logged brake on. recuperated : likewise, and the torque
         brakes.
-    felt : (n,) m/s^2, excess by the accelerometer; None without one.
+    by_accelerometer : (n,) m/s^2, excess by the accelerometer; None without one.
     """
 
     excess: Array
@@ -83,7 +83,7 @@ class _Excess:
     pulled: Array
     free: Mask
     recuperated: Mask
-    felt: Array | None
+    by_accelerometer: Array | None
 
 
 def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
@@ -117,12 +117,12 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
         return None
     law, scatter = _robust(columns[driven], rate[driven])
     free = moving & (force <= idle)
-    felt = _felt(time, channels, columns, driven)
+    by_accelerometer = _by_accelerometer(time, channels, columns, driven)
     pulled = np.abs(law[0] * np.minimum(force, 0.0))
-    return _Excess(columns @ law - rate, scatter, pulled, free, free & (force < -idle), felt)
+    return _Excess(columns @ law - rate, scatter, pulled, free, free & (force < -idle), by_accelerometer)
 
 
-def _felt(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
+def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
     """The excess (n,) by the accelerometer, with its zero from the driven samples; None without one."""
     logged = channels.get("acceleration")
     if logged is None or not np.all(np.isfinite(logged[driven])) or np.isfinite(logged).mean() < MOSTLY:
@@ -137,14 +137,14 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
     braked = np.zeros(time.size, dtype=bool)
     if seen is None:
         return UnloggedBraking(braked, (), 0.0)
-    excess = seen.excess if seen.felt is None else np.minimum(seen.excess, seen.felt)
+    excess = seen.excess if seen.by_accelerometer is None else np.minimum(seen.excess, seen.by_accelerometer)
     excess = excess - lost * seen.pulled
     limit = max(STEP_POLICY.brake_least, STEP_POLICY.brake_beyond * seen.scatter)
     spans = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
     for a, b in spans:
         braked |= (time >= a - RAMP) & (time <= b + RAMP)
     largest = float(np.max(excess[seen.free & braked], initial=0.0))
-    return UnloggedBraking(braked, spans, largest, seen.felt is not None)
+    return UnloggedBraking(braked, spans, largest, seen.by_accelerometer is not None)
 
 
 def _robust(columns: Array, y: Array) -> tuple[Array, float]:

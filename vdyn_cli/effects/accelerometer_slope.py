@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="grade",
-    unknowns=Quantity("felt_slope", "", "share of the slope by the accelerometer", "q", 0.0, 1.3),
+    unknowns=Quantity("accelerometer_slope", "", "share of the slope by the accelerometer", "q", 0.0, 1.3),
     reference="a forward accelerometer measures V' + g sin(slope): the road is this minus the rate of speed; share 1",
     label="hills that the accelerometer measured",
     signature="The car loses speed wherever the accelerometer reads more than the rate of the speed.",
@@ -12,7 +12,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     "surveyed heights.",
     tags={"test_only", "driving"},
 )
-def felt_slope(grade: Law, s: Signals, q: Signals) -> Number:
+def accelerometer_slope(grade: Law, s: Signals, q: Signals) -> Number:
     """Hills that an accelerometer in the car measured and that the simulation lacks.
 
     i = i_known + q i_a, i_a = (f - f0 - V') / g - i_known
@@ -21,4 +21,4 @@ def felt_slope(grade: Law, s: Signals, q: Signals) -> Number:
     one, f the specific force along the car and f0 its zero (m/s^2), V' the rate of the measured speed (m/s^2). i_a does
     not depend on the torque.
     """
-    return grade(s) + q.felt_slope * s.felt_slope
+    return grade(s) + q.accelerometer_slope * s.accelerometer_slope
