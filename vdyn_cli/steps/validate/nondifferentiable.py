@@ -86,10 +86,15 @@ class DifferentiableReference:
     def explained(self) -> tuple[_Explained, ...]:
         """The fit of every segment."""
         w = self.whitened
-        return tuple(
-            self._drive(w.white(k, o, w.setup.vector.start_speed(k)[0]), w.setup.vector.start(k))
-            for k, o in enumerate(w.setup.first)
-        )
+        return tuple(self._drive(self._start_rows(k), w.setup.vector.start(k)) for k in range(len(w.setup.segments)))
+
+    def _start_rows(self, run: int) -> Rows:
+        """The rows of a segment at the start values, of which the start speed is the measured one."""
+        w = self.whitened
+        measured = w.setup.vector.start_speed(run)[0]
+        if measured > 0.0 or w.setup.vector.first_speed(run) == measured:  # a measured motion is read from the outputs
+            return w.at_start[run]
+        return w.white(run, w.setup.first[run], measured)
 
     @property
     def freedom(self) -> int:

@@ -82,7 +82,7 @@ def posterior(w: WhitenedDrives) -> Posterior:
     count = range(len(setup.segments))
     start = setup.vector.theta
     shared, own = start.copy(), np.array([setup.vector.start(k)[s:] for k in count])
-    rows = [w.white(k, setup.first[k], float(own[k, 0])) for k in count]
+    rows = w.at_start
     system = _BorderedSystem([r.jacobian for r in rows], known, held)
     residuals, scores = [r.residual for r in rows], None
     for step in range(STEPS + 1):

@@ -131,6 +131,12 @@ class WhitenedDrives:
             plain_root=root,
         )
 
+    @cached_property
+    def at_start(self) -> tuple[Rows, ...]:
+        """The whitened rows of every segment at the start values."""
+        setup, first = self.setup, self.setup.first
+        return setup.each(lambda k: self.white(k, first[k], setup.vector.first_speed(k)))
+
     def __call__(self, run: int, theta: Array) -> Rows:
         """The whitened rows of a segment at its vector of unknowns.
 
@@ -139,13 +145,14 @@ class WhitenedDrives:
         ArithmeticError : the simulation is not finite there.
         """
         start = self.setup.vector.start(run)
-        same = theta.shape == start.shape and np.array_equal(theta, start)
         try:
-            outcome = self.setup.first[run]
-            if not same and self.setup.chord:
+            first = self.setup.first[run]
+            if theta.shape == start.shape and np.array_equal(theta, start):
+                return self.at_start[run]
+            if self.setup.chord:
                 values = self.setup.simulate(run, theta, slopes=False).values
-                outcome = SimulatedSegment(values, outcome.sensitivities)
-            elif not same:
+                outcome = SimulatedSegment(values, first.sensitivities)
+            else:
                 outcome = self.setup.simulate(run, theta)
         except ResultError as error:  # far from the start values, the step may be too long
             raise ArithmeticError(str(error)) from error
