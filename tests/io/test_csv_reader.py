@@ -196,7 +196,7 @@ def test_missing_values_are_nan_and_said(tmp_path: Path) -> None:
     log = read(tmp_path, "\n".join(lines))
     assert np.flatnonzero(np.isnan(log["speed"])).tolist() == [4, 5, 8]
     assert "has no value in 3 of 50 rows" in said(log)
-    assert "the longest in lines 6 to 7" in said(log)
+    assert "longest: lines 6 to 7" in said(log)
 
 
 def test_switches_written_as_words(tmp_path: Path) -> None:
