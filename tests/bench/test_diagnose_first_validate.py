@@ -35,6 +35,14 @@ def test_a_speed_in_another_unit_is_named_with_the_usual_mistake(tmp_path: Path)
     assert "times too low: m/s read as km/h?" in found["diagnosis"]["sentence"]
 
 
+@pytest.mark.slow  # a whole diagnosis of 3 s
+def test_one_drive_alone_is_diagnosed(tmp_path: Path) -> None:
+    """Its blocks are the independent units."""
+    path = description(tmp_path, SEED, {"viscous": 0.6}, runs=1, seconds=200.0)
+    (cause,) = execute("validate", path).document["diagnosis"]["causes"]
+    assert cause["effect"] == "driveline_viscous"
+
+
 @pytest.mark.slow  # a whole diagnosis; the fast ones name another cause
 def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> None:
     found, published = document(tmp_path, {"viscous": 0.6})

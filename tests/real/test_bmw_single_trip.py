@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
-from vdyn_cli.project.execute import execute
+from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.quantities.result import Result
 
-pytestmark = pytest.mark.slow  # two diagnoses of 4 s
+pytestmark = pytest.mark.slow  # diagnoses of 4 to 9 s
 
 DESCRIPTION = {
     "test": "validate",
@@ -31,16 +32,16 @@ DESCRIPTION = {
         "drive_torque": {"column": "Motor Torque [Nm]", "unit": "N m"},
         "acceleration": {"column": "Longitudinal Acceleration [m/s^2]", "unit": "m/s^2"},
     },
-    "settings": {"model": "road_load"},
 }
 
 
-def validated(trip: str, shared_data: Path, folder: Path) -> Result:
+def validated(trip: str, shared_data: Path, folder: Path, **settings: Any) -> Result:
     log = shared_data / "bmw_i3" / f"{trip}.csv.gz"
     if not log.is_file():
         pytest.skip(f"the trip is not at {log}")
     path = folder / "validate.yaml"
-    path.write_text(yaml.safe_dump({**DESCRIPTION, "runs": [{"log": str(log)}]}), encoding="utf-8")
+    described = {**DESCRIPTION, "settings": {"model": "road_load", **settings}, "runs": [{"log": str(log)}]}
+    path.write_text(yaml.safe_dump(described), encoding="utf-8")
     return execute("validate", path).result
 
 
@@ -64,3 +65,13 @@ def test_one_of_several_answers_is_published_where_the_baseline_misses_the_trip(
     assert "one of 4 answers" in result.sentence
     assert 3.6 * result.fit.rms < 8.0
     assert any("3 other answers" in f.what for f in result.findings)
+
+
+def test_the_remedy_for_a_long_trip_gives_a_result(shared_data: Path, tmp_path: Path) -> None:
+    """Over 20 s windows, hills are named in one trip alone."""
+    with pytest.raises(RefusedResultError) as refused:
+        validated("TripA11", shared_data, tmp_path)
+    assert any("write 'windows: {length: 20 s}'" in f.remedy for f in refused.value.findings)
+    result = validated("TripA11", shared_data, tmp_path, windows={"length": "20 s"})
+    assert result.diagnosis is not None
+    assert result.diagnosis.extended == ("accelerometer_slope",)

@@ -17,6 +17,7 @@ from vdyn_cli.steps.validate.simulation import SimulationSetup
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
 SPARSE = 2.0  # s between samples
 BLOCK = 4.0  # s, of the means: shorter ones are noisy for a speed at 1 Hz, in longer ones the driver has corrected
+LONG = 100.0  # s, five windows of 20 s: over more, the simulated speed sums up hills and brakes that are not logged
 UNIT = "check the unit of time: milliseconds?"
 
 
@@ -122,6 +123,8 @@ def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: f
             "a force or a scale is missing or wrong: map grade and brake_torque, check road load, mass and gear_ratio; "
             "check also that torque and speed belong to one drive and one clock"
         )
+        if max(float(one.time[-1] - one.time[0]) for one in segments) > LONG:
+            remedy += ". For a trip on a public road, write 'windows: {length: 20 s}' under settings"
     else:
         remedy = f"check that torque and speed belong to one drive and one clock, then {remedy}"
     where = f", most of it from {times}" if several else ""

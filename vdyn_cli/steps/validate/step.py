@@ -27,7 +27,6 @@ STEP = Step(
     diagnosable=Diagnosable(
         metric=("speed", "m/s"),
         run="drive",
-        fewest_runs=2,
         shortest=SHORTEST,
         # Drives are along one road only if every drive states its direction.
         two_way=lambda spec: all(r.direction for r in spec.runs),
