@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 
 import numpy as np
 
@@ -248,12 +247,10 @@ def _floor(strategy: Strategy, projected: _Projected, system: LinearizedSystem, 
 
 def _sets(parts: Sequence[Part]) -> list[tuple[Part, ...]]:
     """Each part alone, and all places of one element together."""
-    found: list[tuple[Part, ...]] = [(p,) for p in parts]
-    for _, group in groupby(parts, key=lambda p: (p.group, p.coordinate)):
-        several = tuple(group)
-        if len(several) > 1:
-            found.append(several)
-    return found
+    elements: dict[tuple[str, str], list[Part]] = {}
+    for part in parts:
+        elements.setdefault((part.group, part.coordinate), []).append(part)
+    return [*((p,) for p in parts), *(tuple(places) for places in elements.values() if len(places) > 1)]
 
 
 def _regression(strategy: Strategy, problem: SimulatedProblem) -> Regression:
