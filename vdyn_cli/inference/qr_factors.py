@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import svd
 
 from vdyn_cli.quantities.arrays import Array
 
@@ -52,7 +53,10 @@ def orthonormal(columns: Array) -> Array:
     scaled = columns[:, size > 0] / size[size > 0]
     if not scaled.shape[1]:
         return np.zeros((len(columns), 0))
-    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    try:
+        u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    except np.linalg.LinAlgError:  # divide and conquer may fail for dependent columns; the QR iteration does not
+        u, s, _ = svd(scaled, full_matrices=False, lapack_driver="gesvd")
     return np.asarray(u[:, s > DEPENDENT * s[0]])
 
 
