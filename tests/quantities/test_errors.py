@@ -9,7 +9,9 @@ def test_findings_that_differ_in_numbers_alone_are_told_once() -> None:
     uneven = [Finding(f"slip_{i}.csv, column 'Time'", f"uneven clock: {80 + i} % of steps", "", "r") for i in range(5)]
     other = Finding("slip_1.csv, column 'Fx'", "clipped", "", "r")
     told = merge_similar([*uneven, other])
-    assert [f.where for f in told] == ["slip_0.csv and 4 more, column 'Time'", "slip_1.csv, column 'Fx'"]
+    assert [f.where for f in told] == ["slip_0.csv, similarly 4 more, column 'Time'", "slip_1.csv, column 'Fx'"]
+    equal = [Finding(f"slip_{i}.csv", "speed 73 km/h") for i in (0, 1, 1)]
+    assert [f.where for f in merge_similar(equal)] == ["slip_0.csv and 1 more"]
 
 
 def test_a_wrong_column_of_many_logs_is_told_once_with_their_names() -> None:

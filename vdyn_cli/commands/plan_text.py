@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from vdyn_cli.commands.note_lines import note_lines
 from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.text_columns import text_columns
 from vdyn_cli.io.files import write_together
@@ -41,17 +42,14 @@ def plan_lines(document: PlanDocument) -> Iterator[str]:
     """The text for a terminal, the conclusion first."""
     yield document.sentence
     channels = ", ".join(document.channels)
-    if document.parameters:
+    if any(p.value is not None for p in document.parameters):
         yield from _accuracy_lines(document, channels)
     else:
         yield f"\nChannels: {channels}"
     yield from _effect_lines(document)
     yield from _added_lines(document)
     yield from _assumed_lines(document)
-    notes = [f for f in document.findings if not f.minor]
-    if notes:
-        yield "\nNotes"
-        yield from (f"  {f.where}: {f.what}" + (f" ({f.got})" if f.got else "") for f in notes)
+    yield from note_lines(document.findings)
 
 
 def _accuracy_lines(document: PlanDocument, channels: str) -> Iterator[str]:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from vdyn_cli.commands.note_lines import note_lines
 from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.text_columns import text_columns
 from vdyn_cli.project.channel_sources import logged_channels
@@ -77,13 +78,7 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
         )
     if document.coasts is not None:
         yield from _coast_lines(document.coasts)
-    shown = [f for f in document.findings if f.doubt or not f.minor]
-    if shown:
-        yield "\nNotes"
-        for f in shown:
-            yield f"  {f.where}: {f.what}" + (f" (got {f.got})" if f.got else "")
-            if f.remedy:
-                yield f"      -> {f.remedy}"
+    yield from note_lines(document.findings)
 
 
 def _clock_row(clock: ClockEntry) -> tuple[str, ...]:

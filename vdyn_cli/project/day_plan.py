@@ -218,6 +218,8 @@ def _sentence(expected: _Expected, parameters: Sequence[PlannedParameter], runs:
     number = f"{runs} {name if runs == 1 else name + 's'}"
     lost = [p.name for p in parameters if not p.determined]
     source = "as in these logs" if basis == "logs" else "as planned"
+    if refused := expected.result.refused:
+        return f"{number} {source} give{'s' if runs == 1 else ''} no result: {refused[0].what}."
     verb = "determines" if runs == 1 else "determine"
     if lost:
         return f"{number} {source} {'does' if runs == 1 else 'do'} not determine {', '.join(lost)}."

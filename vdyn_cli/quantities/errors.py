@@ -136,13 +136,15 @@ def merge_lines(findings: Sequence[Finding], least: int) -> tuple[Finding, ...]:
 def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding, ...]:
     """Merge findings of several logs that differ only in numbers: the first log's finding, with the number of others.
 
+    ``a.csv and 7 more`` have the same numbers; ``a.csv, similarly 7 more`` have others than those that are stated.
+
     Parameters
     ----------
     findings : in the order in which they are reported.
     least : smallest number of similar findings that are merged.
     """
     groups: dict[tuple[str, str, str], list[Finding]] = {}
-    for found in findings:
+    for found in dict.fromkeys(findings):
         place = found.where.partition(", ")[2]
         groups.setdefault((place, re.sub(r"\d+(?:[.,]\d+)?", "#", found.what), found.remedy), []).append(found)
     merged: list[Finding] = []
@@ -153,7 +155,8 @@ def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding,
             continue
         if len(same) > 1:
             log = first.where.partition(", ")[0]
-            where = f"{log} and {len(same) - 1} more" + (f", {place}" if place else "")
+            others = " and" if all(f.what == first.what for f in same) else ", similarly"
+            where = f"{log}{others} {len(same) - 1} more" + (f", {place}" if place else "")
             first = replace(first, where=where)
         merged.append(first)
     return tuple(merged)
