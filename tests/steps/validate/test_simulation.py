@@ -13,7 +13,7 @@ from vdyn_cli.effects import catalogue
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate.problem import ValidateProblem
-from vdyn_cli.steps.validate.simulation import SHORTEST_STEP, SimulationSetup, with_accurate_step
+from vdyn_cli.steps.validate.simulation import SHORTEST_STEP, Car, SimulationSetup, with_accurate_step
 
 SIDES = ("shaft_stiffness_left", "shaft_stiffness_right")
 
@@ -25,25 +25,30 @@ def setup(root: Path, tmp_path_factory: pytest.TempPathFactory) -> SimulationSet
     return ValidateProblem(found.spec, tuple(log.between(0.0, 8.0) for log in found.data), found.known).baseline
 
 
-def stiffer(setup: SimulationSetup, times: float) -> SimulationSetup:
-    values = {n: v * times if n in SIDES else v for n, v in setup.prior.values.items()}
-    return replace(setup, step=0.002, prior=replace(setup.prior, values=values))
+@pytest.fixture(scope="module")
+def car(setup: SimulationSetup) -> Car:
+    return setup.point.car
 
 
-def test_a_car_is_followed_in_steps_of_two_milliseconds(setup: SimulationSetup) -> None:
-    assert setup.step == 0.002
-    assert with_accurate_step(setup) is setup
+def stiffer(car: Car, times: float) -> Car:
+    values = {n: v * times if n in SIDES else v for n, v in car.prior.values.items()}
+    return replace(car, step=0.002, prior=replace(car.prior, values=values))
+
+
+def test_a_car_is_followed_in_steps_of_two_milliseconds(car: Car) -> None:
+    assert car.step == 0.002
+    assert with_accurate_step(car) is car
 
 
 @pytest.mark.parametrize(("times", "step"), [(10.0, 0.002), (100.0, 0.001), (300.0, SHORTEST_STEP)])
-def test_much_stiffer_shafts_want_shorter_steps(setup: SimulationSetup, times: float, step: float) -> None:
+def test_much_stiffer_shafts_want_shorter_steps(car: Car, times: float, step: float) -> None:
     """With the longest steps the simulation would diverge."""
-    assert with_accurate_step(stiffer(setup, times)).step == step
+    assert with_accurate_step(stiffer(car, times)).step == step
 
 
-def test_shafts_that_no_step_can_follow_are_reported(setup: SimulationSetup) -> None:
+def test_shafts_that_no_step_can_follow_are_reported(car: Car) -> None:
     with pytest.raises(ResultError, match="not a finite number"):
-        with_accurate_step(stiffer(setup, 1000.0))
+        with_accurate_step(stiffer(car, 1000.0))
 
 
 def test_an_effect_added_to_a_drive_that_begins_in_motion_has_the_sensitivities_of_that_drive(

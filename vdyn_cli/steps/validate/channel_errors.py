@@ -60,4 +60,4 @@ def with_channel_errors(setup: SimulationSetup, covered: Collection[str] = ()) -
         for e, (mean, std) in known.items()
         for unit in [next(iter(e.unknowns.values())).unit]
     )
-    return replace(setup, effects=(*known, *setup.effects), extra=(*unknowns, *setup.extra))
+    return replace(setup, added=(*known, *setup.added), extra=(*unknowns, *setup.extra))

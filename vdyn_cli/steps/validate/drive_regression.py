@@ -114,11 +114,11 @@ def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSe
     """The setup with an unknown mean slope and unknown lags of torque and speed."""
     lag = Unknown("", 0.0, -1.0, 1.0, "s", (0.0, LAG_STD), nuisance=True, prior_stated=False)
     timings = (replace(lag, name=n) for e in APPARENT_LAGS for n in e.unknowns)
-    setup = replace(setup, effects=(*APPARENT_LAGS, *setup.effects), extra=(*timings, *setup.extra))
+    setup = replace(setup, added=(*APPARENT_LAGS, *setup.added), extra=(*timings, *setup.extra))
     if varies.slope <= 0:
         return setup
     slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True, prior_stated=False)
-    return replace(setup, effects=(MEAN_SLOPE, *setup.effects), extra=(*setup.extra, slope))
+    return replace(setup, added=(MEAN_SLOPE, *setup.added), extra=(*setup.extra, slope))
 
 
 def without_start(rows: Rows, start: int, columns: list[int]) -> Rows:

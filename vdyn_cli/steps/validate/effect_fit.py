@@ -23,7 +23,7 @@ from vdyn_cli.steps.validate.nondifferentiable import (
     profile_estimates,
 )
 from vdyn_cli.steps.validate.road_slope import SENSED_SLOPE
-from vdyn_cli.steps.validate.simulation import SimulationSetup
+from vdyn_cli.steps.validate.simulation import SimulationSetup, nondifferentiable
 
 PASSES = 4  # largest number of linearizations
 SETTLED = 0.1  # standard deviations by which the last pass may move an unknown
@@ -88,7 +88,7 @@ def fit_effects(
     }
     std = {**solution.std, **spreads}
     moved = max((move / std[n] for n, move in last.moves.items() if std[n] > 0.0), default=0.0)
-    return FittedEffects(replace(last.setup, at={}), solution, last.linearized, spreads, moved)
+    return FittedEffects(last.setup.begun_at({}), solution, last.linearized, spreads, moved)
 
 
 def size_beside_parameters(
@@ -147,7 +147,7 @@ def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup]
     amplitudes = {u.name: moves[u.name] for u in setup.extra}
     begun = setup.begun_at(solution.values) if setup.model.name == "vehicle" else setup
     after = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in setup.extra))
-    judged = moves if setup.nondifferentiable else amplitudes
+    judged = moves if nondifferentiable(setup.effects) else amplitudes
     relative = [m / solution.std[n] if solution.std[n] > 0.0 else np.inf for n, m in judged.items()]
     return _Pass(after, solution, system, amplitudes), max(relative)
 
@@ -161,4 +161,4 @@ def fitted(setup: SimulationSetup, solution: Solution) -> SimulationSetup:
     """
     moved = {n: solution.values[n] for n in setup.prior.names}
     prior = replace(setup.prior, values={**setup.prior.values, **moved})
-    return replace(setup, prior=prior, baseline=None, extended=None)
+    return setup.moved_to(replace(setup.point, car=replace(setup.point.car, prior=prior)))

@@ -20,7 +20,7 @@ from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import ResultError
-from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
+from vdyn_cli.steps.validate.simulation import Car, SimulatedSegment, SimulationSetup, added_at_zero, nondifferentiable
 from vdyn_cli.steps.validate.unknowns import TORQUE_ZERO
 from vdyn_cli.steps.validate.whitening import WhitenedDrives, whiten_drives
 
@@ -68,7 +68,7 @@ class DifferentiableReference:
 
     Parameters
     ----------
-    setup : the bare car, or the car with effects of unknown amplitudes; all except play are fitted.
+    setup : the known car, or the car with effects of unknown amplitudes; all except play are fitted.
     """
 
     setup: SimulationSetup
@@ -116,7 +116,7 @@ class DifferentiableReference:
         return sum(one.left for one in self.explained) > mean + NORMAL95 * float(np.sqrt(variance))
 
     def _drive(self, rows: Rows, start: Array) -> _Explained:
-        kept = [i for i, u in enumerate(self._unknowns) if u.name not in self.setup.nondifferentiable]
+        kept = [i for i, u in enumerate(self._unknowns) if u.name not in nondifferentiable(self.setup.effects)]
         known = prior_rows(self._unknowns, start)
         matrix = np.vstack([rows.jacobian, known[:, :-1]])[:, kept]
         scale = np.linalg.norm(matrix, axis=0)
@@ -153,18 +153,17 @@ class DifferentiableReference:
         return 0.5 * float(left @ left - np.sum((explained.basis.T @ left) ** 2) + off**2)
 
 
-def differentiable_reference(setup: SimulationSetup) -> DifferentiableReference:
+def differentiable_reference(car: Car) -> DifferentiableReference:
     """The car without play, neither as a candidate nor from an earlier step.
 
     Parameters
     ----------
-    setup : its parameters of play are set to zero; nothing else changes.
+    car : its parameters of play are set to zero; nothing else changes.
     """
-    bare = setup.bare
-    if bare.nondifferentiable_prior:
-        values = {**bare.prior.values, **dict.fromkeys(bare.nondifferentiable_prior, 0.0)}
-        bare = replace(bare, prior=replace(bare.prior, values=values), baseline=None, extended=None)
-    return DifferentiableReference(bare)
+    if car.known_play:
+        values = {**car.prior.values, **dict.fromkeys(car.known_play, 0.0)}
+        car = replace(car, prior=replace(car.prior, values=values))
+    return DifferentiableReference(car.at_prior)
 
 
 def with_best_zeros(setup: SimulationSetup, reference: DifferentiableReference) -> SimulationSetup:
@@ -175,11 +174,11 @@ def with_best_zeros(setup: SimulationSetup, reference: DifferentiableReference) 
     ResultError : the simulation is not finite.
     """
     sizes = {**setup.prior.values, **dict(zip(setup.vector.shared, setup.vector.theta.tolist(), strict=True))}
-    if not any(sizes.get(n) for n in setup.nondifferentiable) or not setup.sensors.input_zeros:
+    if not any(sizes.get(n) for n in nondifferentiable(setup.effects)) or not setup.sensors.input_zeros:
         return setup
-    if setup.torque_zeros and (setup.unextended is not None or not setup.extra):
+    if setup.point.torque_zeros and added_at_zero(setup):
         return setup  # the zeros were found before effects were added, which are still at zero amplitude
-    return replace(setup, torque_zeros=_zeros(reference, setup)[0], baseline=setup.bare)
+    return setup.moved_to(replace(setup.point, torque_zeros=_zeros(reference, setup)[0]))
 
 
 def likely_size(
@@ -257,7 +256,7 @@ def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference
     return {
         u.name: _profile_estimate(setup, reference, u)
         for u in setup.extra
-        if u.name in setup.nondifferentiable and u.start > 0.0
+        if u.name in nondifferentiable(setup.effects) and u.start > 0.0
     }
 
 
@@ -297,7 +296,8 @@ def _zeros(
     reference: DifferentiableReference, setup: SimulationSetup, few: bool = False
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The best zero of every segment, of all likely ones or (``few``) of the two farthest apart, and its cost."""
-    tried, explained = replace(setup, torque_zeros=()), reference.explained  # computed before threads need it
+    tried = setup.moved_to(replace(setup.point, torque_zeros=()))
+    explained = reference.explained  # computed before threads need it
 
     def best(run: int) -> tuple[float, float]:
         zeros = explained[run].zeros.tolist()

@@ -181,7 +181,9 @@ def _holding(
     for torque in (0.0, TEST_TORQUE):
         inputs = {**dict.fromkeys(setup.model.inputs, 0.0), "elapsed": WARM, "run_time": WARM, "drive_torque": torque}
         inputs = {n: inputs[n] for n in setup.model.inputs}
-        drive = Drive(np.array([0.0, INSTANT]), inputs, {"speed": speed}, setup.inputs.air(temperature), context)
+        drive = Drive(
+            np.array([0.0, INSTANT]), inputs, {"speed": speed}, setup.point.car.inputs.air(temperature), context
+        )
         one = simulator(drive, [solution.values[n] for n in names])
         seen.append((float(one.outputs["speed"][-1] - speed), one.sensitivities["speed"][-1]))
     (coasting, coast_slopes), (pulled, pull_slopes) = seen

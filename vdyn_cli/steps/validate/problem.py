@@ -56,7 +56,7 @@ from vdyn_cli.steps.validate.segments import (
     drive_segments,
 )
 from vdyn_cli.steps.validate.sensors import Sensors
-from vdyn_cli.steps.validate.simulation import SimulationSetup, rms_speed_error, with_accurate_step, with_secants
+from vdyn_cli.steps.validate.simulation import Car, SimulationSetup, rms_speed_error, with_accurate_step
 from vdyn_cli.steps.validate.slope_evidence import slope_reduction
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
@@ -173,13 +173,13 @@ class ValidateProblem(SimulatedProblem):
         )
         is_vehicle = s.model == "vehicle"
         step = s.step.value if s.step else LONGEST_STEP if is_vehicle else ROAD_LOAD_STEP
-        made = SimulationSetup(inputs, self.model, prior, sensors, step, carried_effects(self))
-        return with_accurate_step(made) if is_vehicle and not s.step else made
+        car = Car(inputs, self.model, prior, sensors, step, carried_effects(self))
+        return (with_accurate_step(car) if is_vehicle and not s.step else car).at_prior
 
     @cached_property
     def reference(self) -> DifferentiableReference:
         """The car without nondifferentiable effects (free play), with which their amplitudes are compared."""
-        return differentiable_reference(self.baseline)
+        return differentiable_reference(self.baseline.point.car)
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
@@ -240,7 +240,8 @@ class ValidateProblem(SimulatedProblem):
         full = DifferentiableReference(extended)
         if not full.misfit:  # the effects explain the drives without play
             return full.whitened.regression
-        return _whitened(self, with_secants(full.whitened.setup, _likely_secants(self, effects, unknowns)))
+        secants = _likely_secants(self, effects, unknowns)
+        return _whitened(self, replace(full.whitened.setup, secants=secants))
 
     def chord_regression(
         self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]

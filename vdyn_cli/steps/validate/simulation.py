@@ -55,8 +55,8 @@ class SimulatedSegment:
 
 
 @dataclass(frozen=True, eq=False)
-class SimulationSetup:
-    """Everything needed to simulate the drives; each simulation is computed once and kept.
+class Car:
+    """What all simulations of a validation share: the drives, and the car as far as it is known.
 
     Parameters
     ----------
@@ -64,15 +64,7 @@ class SimulationSetup:
     model : the full vehicle or the road load.
     prior : of the parameters. sensors : the compared channels, with unknown gains and zeros.
     step : s, the longest step of the integration, except for clock jitter (``JITTER``) and gaps (``GAP_FACTOR``).
-    effects, extra : corrections of the model's laws, and the unknowns of those whose amplitude is estimated.
-    at : start values of parameters that do not start at their prior mean.
-    torque_zeros : N m, start value of the drive torque's zero in each segment; empty: 0.
-    start_speeds : m/s, with which the simulation of each segment starts; empty: as measured.
-    baseline : the setup without ``extra``, ``at`` and ``torque_zeros``; None: created when needed.
-    extended : the setup to which the effects were added; its simulation is valid while their amplitudes are zero.
-    secants : amplitudes over which secants for nondifferentiable effects are taken; others: over a probe.
-    chord : whether the sensitivities to the parameters are those of the bare car, for a third of the cost: sufficient
-        for the first iterations of a fit (chord method).
+    effects : corrections of the model's laws whose amplitudes earlier steps estimated; the prior contains these.
     """
 
     inputs: DriveInputs
@@ -81,12 +73,56 @@ class SimulationSetup:
     sensors: Sensors
     step: float
     effects: tuple[Correction, ...] = ()
-    extra: tuple[Unknown, ...] = ()
+
+    @property
+    def known_play(self) -> tuple[str, ...]:
+        """The nondifferentiable amplitudes that earlier steps estimated as nonzero."""
+        return tuple(n for n in nondifferentiable(self.effects) if self.prior.values.get(n))
+
+    @cached_property
+    def at_prior(self) -> SimulationSetup:
+        """The car with the prior's parameters and without added effects."""
+        return StartPoint(self).without_effects
+
+
+@dataclass(frozen=True, eq=False)
+class StartPoint:
+    """The point at which a car is simulated and linearized.
+
+    Parameters
+    ----------
+    at : values of parameters that are not at their prior mean.
+    torque_zeros : N m, the drive torque's zero in each segment; empty: 0.
+    start_speeds : m/s, with which the simulation of each segment starts; empty: as measured.
+    """
+
+    car: Car
     at: Mapping[str, float] = field(default_factory=dict)
     torque_zeros: tuple[float, ...] = ()
     start_speeds: tuple[float, ...] = ()
-    baseline: SimulationSetup | None = None
-    extended: SimulationSetup | None = None
+
+    @cached_property
+    def without_effects(self) -> SimulationSetup:
+        """The car without added effects at this point; setups with effects share its simulation."""
+        return SimulationSetup(self)
+
+
+@dataclass(frozen=True, eq=False)
+class SimulationSetup:
+    """A car at one point, with added effects; its simulation is computed once and kept.
+
+    Parameters
+    ----------
+    point : the car and the point.
+    added, extra : effects with unknown amplitudes, and their unknowns.
+    secants : amplitudes over which secants for nondifferentiable effects are taken; others: over a probe.
+    chord : whether the sensitivities to the parameters are those of the car at its prior, for a third of the cost:
+        sufficient for the first iterations of a fit (chord method).
+    """
+
+    point: StartPoint
+    added: tuple[Correction, ...] = ()
+    extra: tuple[Unknown, ...] = ()
     secants: Mapping[str, float] = field(default_factory=dict)
     chord: bool = False
 
@@ -94,66 +130,48 @@ class SimulationSetup:
         """The setup with further effects in the model."""
         if not effects and not unknowns:
             return self
-        added = (*self.effects, *effects)
-        return replace(self, effects=added, extra=tuple(unknowns), baseline=self.bare, extended=self)
+        return replace(self, added=(*self.added, *effects), extra=(*self.extra, *unknowns))
+
+    def moved_to(self, point: StartPoint) -> SimulationSetup:
+        """The setup at another point."""
+        return replace(self, point=point) if self.added or self.extra else point.without_effects
 
     def begun_at(self, values: Mapping[str, float]) -> SimulationSetup:
         """The setup with its parameters starting at these values, within 5 standard deviations of the prior."""
-        return replace(self, at=clipped_to_prior(self.prior, values), baseline=self.bare)
+        return self.moved_to(replace(self.point, at=clipped_to_prior(self.prior, values)))
+
+    @property
+    def model(self) -> Model:
+        """The full vehicle or the road load."""
+        return self.point.car.model
+
+    @property
+    def prior(self) -> ParameterPrior:
+        """The prior of the parameters."""
+        return self.point.car.prior
+
+    @property
+    def sensors(self) -> Sensors:
+        """The compared channels."""
+        return self.point.car.sensors
 
     @property
     def segments(self) -> tuple[DriveSegment, ...]:
         """The segments, each simulated without interruption."""
-        return self.inputs.segments
+        return self.point.car.inputs.segments
+
+    @property
+    def effects(self) -> tuple[Correction, ...]:
+        """All effects in the model."""
+        return (*self.point.car.effects, *self.added)
 
     @cached_property
     def vector(self) -> UnknownVector:
         """The order, start values and priors of the unknowns."""
-        starts = tuple(s.start for s in self.segments)
+        starts, point = tuple(s.start for s in self.segments), self.point
         return UnknownVector(
-            self.prior, self.sensors, self.extra, self.at, self.torque_zeros, starts, self.start_speeds
+            self.prior, self.sensors, self.extra, point.at, point.torque_zeros, starts, point.start_speeds
         )
-
-    @property
-    def nondifferentiable(self) -> tuple[str, ...]:
-        """Amplitudes of effects without a derivative at zero (free play)."""
-        return tuple(next(iter(e.unknowns)) for e in self.effects if e.probes)
-
-    @property
-    def nondifferentiable_prior(self) -> tuple[str, ...]:
-        """The nondifferentiable amplitudes that earlier steps estimated as nonzero."""
-        return tuple(n for n in self.nondifferentiable if self.prior.values.get(n))
-
-    @cached_property
-    def bare(self) -> SimulationSetup:
-        """The vehicle at its prior without added effects; for a mass on a road, which is cheap, the setup itself."""
-        if self.model.name != "vehicle" or not (self.extra or self.at or self.torque_zeros):
-            return self
-        return self.baseline or replace(
-            self, effects=self._unadded, extra=(), at={}, torque_zeros=(), start_speeds=(), baseline=None, extended=None
-        )
-
-    @property
-    def _unadded(self) -> tuple[Correction, ...]:
-        """Effects with known amplitudes."""
-        added = {u.name for u in self.extra}
-        return tuple(e for e in self.effects if not added & set(e.unknowns))
-
-    @cached_property
-    def unextended(self) -> SimulationSetup | None:
-        """For the full vehicle, the setup without the added effects if their amplitudes start at zero; else None.
-
-        Its simulation is the same, so that only the sensitivities to the effects have to be added.
-        """
-        shapes = {n for e in self.effects for n in e.nominal}
-        zero = all(u.start == 0.0 for u in self.extra if u.name not in shapes)
-        if not self.extra or not zero or self.model.name != "vehicle":
-            return None
-        known = self.extended
-        mine = self.at, self.torque_zeros, self.start_speeds
-        if known is not None and (known.at, known.torque_zeros, known.start_speeds) == mine:
-            return known
-        return replace(self, effects=self._unadded, extra=(), baseline=self.bare, extended=None)
 
     @cached_property
     def simulator(self) -> Simulator:
@@ -173,30 +191,24 @@ class SimulationSetup:
         ------
         ResultError : the simulation is not finite.
         """
-        if self.unextended is None and self.chord:
-            assert self.bare.first  # both are computed before threads need them
+        if self.model.name == "vehicle" and self.extra and added_at_zero(self):
+            return _with_added_sensitivities(self)
+        if self.chord:
+            assert self.point.car.at_prior.first  # both are computed before threads need them
             assert self.chord_simulator.outputs
             return self.each(lambda k: _first_by_chord(self, k))
-        if self.unextended is None:
-            return self.each(lambda k: self.simulate(k, self.vector.start(k)))
-        before, at = self.unextended.first, len(self.unextended.vector.shared)
-        return tuple(
-            SimulatedSegment(
-                o.values, {n: np.hstack([s[:, :at], new[n], s[:, at:]]) for n, s in o.sensitivities.items()}
-            )
-            for o, new in zip(before, _added_sensitivities(self), strict=True)
-        )
+        return self.each(lambda k: self.simulate(k, self.vector.start(k)))
 
     @cached_property
     def perturbed(self) -> tuple[Mapping[str, Array], ...]:
         """Change of the outputs of every segment by additional noise of the torque sensor's level.
 
-        Always of the bare car, so that fits with different effects have the same weights.
+        For a full vehicle always of the car at its prior, so that fits with different effects have the same weights.
         """
-        bare = self.bare
-        if bare is not self:
-            return bare.perturbed
-        assert self.inputs.perturbed_drives  # computed before threads need them
+        car = self.point.car
+        if self.model.name == "vehicle" and self is not car.at_prior:
+            return car.at_prior.perturbed
+        assert self.point.car.inputs.perturbed_drives  # computed before threads need them
         seen = self.each(lambda k: self.simulate(k, self.vector.start(k), slopes=False, perturbed=True))
         return tuple({n: a.values[n] - b.values[n] for n in b.values} for a, b in zip(seen, self.first, strict=True))
 
@@ -207,7 +219,7 @@ class SimulationSetup:
         if workers < 2:
             return tuple(work(k) for k in range(count))
         order = sorted(range(count), key=lambda k: -self.segments[k].time.size)
-        assert self.inputs.drives  # computed before threads need them
+        assert self.point.car.inputs.drives  # computed before threads need them
         with ThreadPoolExecutor(workers) as pool:
             done = dict(zip(order, pool.map(work, order), strict=True))
         return tuple(done[k] for k in range(count))
@@ -224,7 +236,8 @@ class SimulationSetup:
         ------
         ResultError : the simulation is not finite.
         """
-        drive = (self.inputs.perturbed_drives if perturbed else self.inputs.drives)[segment]
+        inputs = self.point.car.inputs
+        drive = (inputs.perturbed_drives if perturbed else inputs.drives)[segment]
         seen = self.simulator(drive, theta[self.vector.simulated], sensitivities=slopes)
         values, derivatives = ideal_readings(seen)
         if not slopes:
@@ -234,12 +247,23 @@ class SimulationSetup:
         return _read(self, values, steady, others, theta)
 
 
+def nondifferentiable(effects: Sequence[Correction]) -> tuple[str, ...]:
+    """Amplitudes of effects without a derivative at zero (free play)."""
+    return tuple(next(iter(e.unknowns)) for e in effects if e.probes)
+
+
+def added_at_zero(setup: SimulationSetup) -> bool:
+    """Whether the added effects start at zero amplitude, where they change sensitivities only."""
+    shapes = {n for e in setup.added for n in e.nominal}
+    return all(u.start == 0.0 for u in setup.extra if u.name not in shapes)
+
+
 def _first_by_chord(setup: SimulationSetup, segment: int) -> SimulatedSegment:
     theta, k = setup.vector.start(segment), len(setup.prior.names)
-    seen = setup.chord_simulator(setup.inputs.drives[segment], theta[setup.vector.simulated][k:])
+    seen = setup.chord_simulator(setup.point.car.inputs.drives[segment], theta[setup.vector.simulated][k:])
     values, derivatives = ideal_readings(seen)
-    bare = {n: d[:, :k] for n, d in setup.bare.first[segment].sensitivities.items()}
-    return _read(setup, values, bare, derivatives, theta)
+    known = {n: d[:, :k] for n, d in setup.point.car.at_prior.first[segment].sensitivities.items()}
+    return _read(setup, values, known, derivatives, theta)
 
 
 def _read(
@@ -268,9 +292,9 @@ def _whole_simulator(setup: SimulationSetup, shared: tuple[str, ...]) -> Simulat
 
 
 def _simulator(setup: SimulationSetup, unknowns: tuple[str, ...], effects: tuple[Correction, ...]) -> Simulator:
-    values = {**setup.prior.values, **setup.at, "wind_variance": 0.0}
+    values = {**setup.prior.values, **setup.point.at, "wind_variance": 0.0}
     own = {n: values[n] for n in (*setup.model.parameters, *setup.prior.names)}
-    dense = max(_substeps(s.time, setup.step) for s in setup.segments)
+    dense = max(_substeps(s.time, setup.point.car.step) for s in setup.segments)
     return Simulator(setup.model, own, unknowns, effects, dense)
 
 
@@ -297,7 +321,7 @@ def with_read_starts(setup: SimulationSetup) -> SimulationSetup:
         off, slope = measured - o.values["speed"][0], o.sensitivities["speed"][0, place]
         agree &= bool(abs(off) < max(std, SAME_READING))
         speeds.append(setup.vector.first_speed(k) + (off / slope if slope > LEAST_SLOPE else 0.0))
-    return setup if agree else replace(setup, start_speeds=tuple(speeds))
+    return setup if agree else setup.moved_to(replace(setup.point, start_speeds=tuple(speeds)))
 
 
 def rms_speed_error(setup: SimulationSetup) -> float:
@@ -328,21 +352,21 @@ def rms_speed_error(setup: SimulationSetup) -> float:
     return float(np.sqrt(sum(s for s, _ in found) / sum(n for _, n in found)))
 
 
-def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
-    """The setup with its step halved until half a step changes no channel by ``COARSE`` of its range.
+def with_accurate_step(car: Car) -> Car:
+    """The car with its step halved until half a step changes no channel by ``COARSE`` of its range.
 
     Raises
     ------
     ResultError : the simulation is not finite in the shortest of them.
     """
-    half = replace(setup, step=setup.step / 2)
+    half, setup = replace(car, step=car.step / 2), car.at_prior
     last = half.step < SHORTEST_STEP
 
     def error(segment: int) -> float:
         """Largest change of a compared channel by half the step, as a share of its range."""
         start = setup.vector.start(segment)[setup.vector.simulated]
-        errors = setup.simulator.step_error(setup.inputs.drives[segment], start)
-        return max(errors[n] for n in setup.sensors.channels)
+        errors = setup.simulator.step_error(car.inputs.drives[segment], start)
+        return max(errors[n] for n in car.sensors.channels)
 
     try:
         worst = max(setup.each(error))
@@ -350,46 +374,25 @@ def with_accurate_step(setup: SimulationSetup) -> SimulationSetup:
         if last:
             raise
         return with_accurate_step(half)
-    return setup if last or worst < COARSE else with_accurate_step(half)
+    return car if last or worst < COARSE else with_accurate_step(half)
 
 
-def _added_sensitivities(setup: SimulationSetup) -> tuple[Mapping[str, Array], ...]:
-    """The sensitivities of every segment to the unknowns of effects; secants for nondifferentiable ones."""
-    secant = _secant(setup)
+def _with_added_sensitivities(setup: SimulationSetup) -> tuple[SimulatedSegment, ...]:
+    """The simulation without added effects, with sensitivities (nondifferentiable: secants) to their unknowns."""
+    before, secant = setup.point.without_effects, _secant(setup)
+    seen, place = before.first, len(before.vector.shared)
 
-    def added(segment: int) -> dict[str, Array]:
-        without, slopes = ideal_readings(secant.adding(secant.drive(segment), secant.start))
+    def segment(k: int) -> SimulatedSegment:
+        without, added = ideal_readings(secant.adding(secant.drive(k), secant.start))
         for i in secant.sizes:
-            for n, column in secant.column(segment, i, without).items():
-                slopes[n][:, i] = column
-        return slopes
+            for n, column in secant.column(k, i, without).items():
+                added[n][:, i] = column
+        slopes = seen[k].sensitivities
+        return SimulatedSegment(
+            seen[k].values, {n: np.hstack([s[:, :place], added[n], s[:, place:]]) for n, s in slopes.items()}
+        )
 
-    return setup.each(added)
-
-
-def with_secants(setup: SimulationSetup, secants: Mapping[str, float]) -> SimulationSetup:
-    """The setup whose secants for nondifferentiable effects are taken over these amplitudes."""
-    made, seen = replace(setup, secants=secants), setup.first
-    # The simulations stay valid. Away from zero amplitude no sensitivity is a secant.
-    vars(made)["first"] = seen if setup.unextended is None else _with_other_secants(made, seen)
-    return made
-
-
-def _with_other_secants(setup: SimulationSetup, seen: Sequence[SimulatedSegment]) -> tuple[SimulatedSegment, ...]:
-    """The simulated segments ``seen`` with secants recomputed over the amplitudes of ``setup``."""
-    assert setup.unextended is not None
-    secant, at = _secant(setup), len(setup.unextended.vector.shared)
-
-    def changed(segment: int) -> SimulatedSegment:
-        outcome = seen[segment]
-        without = ideal_readings(secant.adding(secant.drive(segment), secant.start, sensitivities=False))[0]
-        slopes = {n: d.copy() for n, d in outcome.sensitivities.items()}
-        for i in secant.sizes:
-            for n, column in secant.column(segment, i, without).items():
-                slopes[n][:, at + i] = column
-        return SimulatedSegment(outcome.values, slopes)
-
-    return setup.each(changed)
+    return setup.each(segment)
 
 
 @dataclass(frozen=True, eq=False)
@@ -410,7 +413,7 @@ class _Secant:
     def drive(self, segment: int) -> Drive:
         """The inputs of one segment."""
         begun = {"speed": self.setup.vector.first_speed(segment)}
-        return replace(self.setup.inputs.drives[segment], start=begun)
+        return replace(self.setup.point.car.inputs.drives[segment], start=begun)
 
     def column(self, segment: int, index: int, without: Mapping[str, Array]) -> dict[str, Array]:
         """The secant of every channel, each (n,), over its readings ``without`` the effect."""

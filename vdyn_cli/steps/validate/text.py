@@ -113,7 +113,7 @@ def methods(v: Validation) -> str:
     force = " and specific force" if "acceleration" in channels else ""
     text = (
         f"The {setup.model.name} is simulated open loop from the measured start (Runge-Kutta, steps of at most "
-        f"{1e3 * setup.step:g} ms), driven by the measured torque alone. "
+        f"{1e3 * setup.point.car.step:g} ms), driven by the measured torque alone. "
         "Exact sensitivities to every uncertain parameter, with their covariance from the steps that estimated them, "
         "give the band of the parameters. Gusts and wind move the speed of the car and of all wheels alike; their "
         f"standard deviations come from the residual of speed{force} by restricted maximum likelihood with the "

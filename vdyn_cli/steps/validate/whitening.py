@@ -198,7 +198,7 @@ def whiten_drives(setup: SimulationSetup, averaged: bool = False, steady_apart: 
     levels = tuple(_torque_level(s) for s in setup.segments)
     sizes = _noise_sizes(setup, layouts, levels)
     # With free play, the instants of impacts are too uncertain to fit the oscillation that follows.
-    oscillating = averaged and not setup.nondifferentiable_prior
+    oscillating = averaged and not setup.point.car.known_play
     whitenings = []
     for k, (s, p, level) in enumerate(zip(setup.segments, layouts, levels, strict=True)):
         slow = noise.slow_noise(s, p, p.bins, values, level)
@@ -207,7 +207,7 @@ def whiten_drives(setup: SimulationSetup, averaged: bool = False, steady_apart: 
         factor = np.asarray(np.linalg.cholesky(covariance + RIDGE * np.eye(slow.push.size)))
         steady = np.array([sizes[n] * response for n, response in lasting.items()]).reshape(-1, slow.push.size).T
         sample = p.fast({n: v[:, None] for n, v in perturbed[k].items()})[:, :, 0]
-        torques = setup.inputs.torques[k].denoised.values
+        torques = setup.point.car.inputs.torques[k].denoised.values
         oscillation = shaft_oscillation(s, p, torques, perturbed[k], level) if oscillating else None
         whitenings.append(
             SegmentWhitening(p, level, factor, prewhitener(sample, lags), oscillation, caution, steady, tuple(lasting))
