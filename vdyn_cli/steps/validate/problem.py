@@ -33,6 +33,7 @@ from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
 from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse, refuse_sparse
 from vdyn_cli.steps.validate.input_torque import DriveInputs
+from vdyn_cli.steps.validate.integration_step import with_accurate_step
 from vdyn_cli.steps.validate.nondifferentiable import (
     DifferentiableReference,
     differentiable_reference,
@@ -56,9 +57,10 @@ from vdyn_cli.steps.validate.segments import (
     drive_segments,
 )
 from vdyn_cli.steps.validate.sensors import Sensors
-from vdyn_cli.steps.validate.simulation import Car, SimulationSetup, rms_speed_error, with_accurate_step
+from vdyn_cli.steps.validate.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.slope_evidence import slope_reduction
 from vdyn_cli.steps.validate.spec import ValidateSpec
+from vdyn_cli.steps.validate.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
 from vdyn_cli.steps.validate.whole_drives import is_cut, whole_drives

@@ -18,7 +18,6 @@ from vdyn_cli.engine.model_builder import Correction, Law, Number, Signals
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.validate.input_torque import DriveInputs
 from vdyn_cli.steps.validate.prior import ParameterPrior, clipped_to_prior
@@ -29,10 +28,6 @@ from vdyn_cli.steps.validate.unknowns import START, TORQUE_ZERO, UnknownVector
 T = TypeVar("T")
 
 GAP_FACTOR = 3.0  # by which the longest step may exceed ``step`` where a clock has gaps
-COARSE = 1e-3  # share of a channel's range by which half the step may change it
-SHORTEST_STEP = 0.0005  # s, the shortest step that is tried for that reason
-SAME_READING = 0.02  # m/s, difference of two readings of a start speed that is negligible
-LEAST_SLOPE = 1e-3  # derivative of a reading to the speed, below which the reading does not determine the speed
 JITTER = 1.05  # by which the jitter of a clock may exceed the step
 
 
@@ -303,78 +298,6 @@ def _substeps(time: Array, step: float) -> int:
     steps = np.diff(time)
     longest = max(float(np.median(steps)), float(steps.max()) / GAP_FACTOR)
     return max(1, int(np.ceil(longest / step / JITTER)))
-
-
-def with_read_starts(setup: SimulationSetup) -> SimulationSetup:
-    """The setup whose simulated speed sensor reads the measured speed at the first sample of each segment.
-
-    One Newton step per segment, V0 = V + (measured - reading) / (d reading / dV): exact for a sensor's gain.
-    Unchanged if all readings agree already, for example without effects in the model.
-
-    Raises
-    ------
-    ResultError : the simulation is not finite.
-    """
-    speeds, agree, place = [], True, len(setup.vector.shared)
-    for k, o in enumerate(setup.first):
-        measured, std = setup.vector.start_speed(k)
-        off, slope = measured - o.values["speed"][0], o.sensitivities["speed"][0, place]
-        agree &= bool(abs(off) < max(std, SAME_READING))
-        speeds.append(setup.vector.first_speed(k) + (off / slope if slope > LEAST_SLOPE else 0.0))
-    return setup if agree else setup.moved_to(replace(setup.point, start_speeds=tuple(speeds)))
-
-
-def rms_speed_error(setup: SimulationSetup) -> float:
-    """Rms error of the speed, m/s, at the start values; each segment starts where its sensor reads the measured speed.
-
-    A nonzero start speed is scaled by measured over read speed, which is exact for a sensor's gain. For the full
-    vehicle, which is expensive to simulate, only the first segment is used.
-
-    Raises
-    ------
-    ResultError : a simulation is not finite.
-    """
-    place = len(setup.vector.shared)
-
-    def squares(k: int) -> tuple[float, int]:
-        theta, measured = setup.vector.start(k), setup.segments[k].outputs["speed"]
-        speed = setup.simulate(k, theta, slopes=False).values["speed"]
-        if theta[place] > 0.0 < speed[0] and abs(theta[place] - speed[0]) > SAME_READING:
-            theta[place] *= theta[place] / speed[0]
-            speed = setup.simulate(k, theta, slopes=False).values["speed"]
-        error = (speed - measured)[np.isfinite(measured)]
-        return float(error @ error), error.size
-
-    if setup.model.name == "vehicle":
-        found: tuple[tuple[float, int], ...] = (squares(0),)
-    else:
-        found = setup.each(squares)
-    return float(np.sqrt(sum(s for s, _ in found) / sum(n for _, n in found)))
-
-
-def with_accurate_step(car: Car) -> Car:
-    """The car with its step halved until half a step changes no channel by ``COARSE`` of its range.
-
-    Raises
-    ------
-    ResultError : the simulation is not finite in the shortest of them.
-    """
-    half, setup = replace(car, step=car.step / 2), car.at_prior
-    last = half.step < SHORTEST_STEP
-
-    def error(segment: int) -> float:
-        """Largest change of a compared channel by half the step, as a share of its range."""
-        start = setup.vector.start(segment)[setup.vector.simulated]
-        errors = setup.simulator.step_error(car.inputs.drives[segment], start)
-        return max(errors[n] for n in car.sensors.channels)
-
-    try:
-        worst = max(setup.each(error))
-    except ResultError:
-        if last:
-            raise
-        return with_accurate_step(half)
-    return car if last or worst < COARSE else with_accurate_step(half)
 
 
 def _with_added_sensitivities(setup: SimulationSetup) -> tuple[SimulatedSegment, ...]:

@@ -17,7 +17,8 @@ from vdyn_cli.steps.validate.input_torque import LEAST_TORQUE, TORQUES
 from vdyn_cli.steps.validate.residual_rows import FINEST, Prewhitener, RowLayout, prewhitener, row_layout
 from vdyn_cli.steps.validate.segments import DriveSegment
 from vdyn_cli.steps.validate.shaft_oscillation import ShaftOscillation, shaft_oscillation
-from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup, with_read_starts
+from vdyn_cli.steps.validate.simulation import SimulatedSegment, SimulationSetup
+from vdyn_cli.steps.validate.start_speeds import with_read_starts
 
 FINE_LAGS, AVERAGED_LAGS = 10, 2  # number of fast rows from which the noise of the torque sensor is predicted
 AVERAGING = 0.25  # s, length of a fast row that averages over oscillations of the half-shafts
