@@ -52,8 +52,8 @@ def test_blocks_keep_all_products_of_the_rows_and_priors() -> None:
 
 
 def test_runs_keep_all_products_once_their_own_unknowns_are_eliminated() -> None:
-    linear = linear_of(Campaign(2, runs=5, priors={"bend": (-1.0, 0.5)}))
-    made = linearized_system(linear, "run")
+    linear = linear_of(Campaign(2, runs=POLICY.runs_as_units, priors={"bend": (-1.0, 0.5)}))
+    made = linearized_system(linear)
     columns, y = whole(linear)
     s = len(linear.regression.shared)
     basis = np.linalg.qr(columns[:, s:])[0]
@@ -119,9 +119,7 @@ def test_whole_runs_hold_the_rows_of_their_blocks() -> None:
 
 
 def test_equal_runs_are_worth_as_many_and_a_single_strong_one_hardly_more_than_one() -> None:
-    assert linearized_system(linear_of(Campaign(9, runs=20, own=False)), "run").effective_units == pytest.approx(
-        20, rel=0.05
-    )
+    assert linearized_system(linear_of(Campaign(9, runs=20, own=False))).effective_units == pytest.approx(20, rel=0.05)
     regression = Regression(
         (Unknown("a", 0.0),),
         tuple("abcdefgh"),
@@ -129,7 +127,7 @@ def test_equal_runs_are_worth_as_many_and_a_single_strong_one_hardly_more_than_o
             theta[0] * np.ones(30) * (100 if k == 0 else 1), np.full((30, 1), 100.0 if k == 0 else 1.0)
         ),
     )
-    assert linearized_system(linearize(regression, {}, {}), "run").effective_units == pytest.approx(1.0, abs=0.01)
+    assert linearized_system(linearize(regression, {}, {})).by_run().effective_units == pytest.approx(1.0, abs=0.01)
 
 
 def test_what_is_not_finite_is_refused() -> None:

@@ -18,14 +18,14 @@ SHAPE = [f"shape_{k + 1}" for k in range(PROFILE)]
 CAUSES: Mapping[str, Sequence[str]] = {"slope": ["slope"], "wave": ["wave"], "step": ["step"], "shape": SHAPE}
 
 
-def system_of(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind: str = "auto") -> LinearizedSystem:
+def system_of(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES) -> LinearizedSystem:
     extra = [Unknown(n, 0.0) for names in causes.values() for n in names]
     own = {"start": np.zeros(campaign.runs)} if campaign.own else {}
-    return linearized_system(linearize(campaign.regression(extra), {}, own), kind)  # type: ignore[arg-type]
+    return linearized_system(linearize(campaign.regression(extra), {}, own))
 
 
-def seen(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES, kind: str = "auto") -> Scores:
-    return scores(system_of(campaign, causes, kind), list(BASE), causes)
+def seen(campaign: Campaign, causes: Mapping[str, Sequence[str]] = CAUSES) -> Scores:
+    return scores(system_of(campaign, causes), list(BASE), causes)
 
 
 def left_over(made: LinearizedSystem, names: Sequence[str]) -> float:
@@ -39,7 +39,8 @@ def left_over(made: LinearizedSystem, names: Sequence[str]) -> float:
 
 @pytest.mark.parametrize(("runs", "kind"), [(4, "block"), (20, "run")])
 def test_the_statistic_is_the_classical_one(runs: int, kind: str) -> None:
-    made = system_of(Campaign(1, runs=runs, hidden={"slope": 0.3, "wave": 0.2}), kind=kind)
+    made = system_of(Campaign(1, runs=runs, hidden={"slope": 0.3, "wave": 0.2}))
+    assert made.kind == kind
     found = scores(made, list(BASE), CAUSES)
     base = left_over(made, list(BASE))
     for name, unknowns in CAUSES.items():
@@ -141,7 +142,7 @@ def test_every_pattern_of_signs_is_tried_where_they_are_few() -> None:
 @pytest.mark.parametrize("name", ["slope", "shape"])
 def test_flips_are_those_of_effective_traces_projected_again(name: str) -> None:
     """T(g)^2 is the classical statistic of the sensitivity with flipped units, projected again on the baseline."""
-    made = system_of(Campaign(9, runs=9, own=False, hidden={"slope": 0.15}), kind="run")
+    made = system_of(Campaign(9, runs=9, own=False, hidden={"slope": 0.15})).by_run()
     found = scores(made, list(BASE), CAUSES)
     basis = np.linalg.qr(made.of(list(BASE)))[0]
 
@@ -168,7 +169,8 @@ def test_the_strongest_of_many_is_judged_among_all() -> None:
 
 
 def test_the_smallest_p_that_signs_can_give() -> None:
-    few = seen(Campaign(11, runs=5, own=False, hidden={"wave": 10.0}), kind="run")
+    whole = system_of(Campaign(11, runs=5, own=False, hidden={"wave": 10.0})).by_run()
+    few = scores(whole, list(BASE), CAUSES)
     assert few.smallest_p() == 1 / 2**4
     assert few.p_value(["wave"]) == pytest.approx(1 / 2**4)
     assert seen(Campaign(11, runs=20, hidden={"slope": 10.0})).p_value() == pytest.approx(1 / (POLICY.sign_draws + 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.detection import Detection, detect
@@ -12,29 +13,35 @@ from vdyn_cli.diagnosis.effect_unknowns import bounds_of, is_scale
 from vdyn_cli.diagnosis.fits_alone import FitsAlone, best_of, fits_alone, is_hopeless
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel, FullModel, full_model, with_open_range
 from vdyn_cli.diagnosis.held_out_gain import rms_of
-from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
-from vdyn_cli.diagnosis.nested_fits import NestedFits
+from vdyn_cli.diagnosis.nested_fits import KnownFits, NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.relinearization import Relinearization, with_unbounded_scales
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.contract import NO_VALUES
 
 
-@dataclass
+@dataclass(frozen=True)
 class LinearizedStrategy:
-    """Linear fits about one point, whose error grows with the square of the step from that point."""
+    """Linear fits about one point, whose error grows with the square of the step from that point.
+
+    Parameters
+    ----------
+    relinearization : the fits about other points, which strategies of one setup share.
+    known : fits from elsewhere.
+    refuted : candidates without a fit, since their fit on their own linearization is no answer.
+    """
 
     model: FullModel
     relinearization: Relinearization
-    _fits: NestedFits = field(init=False)
-    _predictions: dict[object, FittedModel] = field(default_factory=dict, init=False)
-    _refuted: tuple[str, ...] = field(default=(), init=False)  # candidates whose own exact fit is no answer
+    known: KnownFits = field(default_factory=dict)
+    refuted: frozenset[str] = frozenset()
 
-    def __post_init__(self) -> None:
-        self._fits = NestedFits(self.model)
+    @cached_property
+    def _fits(self) -> NestedFits:
+        return NestedFits(self.model, known={**self.known, **{(n,): None for n in self.refuted}})
 
     @property
     def base(self) -> FittedModel:
@@ -68,23 +75,12 @@ class LinearizedStrategy:
         every = tuple(sorted({*fitted.effects, *effects}))
         zero = {n: 0.0 for e in every for n in self.model.amplitudes(e)}
         point = {**zero, **values, **self.prior_values}
-        key = every, tuple(effects), tuple(sorted(fitted.values.items())), tuple(sorted(point.items()))
-        if key not in self._predictions:
-            try:
-                alone = self.relinearization.alone(every, fitted.values, chord=True)
-                runs = linearize(alone, point, initial_values(alone))
-            except (ResultError, ArithmeticError):
-                return None
-            self._predictions[key] = FittedModel(tuple(effects), fitted.solution, runs, linearized_system(runs))
-        return self._predictions[key]
+        seen = self.relinearization.predicted(every, fitted.values, point)
+        return FittedModel(tuple(effects), fitted.solution, *seen) if seen else None
 
     def with_open_range(self) -> LinearizedStrategy:
         """See Strategy. The point of linearization stays; relinearized fits stay within the plausible range."""
-        wide = LinearizedStrategy(with_open_range(self.model), self.relinearization)
-        wide._fits.keep((), self.base)
-        for name in self._refuted:
-            wide._fits.keep((name,), None)
-        return wide
+        return replace(self, model=with_open_range(self.model), known={(): self.base})
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """None: nondifferentiable effects are linearized about their likely amplitude."""
@@ -108,7 +104,7 @@ class LinearizedStrategy:
         kept = {n for n in found.testable if self.relinearization.nondifferentiable((n,))}
         seen = detect(there, there.base)
         if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in alone.items())):
-            self._keep_own_fits(local, strongest, alone)
+            there = self._with_own_fits(local, strongest, alone)
             # About a large scale, ``reachable_t`` is wrong for the others: candidates with a fit stay testable.
             kept |= {n for n, fit in alone.items() if fit is not None}
         testable = tuple(n for n in found.scores.names if n in kept or n in seen.testable)
@@ -124,8 +120,8 @@ class LinearizedStrategy:
             for n in self.model.amplitudes(name)
         )
 
-    def _keep_own_fits(self, local: LinearizedStrategy, strongest: str, alone: FitsAlone) -> None:
-        """Fit every other large candidate on its own linearization: that about ``strongest`` is too far away.
+    def _with_own_fits(self, local: LinearizedStrategy, strongest: str, alone: FitsAlone) -> LinearizedStrategy:
+        """Every other large candidate fitted on its own linearization: ``local``, about ``strongest``, is too far away.
 
         No answer, and left without a fit, are candidates whose best fit misses the main channel by far more than the
         best one does, and those that leave much of the misfit where ``strongest`` leaves almost none.
@@ -135,6 +131,8 @@ class LinearizedStrategy:
         answer = candidate_model(local, (strongest,))
         almost_all = answer is not None and (answer.sufficient or answer.nearly_sufficient)
         best = made.get(strongest) if almost_all else None
+        known: dict[tuple[str, ...], FittedModel | None] = {n: local.fitted(n) for n in ((), (strongest,))}
+        refuted = set[str]()
         for name in alone:
             if name == strongest or self.relinearization.nondifferentiable((name,)):
                 continue
@@ -142,9 +140,10 @@ class LinearizedStrategy:
             if fit and rms_of(fit.runs) < POLICY.far_worse * least and not (best and is_hopeless(self, fit, best)):
                 there = self._linearized_about(fit)
                 own = there.fitted((name,)) if there else None
-            local._fits.keep((name,), _weighted_like(own, local.model.regression) if own else None)
+            known[(name,)] = _weighted_like(own, local.model.regression) if own else None
             if fit and not own:
-                local._refuted += (name,)
+                refuted.add(name)
+        return replace(local, known=known, refuted=frozenset(refuted))
 
     def _relinearized_about(self, effect: str) -> LinearizedStrategy:
         """The strategy relinearized about the effect's amplitude until that settles.
@@ -157,7 +156,7 @@ class LinearizedStrategy:
             fitted = local.fitted((effect,))
             if local is self:
                 fitted = self.relinearization.from_values((effect,), fitted.values if fitted else NO_VALUES) or fitted
-            if fitted is None or (before and _has_settled(fitted.solution, before)):
+            if fitted is None or (before and fitted.solution.move_from(before) < POLICY.settled_std):
                 break
             again = self._linearized_about(fitted)
             if again is None:
@@ -189,11 +188,11 @@ class LinearizedStrategy:
         """The strategy linearized at a fit's values; None where the linearization or the baseline's fit fails."""
         names = (*self.model.base, *(n for e in fit.effects for n in self.model.amplitudes(e)))
         try:
-            there = open_linearized(self.model.setup, {n: fit.values[n] for n in names if n in fit.values})
+            model = _linearized_model(self.model.setup, {n: fit.values[n] for n in names if n in fit.values})
+            there = LinearizedStrategy(model, self.relinearization)
             there.fitted(())
         except (ResultError, ArithmeticError):
             return None
-        there.relinearization = self.relinearization  # its fits do not depend on the point
         return there
 
 
@@ -209,19 +208,19 @@ def _leaves_range(setup: DiagnosisSetup, fitted: FittedModel) -> bool:
     return any(not low < fitted.values[n] < high for n, (low, high) in bounds.items())
 
 
-def open_linearized(setup: DiagnosisSetup, about: Mapping[str, float] = NO_VALUES) -> LinearizedStrategy:
-    """The linearized strategy of a setup.
-
-    Parameters
-    ----------
-    about : point of linearization: amplitudes of effects (the others are zero) and values of the baseline's own
-        unknowns. Without it, the baseline's fit.
+def open_linearized(setup: DiagnosisSetup) -> LinearizedStrategy:
+    """The linearized strategy of a setup, about the baseline's fit.
 
     Raises
     ------
     ResultError : the baseline itself cannot be fitted.
     """
-    point = about or _baseline_values(setup)
+    model = _linearized_model(setup, _baseline_values(setup))
+    return LinearizedStrategy(model, Relinearization(setup, model.base))
+
+
+def _linearized_model(setup: DiagnosisSetup, point: Mapping[str, float]) -> FullModel:
+    """The full model linearized about values of the baseline's unknowns and amplitudes of effects; unlisted: zero."""
 
     def regression(effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
         added = {u.name for u in unknowns}
@@ -229,8 +228,7 @@ def open_linearized(setup: DiagnosisSetup, about: Mapping[str, float] = NO_VALUE
         return linearized(setup.regression(effects, unknowns, start=own))
 
     model = full_model(setup, regression, point)
-    model = replace(model, regression=with_unbounded_scales(model.regression, setup))
-    return LinearizedStrategy(model, Relinearization(setup, model.base))
+    return replace(model, regression=with_unbounded_scales(model.regression, setup))
 
 
 def _baseline_values(setup: DiagnosisSetup) -> Mapping[str, float]:
@@ -238,13 +236,8 @@ def _baseline_values(setup: DiagnosisSetup) -> Mapping[str, float]:
     values: Mapping[str, float] = NO_VALUES
     for _ in range(1 + POLICY.linearizations * setup.nondifferentiable):
         found = solve(linearized(setup.regression((), (), start=values)), tolerance=LEAST_STEP, unconverged=True)
-        settled = values and _has_settled(found, values)
+        settled = values and found.move_from(values) < POLICY.settled_std
         values = found.values
         if settled:
             break
     return values
-
-
-def _has_settled(solution: Solution, before: Mapping[str, float]) -> bool:
-    """Whether a fit moves these values by a small share of their standard deviations."""
-    return all(abs(solution.values[n] - v) < POLICY.settled_std * solution.std[n] for n, v in before.items())

@@ -180,17 +180,14 @@ class LinearizedSystem:
         return LinearizedSystem(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")
 
 
-def linearized_system(linear: LinearizedRuns, kind: Literal["auto", "run", "block"] = "auto") -> LinearizedSystem:
+def linearized_system(linear: LinearizedRuns) -> LinearizedSystem:
     """Cut the rows into units and compress each to its QR factor; every prior is one unit.
 
-    Parameters
-    ----------
-    kind : the unit; "auto" takes runs from ``runs_as_units`` of them on. With runs, their own unknowns are eliminated.
+    The units are the runs from ``runs_as_units`` of them on, with their own unknowns eliminated; else blocks of time.
     """
     regression = linear.regression
     runs = len(regression.runs)
-    if kind == "auto":
-        kind = "run" if runs >= POLICY.runs_as_units else "block"
+    kind: Literal["run", "block"] = "run" if runs >= POLICY.runs_as_units else "block"
     s, m = len(regression.shared), len(regression.own)
     names = [u.name for u in regression.shared]
     if kind == "block":

@@ -15,6 +15,7 @@ from vdyn_cli.quantities.errors import ResultError
 
 MOST_ITERATIONS = 200  # of a fit: it ends where it converges, and this bounds its cost
 PROFILE_ITERATIONS = 25  # of a free profile: a fit that has not converged by then does not suffice anyway
+KnownFits = Mapping[tuple[str, ...], FittedModel | None]  # by sorted effects; None: they cannot be fitted
 
 
 @dataclass
@@ -25,12 +26,17 @@ class NestedFits:
     ----------
     starts : (regression, effects, whether their shapes are free) -> the regression with further starts.
     secants : effects in the model -> by unknown without a slope at zero, the amplitude of its secant.
+    known : fits from elsewhere.
     """
 
     model: FullModel
     starts: Callable[[Regression, Sequence[str], bool], Iterable[Regression]] = lambda regression, effects, free: ()
     secants: Callable[[Sequence[str]], Mapping[str, float]] = lambda effects: {}
-    _made: dict[tuple[str, ...], FittedModel | None] = field(default_factory=dict)
+    known: KnownFits = field(default_factory=dict)
+    _made: dict[tuple[str, ...], FittedModel | None] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._made = dict(self.known)
 
     @property
     def base(self) -> FittedModel:
@@ -51,10 +57,6 @@ class NestedFits:
             self._made[key] = self._fit(key)
         return self._made[key]
 
-    def keep(self, effects: Sequence[str], fitted: FittedModel | None) -> None:
-        """Store this fit for these effects; None: they cannot be fitted."""
-        self._made[tuple(sorted(effects))] = fitted
-
     def _fit(self, effects: tuple[str, ...]) -> FittedModel | None:
         try:
             solution = self._solved(effects)
@@ -72,8 +74,8 @@ class NestedFits:
         effects. Shapes are freed from the best fit with nominal shapes.
         """
         full = self.model.regression
-        known = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]
-        before = min(known, key=lambda f: f.solution.cost, default=None)
+        subsets = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]
+        before = min(subsets, key=lambda f: f.solution.cost, default=None)
         others = [e for e in effects if before is None or e not in before.effects]
         shapes = {n for e in effects for n in self.model.freed(e) if n not in self.model.amplitudes(e)}
         free = self.model.held(effects)

@@ -4,25 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from vdyn_cli.diagnosis.detection import Detection
 from vdyn_cli.diagnosis.effect_unknowns import amplitudes_of, shapes_of, started_at
 from vdyn_cli.diagnosis.full_model import FittedModel, FullModel, with_open_range
-from vdyn_cli.diagnosis.nested_fits import NestedFits
+from vdyn_cli.diagnosis.nested_fits import KnownFits, NestedFits
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.inference import Regression
 from vdyn_cli.steps.contract import NO_VALUES
 
 
-@dataclass
+@dataclass(frozen=True)
 class RefitStrategy:
-    """Nonlinear fits, from several starts for effects whose slope at zero amplitude is zero or misleading."""
+    """Nonlinear fits, from several starts for effects whose slope at zero amplitude is zero or misleading.
+
+    Parameters
+    ----------
+    known : fits from elsewhere.
+    """
 
     model: FullModel
-    _fits: NestedFits = field(init=False)
+    known: KnownFits = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        self._fits = NestedFits(self.model, self._starts, self.secants)
+    @cached_property
+    def _fits(self) -> NestedFits:
+        return NestedFits(self.model, self._starts, self.secants, self.known)
 
     @property
     def base(self) -> FittedModel:
@@ -53,9 +60,7 @@ class RefitStrategy:
 
     def with_open_range(self) -> RefitStrategy:
         """See Strategy."""
-        wide = RefitStrategy(with_open_range(self.model))
-        wide._fits.keep((), self.base)
-        return wide
+        return RefitStrategy(with_open_range(self.model), {(): self.base})
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """The middle probe of each nondifferentiable effect that is not in the model."""

@@ -18,7 +18,13 @@ from vdyn_cli.diagnosis.effect_unknowns import (
     unknowns_of,
 )
 from vdyn_cli.diagnosis.full_model import LEAST_STEP, FittedModel
-from vdyn_cli.diagnosis.linearized_system import linearize, linearized_system
+from vdyn_cli.diagnosis.linearized_system import (
+    LinearizedRuns,
+    LinearizedSystem,
+    initial_values,
+    linearize,
+    linearized_system,
+)
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown, solve
@@ -44,6 +50,7 @@ class Relinearization:
     likely: dict[str, tuple[float, float] | None] = field(default_factory=dict)
     _fits: dict[tuple[str, ...], FittedModel] = field(default_factory=dict)
     _last: dict[tuple[object, ...], Regression] = field(default_factory=dict)
+    _predictions: dict[tuple[object, ...], tuple[LinearizedRuns, LinearizedSystem]] = field(default_factory=dict)
 
     def of(self, fitted: FittedModel) -> FittedModel:
         """The fit, relinearized about its own amplitudes; unchanged where that fails.
@@ -153,6 +160,23 @@ class Relinearization:
             self._last = {key: _without_covered(regression(every, extra, start=start), every)}
         return self._last[key]
 
+    def predicted(
+        self, effects: tuple[str, ...], about: Mapping[str, float], point: Mapping[str, float]
+    ) -> tuple[LinearizedRuns, LinearizedSystem] | None:
+        """The runs simulated at ``point`` with these effects, weighted by the noise ``about`` a fit's values.
+
+        None where the model has no finite value.
+        """
+        key = effects, *(tuple(sorted(values.items())) for values in (about, point))
+        if key not in self._predictions:
+            try:
+                alone = self.alone(effects, about, chord=True)
+                runs = linearize(alone, point, initial_values(alone))
+            except (ResultError, ArithmeticError):
+                return None
+            self._predictions[key] = runs, linearized_system(runs)
+        return self._predictions[key]
+
     def _until_settled(
         self, effects: tuple[str, ...], about: Mapping[str, float], stop: Stop | None
     ) -> tuple[FittedModel, bool]:
@@ -173,8 +197,8 @@ class Relinearization:
         chord = not self.setup.far_off  # far off, the sensitivities differ too much for a chord iteration
         for _ in range(POLICY.most_linearizations):
             fit = self._once(effects, point, chord)
-            values, std = fit.values, fit.solution.std
-            if all(abs(values[n] - point.get(n, 0.0)) < POLICY.settled_std * std[n] for n in owner):
+            values = fit.values
+            if fit.solution.move_from({n: point.get(n, 0.0) for n in owner}) < POLICY.settled_std:
                 if not chord:
                     break
                 chord = False

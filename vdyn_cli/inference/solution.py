@@ -72,6 +72,10 @@ class Solution:
         matrix = self.covariance / np.where(size > 0, np.outer(size, size), 1.0)
         return {a: {b: float(matrix[i, j]) for j, b in enumerate(self.names)} for i, a in enumerate(self.names)}
 
+    def move_from(self, before: Mapping[str, float]) -> float:
+        """Largest change of these values by the fit, in standard deviations; infinite where one with none changes."""
+        return max((_ratio(abs(self.values[n] - at), self.std[n]) for n, at in before.items()), default=0.0)
+
     @property
     def classical_std(self) -> dict[str, float]:
         """Standard errors under the assumption that all rows are independent."""
@@ -95,3 +99,7 @@ class Solution:
                 raise KeyError(f"not among the shared unknowns: {', '.join(unknown)}")
             return np.array([float(gradient.get(n, 0.0)) for n in self.names])
         return np.asarray(gradient, dtype=float)
+
+
+def _ratio(move: float, std: float) -> float:
+    return move / std if std > 0.0 else np.inf if move > 0.0 else 0.0

@@ -131,8 +131,7 @@ def fit_road_load(
         regression, old = before
         regression = reweighted(regression, old.values, old.per_run)
         new = solve(regression, tolerance=CONVERGED)
-        moves = (abs(new.values[n] - old.values[n]) / max(new.std[n], 1e-300) for n in new.names)
-        return (regression, new), max(moves)
+        return (regression, new), new.move_from(old.values)
 
     try:
         first = regression, solve(regression, tolerance=CONVERGED)

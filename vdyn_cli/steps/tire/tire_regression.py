@@ -94,8 +94,7 @@ class TireFit:
         def step(last: _Projected) -> tuple[_Projected, float]:
             at, _ = last
             solution = solve(self.regression(at))
-            moved = max(abs(solution.values[n] - at[n]) / solution.std[n] for n in solution.names)
-            return (solution.values, solution), moved
+            return (solution.values, solution), solution.move_from({n: at[n] for n in solution.names})
 
         first: _Projected = (start, None)
         settled = until_settled(step, first, ROUNDS, SETTLED)

@@ -148,8 +148,7 @@ def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup]
     begun = setup.begun_at(solution.values) if setup.model.name == "vehicle" else setup
     after = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in setup.extra))
     judged = moves if nondifferentiable(setup.effects) else amplitudes
-    relative = [m / solution.std[n] if solution.std[n] > 0.0 else np.inf for n, m in judged.items()]
-    return _Pass(after, solution, system, amplitudes), max(relative)
+    return _Pass(after, solution, system, amplitudes), solution.move_from({n: start[n] for n in judged})
 
 
 def fitted(setup: SimulationSetup, solution: Solution) -> SimulationSetup:
