@@ -30,7 +30,6 @@ DOORS = {
     "pint": {"quantities"},
     "casadi": {"engine"},
     "llvmlite": {"engine"},
-    "matplotlib": {"report"},
     "jinja2": {"report"},
     "yaml": {"description"},
     "typer": {"cli"},
