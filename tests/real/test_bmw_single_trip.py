@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
-from vdyn_cli.project.execute import RefusedResultError, execute
+from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.result import Result
 
 pytestmark = pytest.mark.slow  # diagnoses of 4 to 9 s
@@ -67,11 +67,10 @@ def test_one_of_several_answers_is_published_where_the_baseline_misses_the_trip(
     assert any("3 other answers" in f.what for f in result.findings)
 
 
-def test_the_remedy_for_a_long_trip_gives_a_result(shared_data: Path, tmp_path: Path) -> None:
-    """Over 20 s windows, hills are named in one trip alone."""
-    with pytest.raises(RefusedResultError) as refused:
-        validated("TripA11", shared_data, tmp_path)
-    assert any("write 'windows: {length: 20 s}'" in f.remedy for f in refused.value.findings)
-    result = validated("TripA11", shared_data, tmp_path, windows={"length": "20 s"})
+def test_windows_answer_for_a_long_trip_that_is_missed_as_a_whole(shared_data: Path, tmp_path: Path) -> None:
+    """Over 20 s windows, hills are named in one trip alone; the result states that it holds for windows only."""
+    result = validated("TripA11", shared_data, tmp_path)
     assert result.diagnosis is not None
     assert result.diagnosis.extended == ("accelerometer_slope",)
+    assert "This holds for windows with drive torque only" in result.sentence
+    assert any("no result for the whole drive" in w for w in result.fit.warnings)

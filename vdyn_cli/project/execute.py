@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -99,7 +100,27 @@ def _estimated(step: Step, inputs: Inputs, level: float | None) -> tuple[Result,
     prepared = PreparedStep(step, inputs.spec, inputs.known, problem)
     if level is not None:
         refuse_unknown(prepared)
-    found = published(problem)
+    answer = _answered(prepared, inputs, level)
+    if step.diagnosable is None or not answer[1].refused:
+        return answer
+    with suppress(InputError, ResultError):  # no data for a narrower question, or a simulation that is not finite
+        if narrower := step.diagnosable.narrower(problem):
+            other = _answered(replace(prepared, spec=narrower[0], problem=narrower[1]), inputs, level)
+            return answer if other[1].refused else (other[0], _in_place_of(answer[1], other[1], step.diagnosable.run))
+    return answer
+
+
+def _in_place_of(refused: Result, narrower: Result, run: str) -> Result:
+    """The result of the narrower question, with a warning that states why the wider one has none."""
+    first, verdict = refused.refused[0], refused.diagnosis
+    what = f"no result for the whole {run}: {first.what}" + (f". {verdict.sentence.rstrip('.')}" if verdict else "")
+    warning = replace(first, what=what, doubt=True)
+    return replace(narrower, findings=(warning, *narrower.findings))
+
+
+def _answered(prepared: PreparedStep, inputs: Inputs, level: float | None) -> tuple[Result, Result]:
+    """The baseline and the diagnosed result of a prepared step."""
+    step, found = prepared.step, published(prepared.problem)
     result = found.refused(step.name) if isinstance(found, Failure) else found
     result = replace(result, findings=(*result.findings, *simulated_gain_findings(result.comparisons)))
     if level is None:

@@ -291,6 +291,8 @@ class Diagnosable:
     fewest_runs : below which an effect cannot be separated from chance.
     shortest : s, duration of the longest run below which effects are collinear.
     two_way : (spec) -> whether effects that change sign with the direction of driving need runs in both directions.
+    narrower : (problem) -> description and problem of a narrower question, which is answered where this one has no
+        result; None if there is none.
     carries : whether the effects that earlier steps accepted are in its model, and are not candidates again.
     linearized : (spec) -> whether the model is so expensive to simulate that its regression is linearized once.
     """
@@ -301,6 +303,7 @@ class Diagnosable:
     shortest: float = 0.0
     two_way: Callable[[Any], bool] = lambda spec: False
     linearized: Callable[[Any], bool] = lambda spec: False
+    narrower: Callable[[Any], tuple[TestSpec, SimulatedProblem] | None] = lambda problem: None
     carries: bool = False
 
 

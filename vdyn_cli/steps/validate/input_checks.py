@@ -109,6 +109,13 @@ def torque_correlation(segments: Sequence[DriveSegment]) -> float:
     return float(rate @ torque) / size if size > 0 else float("nan")
 
 
+def is_long_trip(segments: Sequence[DriveSegment]) -> bool:
+    """Whether a drive is longer than ``LONG``, and in every drive the acceleration follows the torque."""
+    drives = [[s for s in segments if s.log == log] for log in dict.fromkeys(s.log for s in segments)]
+    own = all(torque_correlation(one) > STEP_POLICY.own_torque for one in drives)
+    return own and max(one[-1].time[-1] - one[0].time[0] for one in drives) > LONG
+
+
 def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float) -> Finding:
     """The finding on a drive of these segments; ``worst`` is the one with the largest error."""
     several = len(segments) > 1
@@ -123,8 +130,6 @@ def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: f
             "a force or a scale is missing or wrong: map grade and brake_torque, check road load, mass and gear_ratio; "
             "check also that torque and speed belong to one drive and one clock"
         )
-        if max(float(one.time[-1] - one.time[0]) for one in segments) > LONG:
-            remedy += ". For a trip on a public road, write 'windows: {length: 20 s}' under settings"
     else:
         remedy = f"check that torque and speed belong to one drive and one clock, then {remedy}"
     where = f", most of it from {times}" if several else ""

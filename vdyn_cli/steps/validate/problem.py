@@ -31,7 +31,14 @@ from vdyn_cli.steps.validate.channel_errors import with_channel_errors
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
-from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse, refuse_sparse
+from vdyn_cli.steps.validate.input_checks import (
+    LONGEST_STEP,
+    beyond_band,
+    is_long_trip,
+    missed_drives,
+    refuse_coarse,
+    refuse_sparse,
+)
 from vdyn_cli.steps.validate.input_torque import DriveInputs
 from vdyn_cli.steps.validate.integration_step import with_accurate_step
 from vdyn_cli.steps.validate.nondifferentiable import (
@@ -59,7 +66,7 @@ from vdyn_cli.steps.validate.segments import (
 from vdyn_cli.steps.validate.sensors import Sensors
 from vdyn_cli.steps.validate.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.slope_evidence import slope_reduction
-from vdyn_cli.steps.validate.spec import ValidateSpec
+from vdyn_cli.steps.validate.spec import ValidateSpec, WindowSettings
 from vdyn_cli.steps.validate.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -80,6 +87,7 @@ class ValidateProblem(SimulatedProblem):
     ----------
     spec : the description. logs : of its runs, in their order. known : parameters from other steps and the vehicle.
     level : whether roads from accelerometers and elevations are ignored.
+    missed : rms error of the speed over the whole drives that the windows replace, m/s; 0 if they replace none.
 
     Notes
     -----
@@ -92,6 +100,7 @@ class ValidateProblem(SimulatedProblem):
     logs: tuple[Log, ...]
     known: Parameters
     level: bool = False
+    missed: float = 0.0
     _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
     _likely: dict[str, tuple[float, float]] = field(default_factory=dict, init=False, repr=False)
 
@@ -278,7 +287,7 @@ class ValidateProblem(SimulatedProblem):
         # The bands are shown without fitted zeros of the drive torque, since the baseline has none.
         zeroed = with_best_zeros(setup, self.reference)
         after = posterior(whitened if zeroed is setup else whiten_drives(zeroed))
-        validation = Validation(whitened, shown, found, tests, chance, after, road)
+        validation = Validation(whitened, shown, found, tests, chance, after, road, self.missed)
         missed = () if self.spec.settings.windows else missed_drives(whitened.setup)
         if missed and beyond_band(found):
             raise UnpublishedError(missed, result(self.spec, self.logs, validation, amplitudes, findings))
@@ -303,6 +312,15 @@ class ValidateProblem(SimulatedProblem):
 
 def _timed(model: Model) -> Model:
     return replace(model, context=(*model.context, RUN_START))
+
+
+def powered_windows(problem: ValidateProblem) -> tuple[ValidateSpec, ValidateProblem] | None:
+    """Powered windows instead of the long drives of a problem, if the car follows its torque in every drive."""
+    s = problem.spec.settings
+    if s.windows or not is_long_trip(problem.baseline.segments):
+        return None
+    spec = problem.spec.model_copy(update={"settings": s.model_copy(update={"windows": WindowSettings()})})
+    return spec, replace(problem, spec=spec, missed=rms_speed_error(problem.baseline))
 
 
 def on_open_road(problem: ValidateProblem) -> bool:

@@ -51,7 +51,9 @@ def result(
         ends = window_ends(v.shown, names)
         shown.insert(0, tables.window_table(ends))
         numbers["windows"] = _window_document(ends)
-        said = text.windows_sentence(ends)
+        said = text.windows_sentence(ends) + text.replaced_drives(v.missed)
+        if v.missed:
+            numbers["whole_drives"] = {"rms": v.missed, "unit": "m/s"}
     if v.road is not None:
         shown[1:1] = tables.road_tables(v.road)
         drawn.insert(0, figures.road_figure(v.road))

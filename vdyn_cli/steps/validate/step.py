@@ -5,7 +5,7 @@ from __future__ import annotations
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
-from vdyn_cli.steps.validate.problem import ValidateProblem
+from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows
 from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
@@ -31,6 +31,7 @@ STEP = Step(
         # Drives are along one road only if every drive states its direction.
         two_way=lambda spec: all(r.direction for r in spec.runs),
         linearized=lambda spec: True,
+        narrower=powered_windows,
         carries=True,
     ),
 )

@@ -75,6 +75,16 @@ def windows_sentence(found: WindowEnds) -> str:
     return f"{error}: {'more' if beyond else 'no more'} than its parameters' uncertainty explains."
 
 
+def replaced_drives(missed: float) -> str:
+    """What windows do not answer, where they replace drives with this rms error of the speed, m/s; empty for 0."""
+    if not missed:
+        return ""
+    return (
+        f" This holds for windows with drive torque only: over the whole drives the simulated speed is off by "
+        f"{3.6 * missed:.1f} km/h rms, which no candidate effect explains, and coasting and braking are not tested."
+    )
+
+
 def warnings(v: Validation) -> tuple[str, ...]:
     """Outputs outside their band, and parameters that the drives contradict."""
     made = [

@@ -29,6 +29,7 @@ class Validation:
     bands : for each segment, the band of every output. tests : by output, the test of the time outside its band.
     chance : p value of the worst output, adjusted for their number. posterior : of the parameters.
     road : findings of an extended model about open roads, else None.
+    missed : rms error of the speed over the whole drives that the windows replace, m/s; 0 if they replace none.
     """
 
     whitened: WhitenedDrives
@@ -38,6 +39,7 @@ class Validation:
     chance: float
     posterior: Posterior
     road: RoadFindings | None
+    missed: float = 0.0
 
     @property
     def prior(self) -> ParameterPrior:
