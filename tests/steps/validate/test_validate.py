@@ -25,8 +25,8 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.contract import UnpublishedError
+from vdyn_cli.steps.validate.carried_effects import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.noise import DEPARTURE
-from vdyn_cli.steps.validate.problem import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSettings
 from vdyn_cli.steps.validate.whitening import whiten_drives
@@ -192,8 +192,8 @@ def test_a_law_that_an_earlier_step_learned_is_simulated(root: Path, tmp_path: P
     extended = replace(found.known, extensions={LEARNED: sizes}, laws={LEARNED: law})
     plain = prepared(found).baseline
     problem = prepared(replace(found, known=extended))
-    assert [e.name for e in carried_effects(problem)] == [LEARNED]
-    assert not dropped_effects(problem)
+    assert [e.name for e in carried_effects(problem.model, problem.known)] == [LEARNED]
+    assert not dropped_effects(problem.model, problem.known)
     without, with_it = (t.first[0].values["speed"] for t in (plain, problem.baseline))
     assert np.max(without - with_it) > 0.05
 
@@ -203,7 +203,7 @@ def test_an_effect_of_an_earlier_step_that_the_model_cannot_take_is_reported(roo
     size = Estimate(0.4, 0.02, (0.36, 0.44), "N", "of another test", "bump")
     extensions = {"suspension_friction": {"suspension_friction": size}, "seal_drag": {"seal_drag": size}}
     problem = prepared(replace(found, known=replace(found.known, extensions=extensions)))
-    dropped = dropped_effects(problem)
+    dropped = dropped_effects(problem.model, problem.known)
     assert [f.where for f in dropped] == ["extensions.suspension_friction", "extensions.seal_drag"]
     assert "its law is not in this model" in dropped[0].what
     assert "no such effect is installed" in dropped[1].what

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
-import numpy as np
-
-from vdyn_cli.effects import Effect, catalogue
-from vdyn_cli.engine.applicable import applicable
+from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
@@ -24,10 +20,11 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedErro
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.learned_effect import learned_effects
 from vdyn_cli.steps.run_starts import run_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.carried_effects import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.channel_errors import with_channel_errors
+from vdyn_cli.steps.validate.compared_channels import compared_sensors, has_two_motors
 from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
@@ -41,6 +38,7 @@ from vdyn_cli.steps.validate.input_checks import (
 )
 from vdyn_cli.steps.validate.input_torque import DriveInputs
 from vdyn_cli.steps.validate.integration_step import with_accurate_step
+from vdyn_cli.steps.validate.likely_play import likely_secants, tried_from_zero
 from vdyn_cli.steps.validate.nondifferentiable import (
     DifferentiableReference,
     differentiable_reference,
@@ -55,7 +53,6 @@ from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, with_accepted_effects
 from vdyn_cli.steps.validate.result import result
 from vdyn_cli.steps.validate.segments import (
-    OUTPUTS,
     RUN_START,
     SLOWEST,
     DriveSegment,
@@ -86,7 +83,7 @@ class ValidateProblem(SimulatedProblem):
     Parameters
     ----------
     spec : the description. logs : of its runs, in their order. known : parameters from other steps and the vehicle.
-    level : whether roads from accelerometers and elevations are ignored.
+    given_roads : in place of those that accelerometers and elevations show.
     missed : rms error of the speed over the whole drives that the windows replace, m/s; 0 if they replace none.
 
     Notes
@@ -99,7 +96,7 @@ class ValidateProblem(SimulatedProblem):
     spec: ValidateSpec
     logs: tuple[Log, ...]
     known: Parameters
-    level: bool = False
+    given_roads: DriveRoads | None = None
     missed: float = 0.0
     _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
     _likely: dict[str, tuple[float, float]] = field(default_factory=dict, init=False, repr=False)
@@ -112,14 +109,14 @@ class ValidateProblem(SimulatedProblem):
         often because of hills) if these roads explain part of the error beside errors of load and torque.
         """
         s = self.spec.settings
-        if self.level or s.model != "road_load":
-            return DriveRoads()
+        if self.given_roads is not None or s.model != "road_load":
+            return self.given_roads or DriveRoads()
         if s.windows:
             return shown_roads(self.logs, elevations=False) if s.windows.powered else DriveRoads()
-        found, flat = shown_roads(self.logs), replace(self, level=True)
-        if not found.inputs or not missed_drives(flat.baseline, STEP_POLICY.hills_error):
+        found, stated = shown_roads(self.logs), replace(self, given_roads=DriveRoads())
+        if not found.inputs or not missed_drives(stated.baseline, STEP_POLICY.hills_error):
             return DriveRoads()
-        less = {n: slope_reduction(flat.baseline, self.logs, found.slopes(n)) for n in found.inputs}
+        less = {n: slope_reduction(stated.baseline, self.logs, found.slopes(n)) for n in found.inputs}
         return found.only([n for n, reduction in less.items() if reduction > STEP_POLICY.hills_gain])
 
     @cached_property
@@ -139,7 +136,7 @@ class ValidateProblem(SimulatedProblem):
             for r, start in zip(self.spec.runs, run_starts(self.spec.runs, self.logs), strict=True)
         ]
         logs = self.logs
-        if _two_motors(self.spec, self.logs):  # the sum of both is at the half-shafts, not at the driveline's input
+        if has_two_motors(self.spec, self.logs):  # the sum of both is at the half-shafts, not at the driveline's input
             logs = tuple(
                 replace(g, channels={n: v for n, v in g.channels.items() if n != "drive_torque"}) for g in logs
             )
@@ -154,16 +151,18 @@ class ValidateProblem(SimulatedProblem):
             sensed, elevated = bool(self.roads.sensed), bool(self.roads.elevated)
             compared = "acceleration" in _sensors(self).channels
             return _timed(road_load("torque", sensed=sensed, elevated=elevated, specific_force=compared))
-        if _two_motors(self.spec, self.logs) and s.differential == "locked":
+        if has_two_motors(self.spec, self.logs) and s.differential == "locked":
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
-        two = _two_motors(self.spec, self.logs)
+        two = has_two_motors(self.spec, self.logs)
         return _timed(vehicle(s.driven, "sides" if two else "axle", differential=s.differential))
 
     @cached_property
     def prior(self) -> ParameterPrior:
         """The prior of the model's parameters and of the amplitudes of effects from earlier steps."""
-        sizes = {n: e for one in carried_effects(self) for n, e in self.known.extensions[one.name].items()}
+        sizes = {
+            n: e for one in carried_effects(self.model, self.known) for n, e in self.known.extensions[one.name].items()
+        }
         return with_accepted_effects(parameter_prior(self.known, self.model.parameters), sizes)
 
     @cached_property
@@ -184,7 +183,7 @@ class ValidateProblem(SimulatedProblem):
         )
         is_vehicle = s.model == "vehicle"
         step = s.step.value if s.step else LONGEST_STEP if is_vehicle else ROAD_LOAD_STEP
-        car = Car(inputs, self.model, prior, sensors, step, carried_effects(self))
+        car = Car(inputs, self.model, prior, sensors, step, carried_effects(self.model, self.known))
         return (with_accurate_step(car) if is_vehicle and not s.step else car).at_prior
 
     @cached_property
@@ -246,12 +245,12 @@ class ValidateProblem(SimulatedProblem):
         """
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
         extended = base.with_effects(effects, unknowns)
-        if not _tried_from_zero(effects, unknowns):
+        if not tried_from_zero(effects, unknowns):
             return _whitened(self, extended)
         full = DifferentiableReference(extended)
         if not full.misfit:  # the effects explain the drives without play
             return full.whitened.regression
-        secants = _likely_secants(self, effects, unknowns)
+        secants = likely_secants(effects, unknowns, self.likely_size)
         return _whitened(self, replace(full.whitened.setup, secants=secants))
 
     def chord_regression(
@@ -271,7 +270,7 @@ class ValidateProblem(SimulatedProblem):
         UnpublishedError : the simulation misses whole drives; the error contains the result with its figures.
         """
         setup = self.baseline.with_effects(effects, unknowns)
-        findings, amplitudes, fit, road = [*dropped_effects(self), *self.segmented[1]], {}, None, None
+        findings, amplitudes, fit, road = [*dropped_effects(self.model, self.known), *self.segmented[1]], {}, None, None
         if unknowns:
             covered = frozenset(n for e in effects for n in e.covers)
             fit = fit_effects(setup, partial(_whitened, self, covered=covered), self.reference)
@@ -329,12 +328,6 @@ def on_open_road(problem: ValidateProblem) -> bool:
     return s.model == "road_load" and s.windows is not None and s.windows.powered and bool(problem.roads.sensed)
 
 
-def carried_effects(problem: ValidateProblem) -> tuple[Effect, ...]:
-    """Effects that earlier steps accepted and that are applicable to this model: the baseline includes them."""
-    listed = [e for e in catalogue() if e.name in problem.known.extensions]
-    return applicable(problem.model, [*listed, *learned_effects(problem.known)])
-
-
 def _started(problem: ValidateProblem, start: Mapping[str, float]) -> SimulationSetup:
     """The baseline started at these values; the last few are cached, since the diagnosis repeats them."""
     key, begun = tuple(start.items()), problem._begun
@@ -344,32 +337,6 @@ def _started(problem: ValidateProblem, start: Mapping[str, float]) -> Simulation
             del begun[next(iter(begun))]
         begun[key] = with_best_zeros(made, problem.reference)
     return begun[key]
-
-
-def _likely_secants(
-    problem: ValidateProblem, effects: Sequence[Effect], unknowns: Sequence[Unknown]
-) -> dict[str, float]:
-    """The likely amplitude of each nondifferentiable effect that starts at zero, if it can be simulated.
-
-    Large play shifts an impact by more than its duration, so that the response to small play says nothing about it.
-    """
-    found = {}
-    for effect in _tried_from_zero(effects, unknowns):
-        own = {u.name: u for u in unknowns if u.name in effect.unknowns}
-        first = next(iter(effect.unknowns))
-        with suppress(ResultError):
-            found[first], _ = problem.likely_size(effect, partial(_started_at, own, first))
-    return found
-
-
-def _tried_from_zero(effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> tuple[Effect, ...]:
-    """The nondifferentiable effects whose amplitude starts at zero."""
-    starts = {u.name: u.start for u in unknowns}
-    return tuple(e for e in effects if e.probes and not starts[next(iter(e.unknowns))])
-
-
-def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tuple[Unknown, ...]:
-    return tuple(replace(u, start=amplitude) if n == first else u for n, u in own.items())
 
 
 def _whitened(problem: ValidateProblem, setup: SimulationSetup, covered: frozenset[str] = frozenset()) -> Regression:
@@ -386,48 +353,9 @@ def _whitened(problem: ValidateProblem, setup: SimulationSetup, covered: frozens
     return drive_regression(setup, spread)
 
 
-def dropped_effects(problem: ValidateProblem) -> tuple[Finding, ...]:
-    """A warning for each effect of earlier steps that is not applicable to this model and therefore omitted."""
-    taken, known = {e.name for e in carried_effects(problem)}, {e.name for e in catalogue()}
-    found = []
-    for name in (n for n in problem.known.extensions if n not in taken):
-        why = "its law is not in this model" if name in known else "no such effect is installed"
-        remedy = "ignore it if this test does not depend on it" if name in known else "install the package that has it"
-        found.append(Finding(f"extensions.{name}", f"the simulation does not include this effect: {why}", "", remedy))
-    return tuple(found)
-
-
-def _two_motors(spec: ValidateSpec, logs: Sequence[Log]) -> bool:
-    """Whether the full vehicle has a motor on each side: the torques of the half-shafts' inner ends are recorded.
-
-    A drive_torque that is only their sum, added on reading, does not count as recorded.
-    """
-    if spec.settings.model != "vehicle" or not all("drive_torque_left" in log for log in logs):
-        return False
-    loggers = [one.channels for one in spec.loggers] if spec.loggers else [spec.channels]
-    mapped = {name for channels in loggers for name in channels}
-    return "drive_torque" not in mapped or not any("drive_torque" in log for log in logs)
-
-
-def _varies(log: Log, channel: str) -> bool:
-    """Whether a channel varies, or is missing: a constant reading would be mistaken for noise shared by all outputs."""
-    values = log[channel] if channel in log else np.zeros(0)
-    return not values.size or float(np.nanmax(values)) > float(np.nanmin(values))
+def _sensors(problem: ValidateProblem) -> Sensors:
+    return compared_sensors(problem.spec, problem.logs, problem.segmented[0], bool(problem.roads.sensed))
 
 
 def _day_temperature(problem: ValidateProblem) -> float:
     return problem.known.value("temperature", ROOM_TEMPERATURE)
-
-
-def _sensors(problem: ValidateProblem) -> Sensors:
-    """The compared channels that model and logs have, with the standard deviations of their zeros and gains."""
-    s = problem.spec.settings
-    has = OUTPUTS if s.model == "vehicle" else ("speed",) if problem.roads.sensed else ("speed", "acceleration")
-    there = [n for n in has if all(n in one.outputs for one in problem.segmented[0])]
-    channels = tuple(n for n in there if n == "speed" or all(_varies(log, n) for log in problem.logs))
-    zeros = dict.fromkeys(("shaft_torque_left", "shaft_torque_right"), s.zeros.shaft_torque.value)
-    zeros["acceleration"] = s.zeros.acceleration.value
-    if s.model == "vehicle":  # in a mass on a road it would act like a free force in every drive
-        zeros["drive_torque"] = s.zeros.drive_torque.value
-    gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
-    return Sensors(channels, zeros, gains)
