@@ -30,6 +30,7 @@ DOORS = {
     "pint": {"quantities"},
     "casadi": {"engine"},
     "llvmlite": {"engine"},
+    "matplotlib": {"report"},
     "jinja2": {"report"},
     "yaml": {"description"},
     "typer": {"cli"},

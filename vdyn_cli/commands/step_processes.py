@@ -16,10 +16,11 @@ from typing import Any
 
 from vdyn_cli.effects import catalogue
 from vdyn_cli.project.pipeline import StepOutcome, Task
-from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.errors import Finding, VdynError
+from vdyn_cli.report import canvas
 
 WATCH = 0.3  # s, interval at which a process checks that the pipeline still runs
-# Loaded before the processes are forked, beside the effects; each would otherwise load them in 1 s.
+# Loaded before the processes are forked, beside matplotlib and the effects; each would otherwise load them in 1 s.
 SHARED = (
     "pandas",
     "scipy.optimize",
@@ -73,7 +74,8 @@ def _load_shared() -> None:
     for name in SHARED:
         with suppress(ImportError, OSError):  # the step that needs a missing package reports it
             import_module(name)
-    with suppress(ImportError, OSError):
+    with suppress(ImportError, OSError, VdynError):
+        canvas.load()
         catalogue()
 
 

@@ -1,1 +1,1 @@
-"""Self-contained HTML pages of results; the only package that uses jinja2."""
+"""Self-contained HTML pages of results; the only package that uses matplotlib and jinja2."""

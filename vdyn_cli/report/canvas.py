@@ -1,26 +1,65 @@
-"""Palette, scales and legends of the figures, which are drawn in page pixels."""
+"""Drawing in page pixels with matplotlib, and conversion to compact SVG."""
 
 from __future__ import annotations
 
+import contextlib
+import io
+import logging
 import math
-from collections.abc import Collection, Sequence
+import os
+import re
+import warnings
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from html import escape
 from itertools import pairwise
-from typing import Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.report import typography
-from vdyn_cli.report.sheet import FONT, INK, Axes, Pen, PlotArea, Sheet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
 
 # The palette of Okabe and Ito, which color-blind readers can distinguish; line styles differ for black and white.
-GRAY, PALE = "#5f5f5f", "#b4b4b4"
+INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY = "#E69F00", "#56B4E9"
 DARK_GREEN = "#00553e"
 GRID, HELD_OUT, CLOUD = "#e3e3e3", "#fdf3c8", "#8d8d8d"
 
+FONT = 13.0  # px, at the figures' natural size
 _TICK = 4.0  # px
 _CHARACTER = 0.5 * FONT  # mean advance of the page's sans serif
-_THIN = Pen(INK, 0.8, ends="butt")
+
+_STYLE: Any = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "vdyn",
+    "svg.image_inline": True,
+    "text.parse_math": False,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,  # px
+    "path.snap": False,
+    "font.size": FONT,
+    "font.family": ["DejaVu Sans"],
+    "axes.unicode_minus": True,
+    "image.composite_image": False,
+}
+
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class PlotArea:
+    """Position and size of axes on the sheet, px from its upper left corner."""
+
+    left: float
+    top: float
+    width: float
+    height: float
 
 
 @dataclass(frozen=True)
@@ -30,27 +69,105 @@ class LegendEntry:
     label: str
     color: str
     look: Literal["line", "points", "patch"] = "line"
-    dashes: tuple[float, ...] = ()
+    dashes: str | tuple[float, tuple[float, ...]] = "-"
     width: float = 1.8
     alpha: float = 1.0
 
-    @property
-    def pen(self) -> Pen:
-        """The look of its line; dashes have straight ends, so that the gaps keep their length."""
-        return Pen(self.color, self.width, self.dashes, "butt" if self.dashes else "square")
+
+@contextlib.contextmanager
+def style() -> Iterator[None]:
+    """Context with the drawing settings, so that the user's matplotlib settings have no influence.
+
+    A page enters it once for all its figures, because setting all of matplotlib's settings takes as long as a figure.
+    """
+    matplotlib = _matplotlib()
+    if _is_style(matplotlib):
+        yield
+        return
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_STYLE)
+        yield
+
+
+def _is_style(matplotlib: Any) -> bool:
+    """Whether matplotlib already has these settings."""
+    wanted = {**matplotlib.rcParamsDefault, **_STYLE}
+    return all(matplotlib.rcParams[name] == value for name, value in wanted.items() if name != "backend")
+
+
+def _matplotlib() -> Any:
+    """The library, imported in a folder without a ``matplotlibrc``, which it reads from the working directory."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # its warnings concern its cache, not the report
+    os.environ["MATPLOTLIBRC"] = os.devnull
+    try:
+        with contextlib.chdir(Path(__file__).parent):
+            import matplotlib
+    except OSError as error:
+        remedy = "set the environment variable MPLCONFIGDIR to a writable folder"
+        found = Finding("matplotlib", "has no writable folder for its cache", str(error)[:80], remedy)
+        raise InputError(found) from None
+    return matplotlib
+
+
+def load() -> None:
+    """Import everything that a figure needs, and read its font.
+
+    Raises
+    ------
+    InputError : matplotlib has no writable folder.
+    """
+    with style():
+        page = sheet(10.0, 10.0)
+        text_at(page, 0.0, 10.0, "0")
+        to_svg(page, "", "")
+
+
+def every_stroke() -> Any:
+    """Context in which lines keep all their points; a dot is a stroke of zero length and would be simplified away."""
+    return _matplotlib().rc_context({"path.simplify": False})
+
+
+def sheet(width: float, height: float) -> Sheet:
+    """An empty sheet of width by height, px."""
+    from matplotlib.figure import Figure as Sheet
+
+    return Sheet(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
 
 
 def add_axes(page: Sheet, area: PlotArea, lines: Collection[str] = ("left", "bottom")) -> Axes:
     """Axes without a scale; ``scale_axis`` adds one.
 
+    Matplotlib's axis objects take half of the time of a figure, so lines, ticks and labels are drawn on the sheet.
+
     Parameters
     ----------
     lines : sides of the axes with a thin line: left, bottom.
     """
-    corner = (area.left, area.top + area.height)
-    ends = {"left": (area.left, area.top), "bottom": (area.left + area.width, corner[1])}
-    page.lines([(corner, ends[side]) for side in ends if side in lines], _THIN, 2.5)
-    return page.axes(area)
+    width, height = page.get_size_inches() * 72
+    bottom = height - area.top - area.height
+    axes = page.add_axes((area.left / width, bottom / height, area.width / width, area.height / height))
+    axes.set_axis_off()
+    ends = {"left": (area.left, bottom + area.height), "bottom": (area.left + area.width, bottom)}
+    _strokes(page, [((area.left, bottom), ends[side]) for side in ends if side in lines], INK, 2.5)
+    return axes
+
+
+def _strokes(page: Sheet, lines: Sequence[tuple[Point, Point]], color: str, order: float) -> None:
+    """Draw thin straight lines as one path; points in px from the lower left corner of the sheet."""
+    from matplotlib.lines import Line2D
+
+    if lines:
+        gap = (math.nan, math.nan)
+        xs, ys = zip(*(point for line in lines for point in (*line, gap)), strict=True)
+        with every_stroke():
+            page.add_artist(Line2D(xs, ys, color=color, lw=0.8, solid_capstyle="butt", transform=None, zorder=order))
+
+
+def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, color: str = INK, **settings: Any) -> None:
+    """Draw text with its baseline at px (x, y) from the sheet's upper left corner."""
+    width, height = page.get_size_inches() * 72
+    page.text(x / width, 1 - y / height, typography.clean(text), size=size, color=color, va="baseline", **settings)
 
 
 def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[list[float], list[str]]:
@@ -60,28 +177,15 @@ def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[li
     ----------
     low, high : limits in data units. room : length of the axis, px. apart : px.
     """
-    places = _round_numbers(low, high, max(int(room // apart), 1))
+    from matplotlib.ticker import MaxNLocator
+
+    number = max(int(room // apart), 1)
+    locator = MaxNLocator(nbins=number, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2)
+    slack = 1e-9 * (high - low)
+    places = [float(v) for v in locator.tick_values(low, high) if low - slack <= v <= high + slack]
     step = min((b - a for a, b in pairwise(places)), default=abs(high - low) or 1.0)
     grouped = max(abs(low), abs(high)) >= 10_000
     return places, [tick_text(v, step, grouped) for v in places]
-
-
-def _round_numbers(low: float, high: float, most: int) -> list[float]:
-    """Multiples of 1, 2, 2.5 or 5 times a power of ten: ``most`` intervals or fewer, but two numbers where possible."""
-    span = high - low
-    if not 0.0 < span < math.inf:
-        return [low] if math.isfinite(low) else []
-    tens = 10.0 ** math.floor(math.log10(span / most))
-    steps = [factor * tens for factor in (0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 2.5, 5.0, 10.0)]
-    wide = next(k for k, step in enumerate(steps) if step >= span / most * (1.0 - 1e-9))
-    slack = 1e-9 * span
-    places: list[float] = []
-    for step in reversed(steps[: wide + 1]):
-        first, last = math.ceil((low - slack) / step), math.floor((high + slack) / step)
-        places = [k * step for k in range(first, last + 1)]
-        if len(places) > 1:
-            break
-    return places
 
 
 def tick_text(value: float, step: float, grouped: bool) -> str:
@@ -110,7 +214,7 @@ def scale_axis(
     which : x or y. room : length of the axis, px. apart : smallest distance of two ticks, px.
     grid : whether to draw grid lines. right : the scale of y is on the right.
     """
-    low, high = sorted(axes.x if which == "x" else axes.y)
+    low, high = sorted(axes.get_xlim() if which == "x" else axes.get_ylim())
     places, texts = ticks(low, high, room, apart)
     draw_ticks(axes, which, places, texts, grid, right=right)
 
@@ -131,26 +235,28 @@ def draw_ticks(
     places : of the ticks, data units. texts : their labels. grid : whether to draw a line across the axes at each.
     right : as in ``scale_axis``.
     """
-    page, a = axes.page, axes.area
-    bottom, stop = a.top + a.height, a.left + a.width
-    (start, end), (first, last) = (axes.x, (a.left, stop)) if which == "x" else (axes.y, (bottom, a.top))
-    at = [first + (place - start) / ((end - start) or 1.0) * (last - first) for place in places]
+    page: Any = axes.figure
+    width, height = page.get_size_inches() * 72
+    box = axes.get_position()
+    left, stop, bottom, top = box.x0 * width, box.x1 * width, box.y0 * height, box.y1 * height
+    (start, end), (first, last) = (axes.get_xlim(), (left, stop)) if which == "x" else (axes.get_ylim(), (bottom, top))
+    at = [first + (place - start) / (end - start) * (last - first) for place in places]
     if which == "x":
-        marks = [((x, bottom), (x, bottom + _TICK)) for x in at]
-        across = [((x, bottom), (x, a.top)) for x in at]
+        marks = [((x, bottom), (x, bottom - _TICK)) for x in at]
+        across = [((x, bottom), (x, top)) for x in at]
     else:
-        edge, way = (stop, 1.0) if right else (a.left, -1.0)
+        edge, way = (stop, 1.0) if right else (left, -1.0)
         marks = [((edge, y), (edge + way * _TICK, y)) for y in at]
-        across = [((a.left, y), (stop, y)) for y in at]
-    page.lines(marks, _THIN, 2.5)
+        across = [((left, y), (stop, y)) for y in at]
+    _strokes(page, marks, INK, 2.5)
     if grid:
-        page.lines(across, Pen(GRID, 0.8, ends="butt"), -1.0)
+        _strokes(page, across, GRID, -1.0)
     for px, text in zip(at, texts, strict=True):
         if text and which == "x":
-            page.text(px, bottom + _TICK + 4 + FONT * 0.78, text, anchor="middle")
+            text_at(page, px, height - bottom + _TICK + 4 + FONT * 0.78, text, ha="center")
         elif text:
             beside = edge + way * (_TICK + 4)
-            page.text(beside, px + FONT * 0.36, text, anchor="start" if right else "end")
+            text_at(page, beside, height - px + FONT * 0.36, text, ha="left" if right else "right")
 
 
 def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[float, LegendEntry]]]:
@@ -174,19 +280,95 @@ def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]]
     ----------
     rows : from ``legend_rows``. left, top : upper left corner of the legend, px.
     """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Rectangle
+
+    height = page.get_size_inches()[1] * 72
     for number, row in enumerate(rows):
-        middle = top + 20 * number + 10
+        middle = height - (top + 20 * number + 10)
         for at, key in row:
             x = left + at
             if key.look == "patch":
-                page.patch(PlotArea(x, middle - 5, 26, 10), key.color, key.alpha)
+                page.add_artist(
+                    Rectangle((x, middle - 5), 26, 10, color=key.color, alpha=key.alpha, lw=0, transform=None)
+                )
             elif key.look == "points":
-                page.lines([((x + 13, middle), (x + 13, middle))], Pen(key.color, 6, ends="round"), 2.0)
+                page.add_artist(Line2D([x + 13], [middle], marker="o", ms=6, color=key.color, lw=0, transform=None))
             else:
-                page.lines([((x, middle), (x + 26, middle))], key.pen, 2.0)
-            page.text(x + 33, top + 20 * number + 14.5, key.label)
+                page.add_artist(
+                    Line2D(
+                        [x, x + 26],
+                        [middle, middle],
+                        color=key.color,
+                        lw=key.width,
+                        ls=key.dashes,
+                        alpha=key.alpha,
+                        transform=None,
+                    )
+                )
+            text_at(page, x + 33, top + 20 * number + 14.5, key.label)
 
 
 def label_room(text: str, size: float = FONT) -> float:
     """Approximate width, px, of a text with the font size ``size``, px."""
     return len(text) * _CHARACTER * size / FONT
+
+
+_TAG = re.compile(r"<[^>]+>")
+_TENTHS = re.compile(r"(?<=\.\d)\d+")
+_WHOLE = re.compile(r"\.0(?!\d)")
+_DOT = re.compile(r"M(-?[\d.]+ -?[\d.]+)L\1(?=[M\"])")
+_PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
+_FONT = re.compile(r" font-family: [^;\"]*;?|;\s*(?=\")")
+_UPRIGHT = re.compile(r' transform="rotate\(-0 [^"]*\)"')
+_HEAD = re.compile(r"<svg[^>]*viewBox=\"([^\"]*)\"[^>]*>")
+_DROPPED = re.compile(r"\s*<metadata>.*?</metadata>|\s*<defs>\s*<style.*?</style>\s*</defs>|<!--.*?-->", re.DOTALL)
+
+
+def to_svg(page: Sheet, label: str, name: str) -> str:
+    """The sheet as an SVG element for a page: no prolog, no metadata, ids that start with ``name``, short numbers.
+
+    Parameters
+    ----------
+    label : text for screen readers. name : prefix of the ids, unique on the page.
+    """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    stream = io.StringIO()
+    backend: Any = FigureCanvasSVG(page)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about glyphs that matplotlib's font lacks; the browser has them
+        backend.print_svg(stream, metadata={"Date": None, "Creator": None})
+    text = stream.getvalue()
+    text = _DROPPED.sub("", text[text.index("<svg") :])
+    prefix = re.sub(r"[^A-Za-z0-9]+", "-", name)
+    text = _TAG.sub(lambda tag: _lean(tag[0], prefix), text)
+    text = re.sub(r">\s+<", "><", text).strip().replace("<g/>", "").replace("<g></g>", "")
+    width, height = page.get_size_inches() * 72
+    head = (
+        f'<svg class="plot" viewBox="0 0 {width:.0f} {height:.0f}" style="max-width:{width:.0f}px" role="img" '
+        f'aria-label="{escape(typography.clean(label))}">'
+    )
+    return _HEAD.sub(lambda _: head, text, count=1)
+
+
+def _lean(tag: str, prefix: str) -> str:
+    """One tag without attributes that only an editor needs, and with the prefix in its ids."""
+    if tag.startswith(("<svg", "</")):
+        return tag
+    tag = re.sub(r' id="[^"]*"', "", tag, count=1) if tag.startswith("<g ") else tag.replace(' id="', f' id="{prefix}-')
+    tag = tag.replace("xlink:href", "href")
+    tag = tag.replace('href="#', f'href="#{prefix}-').replace("url(#", f"url(#{prefix}-")
+    if tag.startswith("<image"):
+        return tag
+    tag = _FONT.sub("", tag)
+    if "rotate(-0 " in tag:
+        tag = _UPRIGHT.sub("", tag)
+    return _PLACES.sub(_rounded, tag)
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """Coordinates to a tenth of a px, path commands without needless spaces, a dot as a stroke of zero length."""
+    text = _WHOLE.sub("", _TENTHS.sub("", attribute[0]))
+    text = text.replace("\n", "").replace("M ", "M").replace(" L", "L").replace("L ", "L").replace(" M", "M")
+    return _DOT.sub(r"M\1h0", text)

@@ -8,12 +8,13 @@ import numpy as np
 
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.report import canvas, decimation, typography
-from vdyn_cli.report.canvas import LegendEntry
+from vdyn_cli.report.canvas import LegendEntry, PlotArea
 from vdyn_cli.report.figures import dots, padded
 from vdyn_cli.report.panels import ChannelTraces, Panel, RunTrace, drawn_traces, judged_residual, lay_out, rms
-from vdyn_cli.report.sheet import INK, Axes, Pen, PlotArea, Sheet
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Sheet
     from numpy.typing import NDArray
 
     from vdyn_cli.quantities.arrays import Array
@@ -25,7 +26,7 @@ _ABOVE, _BELOW, _BETWEEN, _BOTTOM = 250.0, 140.0, 34.0, 46.0
 _BAND = NORMAL95  # of the noise floor
 _MEASURED = LegendEntry("measured", canvas.PALE, width=3.6)
 _SIMULATED = LegendEntry("simulated", canvas.BLUE, width=1.6)
-_BEFORE = LegendEntry("simulated before the extension", canvas.VERMILLION, dashes=(5, 2), width=1.4)
+_BEFORE = LegendEntry("simulated before the extension", canvas.VERMILLION, dashes=(0, (5, 2)), width=1.4)
 
 
 def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
@@ -39,18 +40,19 @@ def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
     top = 52.0 + 20.0 * (len(keys) - 1)
     rows = _residual_rows(channel, traces)
     height = top + _ABOVE + len(rows) * (_BETWEEN + _BELOW) + _BOTTOM
-    page = Sheet(WIDTH, height)
-    canvas.draw_legend(page, keys, aside, 0)
-    page.text(4, 14.5, title)
-    page.text(WIDTH - _RIGHT, height - 6, typography.prose(channel.x_label), anchor="end")
-    _draw_runs(page, traces, panels, top)
-    for number, (title, limit, before) in enumerate(rows):
-        area = PlotArea(_LEFT, top + _ABOVE + _BETWEEN + number * (_BETWEEN + _BELOW), _STRIP, _BELOW)
-        page.text(4, area.top - 8, title + unit)
-        axes = _draw_residuals(page, panels, area, limit, before, channel.noise)
-        if number == len(rows) - 1:
-            _x_ticks(axes, panels)
-    return page.svg(f"{typography.name(channel.name)}: measured, simulated and residual", name)
+    with canvas.style():
+        page = canvas.sheet(WIDTH, height)
+        canvas.draw_legend(page, keys, aside, 0)
+        canvas.text_at(page, 4, 14.5, title)
+        canvas.text_at(page, WIDTH - _RIGHT, height - 6, typography.prose(channel.x_label), ha="right")
+        _draw_runs(page, traces, panels, top)
+        for number, (title, limit, before) in enumerate(rows):
+            area = PlotArea(_LEFT, top + _ABOVE + _BETWEEN + number * (_BETWEEN + _BELOW), _STRIP, _BELOW)
+            canvas.text_at(page, 4, area.top - 8, title + unit)
+            axes = _draw_residuals(page, panels, area, limit, before, channel.noise)
+            if number == len(rows) - 1:
+                _x_ticks(axes, panels)
+        return canvas.to_svg(page, f"{typography.name(channel.name)}: measured, simulated and residual", name)
 
 
 def _residual_rows(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[tuple[str, float, bool]]:
@@ -92,36 +94,35 @@ def _draw_runs(page: Sheet, traces: tuple[RunTrace, ...], panels: tuple[Panel, .
     seen = [v[np.isfinite(v)] for t in traces for v in (t.measured, t.simulated, t.baseline) if v is not None]
     values = np.concatenate([*seen, np.empty(0)])
     axes = canvas.add_axes(page, PlotArea(_LEFT, top, _STRIP, _ABOVE))
-    axes.x = (0.0, _STRIP)
-    axes.y = padded(float(values.min()), float(values.max()), 0.05) if values.size else (0.0, 1.0)
+    axes.set(xlim=(0, _STRIP), ylim=padded(float(values.min()), float(values.max()), 0.05) if values.size else (0, 1))
     canvas.scale_axis(axes, "y", _ABOVE, 42, grid=True)
     for panel in panels:
         _draw_run(axes, panel)
         _mark(axes, panel)
         name = typography.shortened(panel.trace.run, max(int(panel.width / canvas.label_room("x", 12)), 2))
-        page.text(_LEFT + panel.left + 0.5 * panel.width, top - 8, name, 12, canvas.GRAY, anchor="middle")
+        canvas.text_at(page, _LEFT + panel.left + 0.5 * panel.width, top - 8, name, 12, canvas.GRAY, ha="center")
 
 
 def _draw_residuals(
     page: Sheet, panels: tuple[Panel, ...], area: PlotArea, limit: float, before: bool, noise: float | None
 ) -> Axes:
     axes = canvas.add_axes(page, area, ("left",))
-    axes.x, axes.y = (0.0, area.width), (-1.08 * limit, 1.08 * limit)
+    axes.set(xlim=(0, area.width), ylim=(-1.08 * limit, 1.08 * limit))
     canvas.scale_axis(axes, "y", area.height, 30, grid=True)
     for panel in panels:
         _draw_residual(axes, panel, before)
         _mark(axes, panel)
     if noise is not None:
-        half, whole = _BAND * noise, np.array(axes.x)
-        axes.fill(whole, np.full(2, -half), np.full(2, half), canvas.GREEN, 0.2, 1.2)
-        for edge in (-half, half) if half > 0.1 * limit else ():
-            axes.line(whole, np.full(2, edge), Pen(canvas.DARK_GREEN, 1.0, (4, 2), "butt"), 2.9)
-    axes.line(np.array(axes.x), np.zeros(2), Pen(INK, 0.8), 4.0)
+        axes.axhspan(-_BAND * noise, _BAND * noise, color=canvas.GREEN, alpha=0.2, lw=0, zorder=1.2)
+        edges = (-_BAND * noise, _BAND * noise) if _BAND * noise > 0.1 * limit else ()
+        for edge in edges:
+            axes.axhline(edge, color=canvas.DARK_GREEN, lw=1, ls=(0, (4, 2)), zorder=2.9)
+    axes.axhline(0, color=canvas.INK, lw=0.8, zorder=4)
     return axes
 
 
 def _draw_run(axes: Axes, panel: Panel) -> None:
-    one = panel.trace
+    one, area = panel.trace, PlotArea(0, 0, panel.width, _ABOVE)
     if one.rising:
         for used, color in ((True, canvas.CLOUD), (False, "#d9d9d9")):
             _line(
@@ -131,14 +132,14 @@ def _draw_run(axes: Axes, panel: Panel) -> None:
         if one.baseline is not None:
             _line(axes, panel, one.baseline, _BEFORE, 2.5)
         return
-    dots(axes, panel.px(one.x), one.measured, canvas.CLOUD, 2.0, panel.width)
+    dots(axes, panel.px(one.x), one.measured, canvas.CLOUD, area, 2.0)
     order = np.argsort(one.x, kind="stable")
     for values, key, level in ((one.simulated, _SIMULATED, 3.0), (one.baseline, _BEFORE, 2.5)):
         if values is not None:
             x, y = decimation.envelope(
                 *decimation.connected(panel.px(one.x)[order], values[order], np.inf), int(panel.width)
             )
-            axes.line(x, y, key.pen, level)
+            axes.plot(x, y, color=key.color, lw=key.width, ls=key.dashes, zorder=level)
 
 
 def _draw_residual(axes: Axes, panel: Panel, before: bool) -> None:
@@ -161,13 +162,13 @@ def _samples(axes: Axes, panel: Panel, residual: Array, color: str, level: float
     if panel.trace.rising:
         _line(axes, panel, residual, LegendEntry("", color, width=0.9), level)
     else:
-        dots(axes, panel.px(panel.trace.x), residual, color, level, panel.width)
+        dots(axes, panel.px(panel.trace.x), residual, color, PlotArea(0, 0, panel.width, _BELOW), level)
 
 
 def _running_mean(axes: Axes, panel: Panel, residual: Array, color: str, level: float) -> None:
     edges = np.linspace(0, panel.width, _bins(panel) + 1) + panel.left
     middle = 0.5 * (edges[1:] + edges[:-1])
-    axes.line(middle, decimation.means(panel.px(panel.trace.x), residual, edges, 3), Pen(color, 2.0), level)
+    axes.plot(middle, decimation.means(panel.px(panel.trace.x), residual, edges, 3), color=color, lw=2, zorder=level)
 
 
 def _bins(panel: Panel) -> int:
@@ -185,17 +186,17 @@ def _where(values: Array, mask: NDArray[np.bool_]) -> Array:
 def _line(axes: Axes, panel: Panel, values: Array, key: LegendEntry, level: float) -> None:
     x, y = decimation.envelope(*decimation.connected(panel.px(panel.trace.x), values), max(int(panel.width), 40))
     if np.count_nonzero(np.isfinite(y)) == 1:
-        axes.dots(x, y, key.color, 5.0, level)
+        axes.plot(x, y, color=key.color, marker="o", ms=5, lw=0, zorder=level)
     elif x.size:
-        axes.line(x, y, key.pen, level)
+        axes.plot(x, y, color=key.color, lw=key.width, ls=key.dashes, zorder=level, solid_joinstyle="round")
 
 
 def _mark(axes: Axes, panel: Panel) -> None:
     """Draw the background of a held-out run, and the line between neighboring panels."""
     if panel.trace.held_out:
-        axes.spans(panel.left, panel.left + panel.width, canvas.HELD_OUT, order=0.5)
+        axes.axvspan(panel.left, panel.left + panel.width, color=canvas.HELD_OUT, lw=0, zorder=0.5)
     if panel.left:
-        axes.line(np.full(2, panel.left - 5), np.array(axes.y), Pen(canvas.CLOUD, 0.8), 1.0)
+        axes.axvline(panel.left - 5, color=canvas.CLOUD, lw=0.8, zorder=1)
 
 
 def _x_ticks(axes: Axes, panels: tuple[Panel, ...]) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 
 from vdyn_cli.quantities.result import Figure, Series
 from vdyn_cli.report import canvas, decimation, typography
-from vdyn_cli.report.canvas import LegendEntry
-from vdyn_cli.report.png import png
-from vdyn_cli.report.sheet import INK, Axes, Pen, PlotArea, Sheet
+from vdyn_cli.report.canvas import LegendEntry, PlotArea
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
     from vdyn_cli.quantities.arrays import Array
 
 WIDTH, PLOT_HEIGHT = 600.0, 270.0
@@ -23,7 +24,7 @@ _IMAGE = 640  # px, the longer side of an image
 
 # Color and dash of the first, second ... series of a role.
 _ROLES: dict[str, tuple[str, ...]] = {
-    "measured": (INK, canvas.GRAY, canvas.PURPLE, canvas.GREEN),
+    "measured": (canvas.INK, canvas.GRAY, canvas.PURPLE, canvas.GREEN),
     "simulated": (canvas.BLUE, canvas.SKY, canvas.PURPLE, canvas.GREEN),
     "baseline": (canvas.VERMILLION, canvas.ORANGE),
     "residual": (canvas.BLUE, canvas.VERMILLION, canvas.GREEN, canvas.PURPLE),
@@ -31,7 +32,7 @@ _ROLES: dict[str, tuple[str, ...]] = {
     "muted": (canvas.PALE, canvas.GRAY),
     "reference": (canvas.GREEN, canvas.PURPLE, canvas.ORANGE),
 }
-_DASHES: tuple[tuple[float, ...], ...] = ((), (6, 2), (2, 2), (7, 2, 1.5, 2))
+_DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = ("-", (0, (6, 2)), (0, (2, 2)), (0, (7, 2, 1.5, 2)))
 
 
 def figure_svg(figure: Figure, name: str = "") -> str:
@@ -46,30 +47,33 @@ def figure_svg(figure: Figure, name: str = "") -> str:
     rows = canvas.legend_rows(keys, WIDTH - _LEFT) if len(keys) > 1 else []
     top = 34.0 + 20.0 * len(rows)
     area = PlotArea(_LEFT, top, *_plot_size(figure))
-    page = Sheet(WIDTH, top + area.height + _BOTTOM)
-    canvas.draw_legend(page, rows, 4, 0)
-    axes = canvas.add_axes(page, area)
-    limits, image = _limits(figure), figure.image
-    if limits is None and image is None:
-        page.text(area.left + 12, area.top + 24, "No data.", color=canvas.GRAY)
-    else:
-        _frame(axes, figure, limits)
-        if image is not None:
-            stride = -(-max(image.shape[:2]) // _IMAGE)
-            axes.image(png(image[::stride, ::stride]), 0.0)
-        for series, key in zip(figure.series, looks, strict=True):
-            _draw(axes, series, key)
-        canvas.scale_axis(axes, "x", area.width, 70)
-        canvas.scale_axis(axes, "y", area.height, 42, grid=image is None)
-    page.text(4, top - 12, typography.prose(figure.y_label))
-    page.text(WIDTH - _RIGHT, top + area.height + 40, typography.prose(figure.x_label), anchor="end")
-    return page.svg(figure.title, name or figure.key)
+    with canvas.style():
+        page = canvas.sheet(WIDTH, top + area.height + _BOTTOM)
+        canvas.draw_legend(page, rows, 4, 0)
+        axes = canvas.add_axes(page, area)
+        picture = None if figure.image is None else _picture(figure.image)
+        limits = _limits(figure)
+        if limits is None and picture is None:
+            canvas.text_at(page, area.left + 12, area.top + 24, "No data.", color=canvas.GRAY)
+        else:
+            _frame(axes, figure, limits, area)
+            if picture is not None and figure.image is not None:
+                rows_px, columns_px = figure.image.shape[:2]
+                extent = (-0.5, columns_px - 0.5, rows_px - 0.5, -0.5)
+                axes.imshow(picture, extent=extent, aspect="auto", interpolation="none", zorder=0)
+            for series, key in zip(figure.series, looks, strict=True):
+                _draw(axes, series, key, area)
+            canvas.scale_axis(axes, "x", area.width, 70)
+            canvas.scale_axis(axes, "y", area.height, 42, grid=picture is None)
+        canvas.text_at(page, 4, top - 12, typography.prose(figure.y_label))
+        canvas.text_at(page, WIDTH - _RIGHT, top + area.height + 40, typography.prose(figure.x_label), ha="right")
+        return canvas.to_svg(page, figure.title, name or figure.key)
 
 
 def _plot_size(figure: Figure) -> tuple[float, float]:
     """Width and height of the axes, px; for an image, such that its pixels are square."""
     room = WIDTH - _LEFT - _RIGHT
-    if figure.image is not None:
+    if figure.image is not None and figure.image.size:
         rows, columns = figure.image.shape[:2]
         height = float(np.clip(room * rows / columns, 120, 420))
         return min(room, height * columns / rows), min(height, room * rows / columns)
@@ -133,18 +137,18 @@ def _limits(figure: Figure) -> tuple[float, float, float, float] | None:
     return float(flat_x.min()), float(flat_x.max()), float(flat_y.min()), float(flat_y.max())
 
 
-def _frame(axes: Axes, figure: Figure, limits: tuple[float, float, float, float] | None) -> None:
+def _frame(axes: Axes, figure: Figure, limits: tuple[float, float, float, float] | None, area: PlotArea) -> None:
     """Set the limits of the axes with a margin around the data."""
     if figure.image is not None:
         rows, columns = figure.image.shape[:2]
-        axes.x, axes.y = (-0.5, columns - 0.5), (rows - 0.5, -0.5)
+        axes.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
     elif limits is not None:
         x0, x1, y0, y1 = limits
         bars = any(one.kind == "bars" for one in figure.series)
-        axes.x = padded(x0, x1, 0.02)
-        axes.y = (0.0, 1.06 * y1) if bars and y0 >= 0 < y1 else padded(y0, y1, 0.06)
+        axes.set_xlim(*padded(x0, x1, 0.02))
+        axes.set_ylim(*((0.0, 1.06 * y1) if bars and y0 >= 0 < y1 else padded(y0, y1, 0.06)))
         if figure.equal_axes:
-            _equalize(axes)
+            _equalize(axes, area)
 
 
 def padded(low: float, high: float, share: float) -> tuple[float, float]:
@@ -159,17 +163,16 @@ def padded(low: float, high: float, share: float) -> tuple[float, float]:
     return low - air, high + air
 
 
-def _equalize(axes: Axes) -> None:
+def _equalize(axes: Axes, area: PlotArea) -> None:
     """Widen the narrower range until a unit is as long in x as in y."""
-    (x0, x1), (y0, y1), area = axes.x, axes.y, axes.area
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     per_px = max((x1 - x0) / area.width, (y1 - y0) / area.height)
-    (x, half_x), (y, half_y) = (
-        (0.5 * (low + high), 0.5 * per_px * room) for low, high, room in ((x0, x1, area.width), (y0, y1, area.height))
-    )
-    axes.x, axes.y = (x - half_x, x + half_x), (y - half_y, y + half_y)
+    for low, high, room, put in ((x0, x1, area.width, axes.set_xlim), (y0, y1, area.height, axes.set_ylim)):
+        middle, half = 0.5 * (low + high), 0.5 * per_px * room
+        put(middle - half, middle + half)
 
 
-def _draw(axes: Axes, series: Series, key: LegendEntry) -> None:
+def _draw(axes: Axes, series: Series, key: LegendEntry, area: PlotArea) -> None:
     x, y = decimation.finite(series.x), decimation.finite(series.y)
     n = min(x.size, y.size)
     x, y = x[:n], y[:n]
@@ -179,16 +182,14 @@ def _draw(axes: Axes, series: Series, key: LegendEntry) -> None:
     if series.kind == "band":
         _band(axes, x, y, decimation.finite(series.y2 if series.y2 is not None else np.zeros(n)), key, order)
     elif series.kind == "bars":
-        half = 0.5 * _bar_width(x)
-        axes.boxes(np.column_stack([x - half, x + half, np.zeros(n), y]), key.color, key.alpha, order)
+        axes.bar(x, y, width=_bar_width(x), color=key.color, alpha=key.alpha, linewidth=0, zorder=order)
     elif series.kind == "points":
-        dots(axes, x, y, key.color, order)
+        dots(axes, x, y, key.color, area, order)
     elif series.kind == "step":
-        edges = np.r_[x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]]
-        axes.line(np.repeat(edges, 2)[1:-1], np.repeat(y, 2), key.pen, order)
+        axes.step(x, y, where="mid", color=key.color, lw=key.width, ls=key.dashes, zorder=order)
     else:
-        columns = int(axes.area.width)
-        axes.line(*decimation.envelope(*decimation.connected(x, y), columns), key.pen, order)
+        a, b = decimation.envelope(*decimation.connected(x, y), int(area.width))
+        axes.plot(a, b, color=key.color, lw=key.width, ls=key.dashes, zorder=order, solid_joinstyle="round")
     if series.error is not None:
         error = np.broadcast_to(decimation.finite(series.error)[:n], (n,)) if np.size(series.error) in (1, n) else None
         if error is not None:
@@ -200,32 +201,47 @@ def _band(axes: Axes, x: Array, y: Array, y2: Array, key: LegendEntry, order: fl
     x, y, y2 = x[:n], y[:n], y2[:n]
     stride = -(-n // 1500)
     x, y, y2 = x[::stride], y[::stride], y2[::stride]
-    axes.fill(x, y, y2, key.color, key.alpha, order)
+    known = np.isfinite(x) & np.isfinite(y) & np.isfinite(y2)
+    axes.fill_between(x, y, y2, where=known.tolist(), color=key.color, alpha=key.alpha, linewidth=0, zorder=order)
 
 
-def dots(axes: Axes, x: Array, y: Array, color: str, order: float, width: float = 0.0) -> None:
-    """Draw points, chosen and sized such that many remain legible.
+def dots(axes: Axes, x: Array, y: Array, color: str, area: PlotArea, order: float) -> None:
+    """Draw points as one path of round-capped dots, a tenth of the size of markers in the SVG.
 
     Parameters
     ----------
-    x, y : (n,) in data units. order : the larger, the further in front. width : px, of the points; 0: of the axes.
+    x, y : (n,) in data units. area : place of the axes, px. order : drawing order of matplotlib (zorder).
     """
     # Many points are paler, so that a curve through them remains visible.
-    if color == INK and np.count_nonzero(np.isfinite(x) & np.isfinite(y)) > 300:
+    if color == canvas.INK and np.count_nonzero(np.isfinite(x) & np.isfinite(y)) > 300:
         color = canvas.CLOUD
-    cells = int((width or axes.area.width) / 1.5), int(axes.area.height / 1.5)
-    chosen = decimation.cloud(x, y, cells, _DOTS)
+    chosen = decimation.cloud(x, y, (int(area.width / 1.5), int(area.height / 1.5)), _DOTS)
     count = chosen.size
     size = 7.0 if count <= 60 else 5.0 if count <= 300 else 3.4 if count <= 1000 else 2.4
-    axes.dots(x[chosen], y[chosen], color, size, order)
+    gap = np.full(count, np.nan)
+    xs = np.stack([x[chosen], x[chosen], gap], axis=1).ravel()
+    ys = np.stack([y[chosen], y[chosen], gap], axis=1).ravel()
+    with canvas.every_stroke():
+        axes.plot(xs, ys, color=color, lw=size, solid_capstyle="round", zorder=order)
 
 
 def _error_bars(axes: Axes, x: Array, y: Array, error: Array, color: str, order: float) -> None:
     stride = -(-x.size // 400)
     x, y, error = x[::stride], y[::stride], error[::stride]
-    axes.segments((x, x), (y - error, y + error), Pen(color, 1.2), order - 0.01)
+    gap = np.full(x.size, np.nan)
+    xs = np.stack([x, x, gap], axis=1).ravel()
+    ys = np.stack([y - error, y + error, gap], axis=1).ravel()
+    axes.plot(xs, ys, color=color, lw=1.2, zorder=order - 0.01)
 
 
 def _bar_width(x: Array) -> float:
     places = np.unique(x[np.isfinite(x)])
     return 0.8 * float(np.diff(places).min()) if places.size > 1 else 0.8
+
+
+def _picture(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+    """The image reduced to the size on the page by omitting rows and columns; None if it is empty."""
+    if image.ndim < 2 or not image.size:
+        return None
+    stride = -(-max(image.shape[:2]) // _IMAGE)
+    return np.ascontiguousarray(image[::stride, ::stride])

@@ -13,16 +13,21 @@ from vdyn_cli.quantities.quantity import from_si
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.report import decimation, typography
 from vdyn_cli.report.canvas import (
+    INK,
     ORANGE,
     PURPLE,
     VERMILLION,
     LegendEntry,
+    PlotArea,
     add_axes,
     draw_legend,
     legend_rows,
     scale_axis,
+    sheet,
+    style,
+    text_at,
+    to_svg,
 )
-from vdyn_cli.report.sheet import INK, Pen, PlotArea, Sheet
 
 MOST = 12  # runs in one figure, which then fits on a printed page
 _WIDTH, _LEFT, _TRACE, _STRIP, _TICKS = 1150.0, 190.0, 64.0, 14.0, 34.0  # px
@@ -81,43 +86,47 @@ def _figure(runs: Sequence[CutLog], first: int, units: Mapping[str, str]) -> str
     heights = [_TRACE + _STRIP * len(each) + _TICKS for each in found]
     rows = legend_rows(_KEYS, _WIDTH - _LEFT)
     top = 20.0 * len(rows) + 10.0
-    page = Sheet(_WIDTH, top + sum(heights))
-    draw_legend(page, rows, _LEFT, 0.0)
-    for one, each, height in zip(runs, found, heights, strict=True):
-        _draw_run(page, one, each, top, units)
-        top += height
-    return page.svg("Flags of the runs over time", f"flags-{first}")
+    with style():
+        page = sheet(_WIDTH, top + sum(heights))
+        draw_legend(page, rows, _LEFT, 0.0)
+        for one, each, height in zip(runs, found, heights, strict=True):
+            _draw_run(page, one, each, top, units)
+            top += height
+        return to_svg(page, "Flags of the runs over time", f"flags-{first}")
 
 
-def _draw_run(page: Sheet, one: CutLog, found: FlagSegments, top: float, units: Mapping[str, str]) -> None:
+def _draw_run(page: object, one: CutLog, found: FlagSegments, top: float, units: Mapping[str, str]) -> None:
+    from matplotlib.figure import Figure as Sheet
+
+    assert isinstance(page, Sheet)
     name, time = main_channel(one), one.whole.time
     height = _TRACE + _STRIP * len(found) - 6.0
     axes = add_axes(page, PlotArea(_LEFT, top, _WIDTH - _LEFT - 12.0, height))
     start, stop = float(time[0]), float(time[-1])
-    axes.x = start, max(stop, start + 1e-9)
+    axes.set_xlim(start, max(stop, start + 1e-9))
     values = one.whole[name] if name else np.full(time.size, np.nan)
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
     span = (high - low) or abs(high) or 1.0
     strip = span * _STRIP / (_TRACE - 6.0)
-    axes.y = low - strip * len(found), high + 0.04 * span
+    axes.set_ylim(low - strip * len(found), high + 0.04 * span)
     least = (stop - start) * 1.5 / (_WIDTH - _LEFT)  # s, at least 1.5 px, so that a spike is visible
     for k, (channel, segments) in enumerate(found.items()):
         bottom = low - strip * (k + 0.85)
         for a, b, kind in segments:
-            end = max(b, a + least)
-            axes.boxes(np.array([[a, end, bottom, bottom + 0.7 * strip]]), _COLORS[kind])
+            wide = max(b - a, least)
+            axes.broken_barh([(a, wide)], (bottom, 0.7 * strip), color=_COLORS[kind], linewidth=0)
             if channel in (name, EVERY):
-                axes.spans(a, end, _COLORS[kind], 0.25)
+                axes.axvspan(a, a + wide, color=_COLORS[kind], alpha=0.25, linewidth=0)
         shown = "all channels" if channel == EVERY else typography.name(channel)
         place = top + height - _STRIP * (len(found) - k) + 11.0
-        page.text(0.0, place, typography.shortened(shown, _NAME), size=11.0)
+        text_at(page, 0.0, place, typography.shortened(shown, _NAME), size=11.0)
     x, y = decimation.envelope(time, values, int(_WIDTH - _LEFT))
-    axes.line(x, y, Pen(INK, 1.0), 2.0)
+    axes.plot(x, y, color=INK, linewidth=1.0)
     scale_axis(axes, "x", _WIDTH - _LEFT, 90.0)
-    page.text(0.0, top + 14.0, typography.shortened(typography.run_name(one.log.name), _NAME))
+    text_at(page, 0.0, top + 14.0, typography.shortened(typography.run_name(one.log.name), _NAME))
     si = CHANNELS[name].unit if name in CHANNELS else ""
     unit = units.get(name, si)
     ends = " to ".join(typography.significant(from_si(x, unit, si), 3) for x in (low, high))
     limits = f"{typography.name(name)} {ends} {typography.unit(unit)}".rstrip()
-    page.text(0.0, top + 32.0, typography.shortened(limits, 34), size=11.0)
+    text_at(page, 0.0, top + 32.0, typography.shortened(limits, 34), size=11.0)

@@ -7,17 +7,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vdyn_cli.report import canvas, decimation, typography
+from vdyn_cli.report.canvas import PlotArea
 from vdyn_cli.report.panels import ChannelTraces, RunTrace
-from vdyn_cli.report.sheet import Axes, PlotArea, Sheet
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure as Sheet
+
     from vdyn_cli.quantities.arrays import Array
 
 WIDTH = 1240.0
 _BINS = 32
 _LEFT, _GAP, _RIGHT, _TOP, _BOTTOM = 130.0, 26.0, 96.0, 30.0, 46.0
 _SHADES = 41
-_SCALE = ("#00456b", canvas.BLUE, "#a6cfe8", "#f7f7f5", "#f3c39c", canvas.VERMILLION, "#7a3500")
 _LEAST, _SHARE = 3, 1 / 8  # smallest number of samples per cell, and smallest share of the mean number per cell
 
 
@@ -40,20 +43,21 @@ def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> st
     half = (WIDTH - _LEFT - _GAP - _RIGHT) / 2
     along, over = _along_and_over(channel)
     limit = limit or _limit(channel, along[1], over[1])
-    page = Sheet(WIDTH, _TOP + tall + _BOTTOM)
-    unit = f", {typography.unit(channel.unit)}" if channel.unit else ""
-    for number, ((edges, cells), label) in enumerate(
-        ((along, typography.prose(channel.x_label)), (over, f"measured {typography.name(channel.name)}{unit}"))
-    ):
-        area = PlotArea(_LEFT + number * (half + _GAP), _TOP, half, tall)
-        axes = canvas.add_axes(page, area, ("bottom",))
-        _draw_cells(axes, edges, cells, limit)
-        canvas.scale_axis(axes, "x", half, 70)
-        page.text(area.left + half, _TOP + tall + 40, label, anchor="end")
-    page.text(4, 14.5, f"mean of measured − simulated{unit}")
-    _name_rows(page, traces, row)
-    _draw_scale(page, PlotArea(WIDTH - _RIGHT + 22, _TOP, 14, max(tall, 66)), limit)
-    return page.svg(f"Mean residual of the {typography.name(channel.name)} over runs", name)
+    with canvas.style():
+        page = canvas.sheet(WIDTH, _TOP + tall + _BOTTOM)
+        unit = f", {typography.unit(channel.unit)}" if channel.unit else ""
+        for number, ((edges, cells), label) in enumerate(
+            ((along, typography.prose(channel.x_label)), (over, f"measured {typography.name(channel.name)}{unit}"))
+        ):
+            area = PlotArea(_LEFT + number * (half + _GAP), _TOP, half, tall)
+            axes = canvas.add_axes(page, area, ("bottom",))
+            _draw_cells(axes, edges, cells, limit)
+            canvas.scale_axis(axes, "x", half, 70)
+            canvas.text_at(page, area.left + half, _TOP + tall + 40, label, ha="right")
+        canvas.text_at(page, 4, 14.5, f"mean of measured − simulated{unit}")
+        _name_rows(page, traces, row)
+        _draw_scale(page, PlotArea(WIDTH - _RIGHT + 22, _TOP, 14, max(tall, 66)), limit)
+        return canvas.to_svg(page, f"Mean residual of the {typography.name(channel.name)} over runs", name)
 
 
 def caption(channel: ChannelTraces) -> str:
@@ -101,43 +105,50 @@ def _limit(channel: ChannelTraces, *cells: Array) -> float:
 
 def _draw_cells(axes: Axes, edges: Array, cells: Array, limit: float) -> None:
     rows = np.arange(cells.shape[0] + 1, dtype=float)
-    axes.x, axes.y = (float(edges[0]), float(edges[-1])), (float(rows[-1]), 0.0)
     _fill(axes, edges, rows, cells, limit)
+    axes.set(xlim=(edges[0], edges[-1]), ylim=(rows[-1], 0))
 
 
 def _fill(axes: Axes, x: Array, y: Array, cells: Array, limit: float) -> None:
     """Color the cells (rows, columns) between edges x and y: one path per shade, equal neighbors in a row merged."""
-    known = np.isfinite(cells)
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    colors, known = _colors(), np.isfinite(cells)
     share = 0.5 + 0.5 * np.where(known, cells, 0.0) / limit
     shade = np.where(known, np.clip((share * _SHADES).astype(int), 0, _SHADES - 1), -1)
-    boxes: dict[int, list[tuple[float, float, float, float]]] = {}
+    corners: dict[int, list[Array]] = {}
     for row, one in enumerate(shade):
         starts = np.flatnonzero(np.diff(one, prepend=-2))
         for left, right in zip(starts, np.append(starts[1:], one.size), strict=True):
-            boxes.setdefault(int(one[left]), []).append((x[left], x[right], y[row], y[row + 1]))
-    for number in sorted(set(boxes) - {-1}):
-        axes.boxes(np.array(boxes[number]), _color(number))
+            x0, x1, y0, y1 = x[left], x[right], y[row], y[row + 1]
+            corners.setdefault(int(one[left]), []).append(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]))
+    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    for number in sorted(set(corners) - {-1}):
+        rectangles = corners[number]
+        outline = Path(np.concatenate(rectangles), codes * len(rectangles))
+        axes.add_artist(PathPatch(outline, facecolor=colors(number), linewidth=0, antialiased=False))
 
 
-def _color(shade: int) -> str:
-    """The color of one of the shades, linear between the colors of ``_SCALE``."""
-    parts = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for color in _SCALE], dtype=float)
-    at = shade / (_SHADES - 1) * (len(_SCALE) - 1)
-    mixed = [round(float(np.interp(at, np.arange(len(_SCALE)), part))) for part in parts.T]
-    return "#" + "".join(f"{part:02x}" for part in mixed)
+def _colors() -> Colormap:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    shades = ["#00456b", canvas.BLUE, "#a6cfe8", "#f7f7f5", "#f3c39c", canvas.VERMILLION, "#7a3500"]
+    return LinearSegmentedColormap.from_list("residual", shades, N=_SHADES)
 
 
 def _name_rows(page: Sheet, traces: tuple[RunTrace, ...], row: float) -> None:
     stride = max(int(np.ceil(14 / row)), 1)
     for number in range(0, len(traces), stride):
         name = typography.shortened(traces[number].run, 16)
-        page.text(_LEFT - 8, _TOP + (number + 0.5) * row + 4.5, name, 12, anchor="end")
+        canvas.text_at(page, _LEFT - 8, _TOP + (number + 0.5) * row + 4.5, name, 12, ha="right")
 
 
 def _draw_scale(page: Sheet, area: PlotArea, limit: float) -> None:
     axes = canvas.add_axes(page, area, ())
     edges = np.linspace(-limit, limit, 22)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    axes.y = (-limit, limit)
     _fill(axes, np.array([0.0, 1.0]), edges, middle[:, None], limit)
+    axes.set_xlim(0, 1)
+    axes.set_ylim(-limit, limit)
     canvas.scale_axis(axes, "y", area.height, 40, right=True)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def markup(text: str) -> Markup:
-    """Mark a text as HTML that needs no escaping; only for texts that this package has escaped."""
+    """Mark a text as HTML that needs no escaping; only for texts that this package or matplotlib has escaped."""
     from markupsafe import Markup
 
     return Markup(text)
