@@ -56,10 +56,12 @@ def lines_before(time: Array, values: Array, level: float) -> LineFits:
     low, high = values - WIDTH * level, values + WIDTH * level
     going = np.ones(values.size, dtype=bool)
     spacing = float(np.median(np.diff(time)))
+    one = window = _samples(values)
     for reach in REACHES:
         if reach * spacing > LONGEST or reach >= values.size:
             break
-        line, spread, slope, square = _line_ends(time, values, reach)
+        window = _joined(time, window, window)
+        line, spread, slope, square = _line_ends(_joined(time, window, one), reach)
         sigma = level * np.sqrt(spread)
         lower, upper = np.maximum(low, line - WIDTH * sigma), np.minimum(high, line + WIDTH * sigma)
         going &= (lower <= upper) & (np.arange(values.size) >= reach)
@@ -82,21 +84,51 @@ def lines_after(time: Array, values: Array, level: float) -> LineFits:
     return lines_before(-time[::-1], values[::-1], level).time_reversed
 
 
-def _line_ends(time: Array, values: Array, reach: int) -> tuple[Array, Array, Array, Array]:
+@dataclass(frozen=True, eq=False)
+class _Sums:
+    """Sums over the ``count`` samples up to each one that has so many: of t, t^2, x and t x; (n - count + 1,) each.
+
+    t is the time since the last of the samples, s; x are their values.
+    """
+
+    count: int
+    t: Array
+    tt: Array
+    x: Array
+    tx: Array
+
+
+def _samples(values: Array) -> _Sums:
+    """The sums of windows of one sample."""
+    zero = np.zeros(values.size)
+    return _Sums(1, zero, zero, values, zero)
+
+
+def _joined(time: Array, late: _Sums, early: _Sums) -> _Sums:
+    """The sums over the samples of ``late`` together with those before them (``early``)."""
+    count, n = late.count + early.count, time.size
+    t, tt, x, tx = (v[: n - count + 1] for v in (early.t, early.tt, early.x, early.tx))
+    d = time[early.count - 1 : n - late.count] - time[count - 1 :]
+    return _Sums(
+        count,
+        late.t[early.count :] + t + early.count * d,
+        late.tt[early.count :] + tt + 2.0 * d * t + early.count * d**2,
+        late.x[early.count :] + x,
+        late.tx[early.count :] + tx + d * x,
+    )
+
+
+def _line_ends(s: _Sums, reach: int) -> tuple[Array, Array, Array, Array]:
     """Straight lines through each sample and ``reach`` before it, by least squares, for unit noise.
 
     Returns
     -------
     (n,) each: value and variance of the line's end, slope, and inverse of the slope's variance.
     """
-    windows = np.lib.stride_tricks.sliding_window_view
-    t = windows(time, reach + 1)
-    t = t - t[:, -1:]
-    x = windows(values, reach + 1)
-    middle = t.mean(axis=1, keepdims=True)
-    square = np.sum((t - middle) ** 2, axis=1)
-    slope = np.sum((t - middle) * x, axis=1) / square
-    ends = x.mean(axis=1) - slope * middle[:, 0]
-    spread = 1.0 / (reach + 1) + middle[:, 0] ** 2 / square
+    middle, mean = s.t / s.count, s.x / s.count
+    square = s.tt - s.t * middle
+    slope = (s.tx - s.t * mean) / square
+    ends = mean - slope * middle
+    spread = 1.0 / s.count + middle**2 / square
     pad = np.zeros(reach)
     return np.r_[pad, ends], np.r_[pad + 1.0, spread], np.r_[pad, slope], np.r_[pad + 1.0, square]
