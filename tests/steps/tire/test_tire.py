@@ -53,6 +53,13 @@ def test_the_curve_is_recovered_near_the_bound(seed: int) -> None:
         assert estimate.std == pytest.approx(bounds[name], rel=0.7), name
 
 
+def test_friction_that_falls_far_beyond_the_peak_does_not_mislead_the_start() -> None:
+    vehicle = replace(random_vehicle(4), tire_C=1.9, tire_E=-1.0)
+    result = run(vehicle, 4)
+    assert result.parameters["tire_C"].value == pytest.approx(vehicle.tire_C, abs=0.02)
+    assert result.parameters["tire_B"].value == pytest.approx(vehicle.tire_B, rel=0.05)
+
+
 def test_least_squares_on_noisy_slip_flattens_the_curve_and_this_does_not() -> None:
     vehicle = Vehicle(tire_B=12.0)
     data = []

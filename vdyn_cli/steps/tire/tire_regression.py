@@ -179,6 +179,7 @@ class TireFit:
         level = friction[slip > 0] if "braking_D" in self.free and (slip > 0).any() else np.abs(friction)
         peak = float(np.clip(np.quantile(level, 0.98), 0.1, 2.5))
         low = np.abs(friction) < 0.6 * peak
+        low &= np.abs(slip) < np.median(np.abs(slip[~low]))  # not the branch beyond the peak
         slope = _slope(slip[low], friction[low]) if low.any() else 15.0
         b = float(np.clip(slope / (1.5 * peak), 2.0, 40.0))
         shape = {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}
