@@ -30,6 +30,7 @@ HIDDEN = (
     Hidden("load_sensitivity", 2e-5),
     Hidden("slip_offset", 0.004),
     Hidden("force_offset", 80.0),
+    Hidden("rolling_force", 0.013),
     Hidden("tire_relaxation", 0.3),
     Hidden("friction_fade", 0.01),
 )
@@ -96,4 +97,5 @@ def test_the_step_takes_every_cause_that_it_looks_for_and_without_a_speed_what_n
         for s in prepare(SPEC, sweeps, KNOWN).logs
     )
     names = {e.name for e in applicable(prepare(SPEC, slips, KNOWN).model, wanted)}
-    assert names == {"load_sensitivity", "slip_offset", "force_offset", "friction_drift", "slip_lag"}
+    expected = {"load_sensitivity", "slip_offset", "force_offset", "rolling_force", "friction_drift", "slip_lag"}
+    assert names == expected

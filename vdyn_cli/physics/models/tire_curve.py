@@ -38,7 +38,7 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
     stiff = p.tire_B * (1 + p.braking_B * braking)
     history = {"elapsed": u.elapsed, "returning": u.returning}
     force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E, **history)
-    e.sensor("force_x", force + load * p.tire_Sv, 0.0)
+    e.sensor("force_x", force + load * p.tire_Sv, 0.0, load=load)
 
 
 def _driven(e: ModelBuilder, u: Signals) -> None:
