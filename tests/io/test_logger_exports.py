@@ -133,7 +133,13 @@ def test_units_stand_with_the_names_in_the_cells_of_a_header(tmp_path: Path) -> 
     "values", [TIME, TIME + 40.0, TIME + 1e5, TIME[::20] * 20.0, 100.0 * TIME, np.array([0.0, 55.2, 101.0, 120.3])]
 )
 def test_other_clocks_are_no_digits_of_a_time_of_day(values: NDArray[np.float64]) -> None:
-    assert seconds_of_digits(values) is None
+    assert seconds_of_digits(values, "Time") is None
+
+
+def test_the_name_of_a_clock_shows_its_digits_within_a_minute() -> None:
+    within = 91204.0 + np.arange(0.0, 50.0, 0.05)
+    assert seconds_of_digits(within, "Time") is None
+    assert seconds_of_digits(within, "Time (HHMMSS.SS)") == pytest.approx(9 * 3600 + 12 * 60 + within - 91200.0)
 
 
 def test_a_spreadsheet_counts_days_since_1900(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ _INSTANT = re.compile(
     r"\s*([AaPp][Mm])?" + _ZONE
 )
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
+_IN_DIGITS = re.compile("hhmmss", re.IGNORECASE)  # in a column's name
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
 
 
@@ -63,10 +64,11 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
     return counted
 
 
-def seconds_of_digits(values: Array) -> Array | None:
+def seconds_of_digits(values: Array, name: str) -> Array | None:
     """Seconds since midnight of a clock (n,) written in digits, ``hhmmss.ss``; None for any other column.
 
-    Such a clock jumps by an additional 40 at each full minute, from 59.95 to 100.00, and only there.
+    Such a clock jumps by an additional 40 at each full minute, from 59.95 to 100.00, and only there. In a log without a
+    full minute only the column's name shows it, such as ``Time (HHMMSS.SS)``.
     """
     for first in range(0, values.size, _CHUNK):  # a clock in s returns here after a minute
         if (values[first : first + _CHUNK] % 100.0 >= 60.0).any():
@@ -81,7 +83,8 @@ def seconds_of_digits(values: Array) -> Array | None:
     full = np.flatnonzero(np.diff(np.floor(digits / 100.0)) != 0.0)
     steps = np.diff(since_first(counted))
     usual = float(np.median(steps))
-    if not full.size or usual > _LONGEST_STEP or np.max(steps[full]) > _MOST_STEPS * usual:
+    largest = np.max(steps[full], initial=0.0)
+    if not (full.size or _IN_DIGITS.search(name)) or usual > _LONGEST_STEP or largest > _MOST_STEPS * usual:
         return None
     found = np.full(values.shape, np.nan)
     found[written] = counted

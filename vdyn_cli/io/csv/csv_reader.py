@@ -63,7 +63,7 @@ class CsvReader:
         timed = [i for i, cell in names.items() if i not in text and (bare or is_clock(cell, units[i]))]
         begins = dict(numbers.begins)
         for i in (i for i in timed if not units[i]):
-            if (of_day := seconds_of_digits(numbers.columns[i])) is not None:
+            if (of_day := seconds_of_digits(numbers.columns[i], names[i])) is not None:
                 numbers.columns[i], units[i] = since_first(of_day), "s"
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
         order = sorted(timed, key=lambda i: (not has_usual_rate(numbers.columns[i], units[i]), not is_clock(names[i])))
@@ -98,7 +98,7 @@ class CsvReader:
         raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
         columns = {channel: layout.header[at] for channel, at in position.items()}
         logged = options.split_times is None and mapping["time"].unit == "s"
-        if logged and (of_day := seconds_of_digits(raw["time"])) is not None:
+        if logged and (of_day := seconds_of_digits(raw["time"], columns["time"])) is not None:
             raw["time"] = since_first(of_day)
             what = "channel 'time' is read as hours, minutes and seconds in digits, hhmmss.ss"
             findings.append(Finding(f"{name}, column '{columns['time']}'", what, minor=True))
