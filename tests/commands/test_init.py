@@ -352,9 +352,10 @@ def test_the_speed_of_an_axle_serves_where_no_other_is_logged(tmp_path: Path) ->
     assert description["channels"]["wheel_speed"] == {"column": "WheelSpeedFrontAxle[rpm]", "unit": "rpm"}
     assert "speed" not in description["channels"]
     assert description["vehicle"]["wheel_radius"] == "?"
-    path = tmp_path / "other.csv"
-    path.write_text("\n".join(["Time[s],N Front[rpm]", *rows]) + "\n")
-    assert "map 'wheel_speed' instead: by their unit: \"N Front[rpm]\"" in draft("coastdown", path)[0].text
+    for column in ("N Front[rpm]", "wheel_rpm"):
+        path = tmp_path / f"{column[:5]}.csv"
+        path.write_text("\n".join([f"Time[s],{column}", *rows]) + "\n")
+        assert f"map 'wheel_speed' instead: by their unit: \"{column}\"" in draft("coastdown", path)[0].text
 
 
 def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> None:

@@ -75,6 +75,16 @@ def test_a_station_gives_air_and_wind_of_each_run(tmp_path: Path) -> None:
     )
 
 
+def test_units_at_the_end_of_names_are_read(tmp_path: Path) -> None:
+    lines = ["date_time,wind_speed_m/s,wind_dir_deg,temp_C,pressure_hPa"]
+    lines += [f"{MORNING + timedelta(seconds=10.0 * k):%Y-%m-%d %H:%M:%S},2.5,90,20.0,1002.1" for k in range(240)]
+    (tmp_path / "wx.csv").write_text("\n".join(lines) + "\n")
+    _, data = drafted(tmp_path, *coasts(tmp_path), tmp_path / "wx.csv")
+    assert data["environment"]["temperature"].startswith("20.0 +-")
+    assert data["environment"]["pressure"].startswith("100.21 +-")
+    assert data["runs"][0]["wind_speed"] == "1.25 m/s"
+
+
 @pytest.mark.parametrize(
     ("dated", "hours", "why"),
     [(False, 0.0, "are not times of day"), (True, 5.0, "does not cover the times of day of all runs")],

@@ -193,7 +193,7 @@ def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[s
     """The names of the columns whose stated unit and values fit a quantity."""
     fitting: list[str] = []
     for one in facts:
-        unit, _ = _unit(one, quantity, "", "")
+        unit, _ = _unit(one, quantity, _words(one.column)[1], "")
         if quantity.unit and unit not in ("", "?") and one.state == "varies" and not _unfit(one, quantity, unit):
             fitting.append(one.column)
     return fitting

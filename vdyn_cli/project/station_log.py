@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from vdyn_cli.io.channel_survey import ChannelFacts, recordings
+from vdyn_cli.io.file_units import is_unit
+from vdyn_cli.io.reader import ChannelInfo
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
@@ -122,7 +124,7 @@ def station_log(path: Path, facts: Sequence[ChannelFacts]) -> StationLog | None:
         if one.time is not None and one.info.name in names and one.values is not None:
             quantity = names[one.info.name]
             time = one.time
-            values[quantity] = to_si(one.values, _unit(quantity, one.info.unit), _NAMES[quantity][0])
+            values[quantity] = to_si(one.values, _unit(quantity, one.info), _NAMES[quantity][0])
     return StationLog(path.name, time + begin, {q: c for q, c in columns.items() if q in values}, values)
 
 
@@ -170,15 +172,25 @@ def _columns(facts: Sequence[ChannelFacts]) -> dict[str, str]:
 
 
 def _fits(quantity: str, name: str, facts: ChannelFacts) -> bool:
-    plain = " ".join(re.sub(r"[\[(].*?[\])]|[_.,]", " ", facts.column).split())
+    plain = " ".join(re.sub(r"[\[(].*?[\])]|[_.,]", " ", _name_and_unit(facts.info)[0]).split())
     if facts.state not in ("varies", "constant") or not re.fullmatch(name, plain, re.IGNORECASE):
         return False
     try:
-        to_si(1.0, _unit(quantity, facts.info.unit), _NAMES[quantity][0])
+        to_si(1.0, _unit(quantity, facts.info), _NAMES[quantity][0])
     except UnitError:
         return False
-    return bool(facts.info.unit) or quantity == "wind_direction"
+    return bool(_name_and_unit(facts.info)[1]) or quantity == "wind_direction"
 
 
-def _unit(quantity: str, unit: str) -> str:
+def _unit(quantity: str, info: ChannelInfo) -> str:
+    unit = _name_and_unit(info)[1]
+    if quantity == "temperature" and unit in ("C", "F"):
+        return f"deg{unit}"
     return unit or ("deg" if quantity == "wind_direction" else "")
+
+
+def _name_and_unit(info: ChannelInfo) -> tuple[str, str]:
+    """The name of a column without its unit, and the unit that the file states or that ends the name (``temp_C``)."""
+    name, _, last = info.name.rpartition("_")
+    ends = not info.unit and name and is_unit(last)
+    return (name, last) if ends else (info.name, info.unit)
