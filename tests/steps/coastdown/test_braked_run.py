@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.messy_cases import estimated
+from tests.messy_cases import estimated, prepared
 from tests.plant.messy_day import Case, Run, drawn_day, drive
 
 
@@ -64,3 +64,18 @@ def test_runs_over_half_of_the_speeds_each_are_kept_though_all_are_braked_to_res
 def test_a_braked_run_is_out_where_no_window_is_stated() -> None:
     case = drive(3, drawn_day("clean", 3))
     assert "run_2.csv" not in estimated(braked(braked(case)), False).fit.runs
+
+
+def test_a_run_disturbed_at_both_ends_is_used_between_them() -> None:
+    case = drive(3, drawn_day("clean", 3))
+    run = case.runs[1]
+    time = run.time - run.time[0]
+    changed = run.speed + 0.5 * np.clip(6.0 - time, 0.0, None) - 1.2 * np.clip(time - time[-1] + 4.0, 0.0, None)
+    keep = changed > 0.5
+    other = Run(run.time[keep], changed[keep], run.position[keep], run.direction, run.start)
+    case = Case(case.vehicle, case.day, (case.runs[0], other, *case.runs[2:]))
+    problem = prepared(case, False).problem
+    assert len(problem.publish().fit.runs) == len(case.runs)
+    left = [r for r in problem.selection.rejected if r.run == "run_2.csv"]  # type: ignore[attr-defined]
+    first, last = sorted(left, key=lambda r: r.start)
+    assert last.start - first.stop > 80.0

@@ -91,9 +91,9 @@ def without_braking(
     if window is None:
         window = float(np.median([_covered(each.segment, _undisturbed(each)[0]) for each in compared]))
     for each in compared:
-        segment, cut_off = _longer_part(each, window)
+        segment, cut_off = _longest_part(each, window)
         kept += [segment] if segment else []
-        rejected += [cut_off] if cut_off else []
+        rejected += cut_off
     return kept, rejected
 
 
@@ -243,8 +243,8 @@ def _least_absolute_deviations(design: Array, values: Array) -> Array:
     return np.asarray(law)
 
 
-def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment | None, RejectedSegment | None]:
-    """The part before or after the outliers of a coast, whichever covers more speed, and the rejected rest."""
+def _longest_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment | None, list[RejectedSegment]]:
+    """The part between the outliers of a coast that covers most speed, and the rejected rest."""
     name, time = one.segment.name, one.segment.log.time
     begin, end = float(time[0]), float(time[-1])
     middle = float(np.median(one.excess))
@@ -253,24 +253,22 @@ def _longer_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment 
             f"slows by {middle:.2f} m/s^2 more than the other runs throughout: check for an engaged driveline "
             "or a dragging brake"
         )
-        return None, RejectedSegment(name, begin, end, why)
+        return None, [RejectedSegment(name, begin, end, why)]
     if not (at := one.outliers).size:
-        return one.segment, None
-    why = one.reason(int(at[0]))
-    best, lost_from, lost_to = _undisturbed(one)
-    if _covered(one.segment, best) >= STEP_POLICY.least_covered * window:
-        return one.segment.rows(best), RejectedSegment(name, lost_from, lost_to, why)
-    return None, RejectedSegment(name, begin, end, why)
+        return one.segment, []
+    best, since, until = _undisturbed(one)
+    if _covered(one.segment, best) < STEP_POLICY.least_covered * window:
+        return None, [RejectedSegment(name, begin, end, one.reason(int(at[0])))]
+    lost = ((begin, since, at[one.time[at] < since]), (until, end, at[one.time[at] > until]))
+    return one.segment.rows(best), [RejectedSegment(name, a, b, one.reason(int(k[0]))) for a, b, k in lost if k.size]
 
 
 def _undisturbed(one: _ExcessDeceleration) -> tuple[Mask, float, float]:
-    """Rows before or after the outliers, whichever cover more speed, and begin and end of the other rows, s."""
+    """Rows before, between or after the outliers, whichever cover most speed, and their begin and end, s."""
     time, at = one.segment.log.time, one.outliers
-    begin, end = float(time[0]), float(time[-1])
-    if not at.size:
-        return np.ones(time.size, dtype=bool), end, end
-    until, since = float(one.time[at[0]]) - INTERVAL, float(one.time[at[-1] + 1]) + INTERVAL
-    parts = ((time < until, until, end), (time > since, begin, since))
+    begins = [float(time[0]), *(one.time[at + 1] + INTERVAL).tolist()]
+    ends = [*(one.time[at] - INTERVAL).tolist(), float(time[-1])]
+    parts = [((time >= a) & (time <= b), a, b) for a, b in zip(begins, ends, strict=True)]
     return max(parts, key=lambda p: _covered(one.segment, p[0]))
 
 
