@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +11,6 @@ from numpy.typing import NDArray
 from vdyn_cli.inference.regression import Regression, Residuals, Rows
 from vdyn_cli.inference.solution import Solution
 from vdyn_cli.quantities.arrays import Array
-
-
-@runtime_checkable
-class Narrowing(Protocol):
-    """Rows of a regression that can be evaluated for a subset of its shared unknowns at lower cost."""
-
-    def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> Callable[[int, Array], Rows] | None:
-        """The rows for the unknowns ``free``, with the others held at these values; None where it saves nothing."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -74,10 +64,7 @@ def restricted(full: Regression, held: Mapping[str, float], starts: Solution | N
         run_starts |= dict(starts.per_run)
     held_rows = _HeldResiduals if isinstance(full.rows, Residuals) else _Held
     rows: Callable[[int, Array], Rows] = held_rows(full, free, at)
-    if isinstance(full.rows, Narrowing):
-        others = {u.name: float(v) for u, v in zip(shared, at, strict=True) if u.name in held}
-        rows = full.rows.narrowed([u.name for u in kept], others) or rows
-    elif full.narrow is not None and all(held.get(u.name, u.start) == u.start for u in shared):
+    if full.narrow is not None and all(held.get(u.name, u.start) == u.start for u in shared):
         rows = full.narrow([u.name for u in kept])
     return replace(full, unknowns=(*kept, *full.own), rows=rows, run_starts=run_starts, narrow=None)
 

@@ -16,12 +16,10 @@ from hypothesis import strategies as st
 from tests.coast_cases import known, logs_of, solve_day, spec_of
 from tests.plant import coast, sensors
 from tests.plant.vehicle import REFERENCE, random_vehicle
-from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.errors import InputError, ResultError, VdynError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown import road_load_rows
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
 from vdyn_cli.steps.coastdown.step import STEP
 
@@ -498,17 +496,3 @@ def hurt(log: Log, damage: str, rng: np.random.Generator) -> Log:
     else:
         speed[at] = 1e6
     return log.with_channels(speed=speed)
-
-
-def test_rows_over_fewer_unknowns_are_those_of_the_whole_model(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(road_load_rows, "WORTH_COMPILING", 0)
-    runs = coast.campaign(REFERENCE, 31, coast.DAY.but(runs=2))
-    full = prepare(spec_of(runs), logs_of(runs), known(REFERENCE)).regression()
-    names = [u.name for u in full.shared]
-    held = {names[0]: full.shared[0].start}
-    narrow = restricted(full, held)
-    assert isinstance(narrow.rows, road_load_rows.RoadLoadRows)
-    at, here = full.local(full.start(), 0), narrow.local(narrow.start(), 0)
-    whole, part = full.rows(0, at), narrow.rows(0, here)
-    assert part.residual == pytest.approx(whole.residual, abs=1e-9)
-    assert part.jacobian == pytest.approx(whole.jacobian[:, 1:], abs=1e-9)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vdyn_cli.engine.integrator import blocks
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Rows
 from vdyn_cli.inference.banded import whitened
-from vdyn_cli.physics.models.load_transfer import CARRIED, HEAVE_LEVERS, SOUGHT, SPEED_RATE
+from vdyn_cli.physics.models.load_transfer import CARRIED, SPEED_RATE
 from vdyn_cli.quantities.arrays import Array
 
 if TYPE_CHECKING:
@@ -94,24 +92,6 @@ class BalanceRows:
         values = dict(zip(before, self.at.tolist(), strict=False))
         shared = [values.get(u.name, u.start) for u in other.unknowns if not u.per_run]
         return np.concatenate([shared, self.at[len(before) :]])
-
-    def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> BalanceRows | None:
-        """The rows as functions of the unknowns ``free``, the others fixed at ``held``.
-
-        Effects without a free unknown and with zero amplitudes are removed. None where this saves no pass of the
-        simulation, so that compiling the code for it would not pay off.
-        """
-        if {*SOUGHT, *HEAVE_LEVERS} & set(held) or len(blocks(len(free))) == len(blocks(len(free) + len(held))):
-            return None
-        fit = self.fit
-        effects = tuple(
-            e
-            for e in fit.effects
-            if set(e.unknowns) & set(free) or any(held[n] for n in e.unknowns if n not in e.nominal)
-        )
-        known = {**fit.known, **{n: held[n] for e in effects for n in e.unknowns if n in held}}
-        unknowns = tuple(u for u in fit.effect_unknowns if u.name in free)
-        return replace(self, fit=replace(fit, known=known, effects=effects, effect_unknowns=unknowns))
 
 
 def simulated(simulator: Simulator, drive: Drive, theta: Array) -> Simulated:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.integrator import blocks
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Rows, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns
@@ -20,7 +19,6 @@ from vdyn_cli.steps.coastdown.noise import noise_of, road_response
 from vdyn_cli.steps.coastdown.shared_road import slope_factor
 
 SUBSTEPS = 1  # between the nodes of a coast, a second apart: halving it moves no estimate by 1e-6 of its interval
-WORTH_COMPILING = 100  # runs times blocks of unknowns saved in every iteration: compiling a block takes 0.2 s
 START = "start.speed"
 ROUGHNESS = "roughness"
 
@@ -133,25 +131,6 @@ class RoadLoadRows:
             residual, jacobian = whiten(residual, jacobian, cholesky=factor)
         time = np.tile(self.campaign.bins[run].time, len(self.campaign.channels))
         return Rows(residual, jacobian, time=time, plain=plain, apart=self.campaign.runs[run].split)
-
-    def narrowed(self, free: Sequence[str], held: Mapping[str, float]) -> RoadLoadRows | None:
-        """The rows as functions of the unknowns ``free``, in that order, with the others fixed at ``held``.
-
-        None where simulating fewer unknowns saves less time than compiling the code for it takes, or where a slope of
-        the road is fixed.
-        """
-        before, after = (len(blocks(len(names) - len(self.road) + 2)) for names in (self.shared, free))
-        if (before - after) * len(self.campaign.runs) < WORTH_COMPILING or not set(self.road) <= set(free):
-            return None
-        own = self.simulator
-        simulator = Simulator(
-            own.model,
-            {**self.campaign.values, **held},
-            unknowns=(*(n for n in free if n not in set(self.road)), START, "wind_variance"),
-            effects=own.effects,
-            substeps=1 if self.campaign.nodes is None else SUBSTEPS,
-        )
-        return replace(self, shared=tuple(free), simulator=simulator)
 
     @property
     def reference(self) -> Array:
