@@ -68,12 +68,12 @@ def test_the_likelihood_of_a_roughness_has_the_slope_it_says() -> None:
     rows, random = fit.rows, fit.rows.random()
     assert random is not None
     start = fit.regression.start()
-    noisy = [rows.noisy(k, fit.regression.local(start, k), rows.at) for k in range(len(fit.regression.runs))]
+    noisy = [rows.noisy(k, fit.regression.local(start, k), rows.noise.at) for k in range(len(fit.regression.runs))]
     known = np.zeros(len(rows.shared))
     known[random.columns] = 1.0
 
     def at(shift: float) -> tuple[float, dict[str, float]]:
-        sizes = {**rows.sizes, "roughness": rows.sizes["roughness"] * np.exp(shift)}
+        sizes = {**rows.noise.sizes, "roughness": rows.noise.sizes["roughness"] * np.exp(shift)}
         return restricted_likelihood(noisy, sizes, known, RandomUnknowns("roughness", random.columns))
 
     by_difference = (at(1e-3)[0] - at(-1e-3)[0]) / 2e-3

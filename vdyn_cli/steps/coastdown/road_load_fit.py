@@ -53,12 +53,12 @@ class RoadLoadFit:
     @property
     def sizes(self) -> Mapping[str, float]:
         """Amplitudes of the noise, by source (gust_covariance.SOURCES)."""
-        return self.rows.sizes
+        return self.rows.noise.sizes
 
     @property
     def at(self) -> Mapping[str, float]:
         """Value of every parameter of the model at the solution, SI."""
-        return {**self.rows.at, **self.solution.values}
+        return {**self.rows.noise.at, **self.solution.values}
 
     @property
     def inertia(self) -> float:
@@ -82,12 +82,12 @@ class RoadLoadFit:
     def simulate_with(self, run: int, at: Mapping[str, float], start: float) -> Simulated:
         """The run simulated at its samples, with parameters ``at`` (SI) and start speed ``start`` (m/s)."""
         values = {**at, START: start}
-        theta = [values[n] for n in self.rows.simulator.unknowns]
+        theta = [values[n] for n in self.rows.runs.simulator.unknowns]
         drive = self.campaign.drives[run]
         if self.rows.road:
             grade = np.asarray(drive.inputs["grade"]) + self.slope(run, at)
             drive = replace(drive, inputs={**drive.inputs, "grade": grade})
-        return self.rows.simulator(drive, theta, sensitivities=False)
+        return self.rows.runs.simulator(drive, theta, sensitivities=False)
 
     def slope(self, run: int, at: Mapping[str, float]) -> Array:
         """Uphill slope of the shared road at the run's samples, (n,) m/m; zero where no road is shared."""

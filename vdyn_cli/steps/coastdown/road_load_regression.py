@@ -17,8 +17,9 @@ from vdyn_cli.inference.restricted_likelihood import find_sizes, typical_sizes
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
-from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows
+from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows, RowNoise
 from vdyn_cli.steps.coastdown.shared_road import describes_road, independent_slopes, road_unknowns
+from vdyn_cli.steps.coastdown.simulated_runs import SimulatedRuns
 from vdyn_cli.steps.coastdown.start_values import with_start_values
 
 STEPS = 6  # of a preliminary fit, whose values are not published
@@ -39,8 +40,9 @@ def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Seque
 
 def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
     """The regression with the road and the noise amplitudes of the baseline's rows."""
-    rows = replace(rows_of(regression), center=base.center, drives=base.drives)
-    return replace(regression, rows=rows.weighted(base.sizes, base.at))
+    rows = rows_of(regression)
+    rows = replace(rows, center=base.center, runs=replace(rows.runs, drives=base.runs.drives))
+    return replace(regression, rows=rows.weighted(base.noise.sizes, base.noise.at))
 
 
 def weighted_start(campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = ANY) -> Regression:
@@ -57,7 +59,7 @@ def weighted_start(campaign: Campaign, near: Regression | None = None, most: Map
     """
     regression = initial_regression(campaign, (), ())
     if near is not None:
-        sizes, at = rows_of(near).sizes, rows_of(near).at
+        sizes, at = rows_of(near).noise.sizes, rows_of(near).noise.at
         begin = {u.name: u.start for u in near.shared if u.name not in set(rows_of(near).road)}
         regression = replace(regression, rows=rows_of(regression).weighted(sizes, at))
         regression = starting_at(with_hill_prior(regression), begin, near.run_starts)
@@ -74,7 +76,7 @@ def rows_of(regression: Regression) -> RoadLoadRows:
 
 def effects_of(regression: Regression) -> tuple[Effect, ...]:
     """The effects in the model of a road load's regression."""
-    return tuple(e for e in rows_of(regression).simulator.effects if isinstance(e, Effect))
+    return tuple(e for e in rows_of(regression).runs.simulator.effects if isinstance(e, Effect))
 
 
 def transferred(regression: Regression, campaign: Campaign, values: Mapping[str, float]) -> Regression:
@@ -86,11 +88,13 @@ def transferred(regression: Regression, campaign: Campaign, values: Mapping[str,
     values : of the shared unknowns, which determine the car's response to the noise.
     """
     rows = rows_of(regression)
-    at = {n: values.get(n, v) for n, v in campaign.values.items()} | {"wind_variance": rows.at["wind_variance"]}
+    at = {n: values.get(n, v) for n, v in campaign.values.items()} | {"wind_variance": rows.noise.at["wind_variance"]}
     starts = {START: np.array([r.speed[0] for r in campaign.runs])} if campaign.speed_fitted else {}
     runs = tuple(r.name for r in campaign.runs)
     level = None if rows.center is None else np.zeros_like(rows.center)
-    there = replace(rows, campaign=campaign, center=level, drives=()).weighted(rows.sizes, at)
+    there = replace(rows, runs=SimulatedRuns(campaign, rows.runs.simulator), center=level).weighted(
+        rows.noise.sizes, at
+    )
     return replace(regression, runs=runs, rows=there, run_starts=starts)
 
 
@@ -122,7 +126,8 @@ def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra:
         substeps=1 if campaign.nodes is None else SUBSTEPS,
     )
     level = np.zeros(len(road)) if road else None
-    rows = RoadLoadRows(campaign, simulator, names, {}, {}, (), tuple(u.name for u in road), center=level, hills=hills)
+    simulation, none = SimulatedRuns(campaign, simulator), RowNoise({}, {})
+    rows = RoadLoadRows(simulation, names, none, tuple(u.name for u in road), level, hills)
     rows = rows.weighted(sizes, campaign.values)
     starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
     own = (Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True),) if campaign.speed_fitted else ()
@@ -145,7 +150,7 @@ def with_hill_prior(regression: Regression) -> Regression:
     }
 
     def with_prior(u: Unknown) -> Unknown:
-        u = replace(u, prior=(0.0, rows.sizes[ROUGHNESS]), prior_degrees=degrees, prior_stated=False)
+        u = replace(u, prior=(0.0, rows.noise.sizes[ROUGHNESS]), prior_degrees=degrees, prior_stated=False)
         return replace(u, prior_correlation=related[u.name])
 
     return replace(regression, unknowns=tuple(with_prior(u) if u.name in related else u for u in regression.unknowns))
@@ -156,9 +161,11 @@ def scaled_to_residuals(regression: Regression) -> Regression:
     rows, start, squares = rows_of(regression), regression.start(), []
     for k in range(len(regression.runs)):
         residual, _ = rows.binned(k, regression.local(start, k))
-        squares.append((residual / rows.factors[k]) ** 2)
+        squares.append((residual / rows.noise.factors[k]) ** 2)
     scale = max(float(np.sqrt(np.mean(np.concatenate(squares)))), 1.0)
-    return replace(regression, rows=rows.weighted({n: size * scale for n, size in rows.sizes.items()}, rows.at))
+    return replace(
+        regression, rows=rows.weighted({n: size * scale for n, size in rows.noise.sizes.items()}, rows.noise.at)
+    )
 
 
 def reweighted(
@@ -171,12 +178,12 @@ def reweighted(
     shared, own : values of the shared unknowns, and (runs,) of each run's own. most : upper limits of amplitudes.
     """
     rows = rows_of(regression)
-    at = {**rows.at, **shared}
+    at = {**rows.noise.at, **shared}
     runs = []
     for k in range(len(rows.campaign.runs)):
         theta = np.array([*(shared[n] for n in rows.shared), *(own[u.name][k] for u in regression.own)])
         runs.append(rows.noisy(k, theta, at))
-    sizes = find_sizes(runs, rows.sizes, prior_information(regression), rows.random(), most=most)
+    sizes = find_sizes(runs, rows.noise.sizes, prior_information(regression), rows.random(), most=most)
     rows = rows.on_road(shared).weighted(sizes, {**at, "wind_variance": wind_variance(sizes)})
     if rows.road:  # the same slopes in units of another roughness
         shared = {**shared, **dict(zip(rows.road, rows.reference.tolist(), strict=True))}

@@ -3,35 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Rows, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import noise_of, road_response
 from vdyn_cli.steps.coastdown.shared_road import slope_factor
+from vdyn_cli.steps.coastdown.simulated_runs import SimulatedRuns
 
 SUBSTEPS = 1  # between the nodes of a coast, a second apart: halving it moves no estimate by 1e-6 of its interval
 START = "start.speed"
 ROUGHNESS = "roughness"
 
 
-@dataclass(frozen=True, eq=False)
-class _SimulatedRun:
-    """A simulated run, averaged over the bins: channels (m,) and sensitivities (m, k) at ``values`` of the unknowns."""
+@dataclass(frozen=True)
+class RowNoise:
+    """The noise of all runs.
 
-    simulator: Simulator
-    drive: Drive
-    values: list[float]
-    channels: Array
-    sensitivities: Array
+    Parameters
+    ----------
+    at : parameters of the model at which it was computed, SI.
+    sizes : its amplitudes, by source (gust_covariance.SOURCES).
+    factors : of each run's covariance, lower triangular (m, m), or (m,) where it is diagonal.
+    slopes : for each run (b, k), response of its rows to the shared road's unknowns for a roughness of one.
+    """
+
+    at: Mapping[str, float]
+    sizes: Mapping[str, float]
+    factors: tuple[Array, ...] = ()
+    slopes: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -40,35 +46,23 @@ class RoadLoadRows:
 
     Parameters
     ----------
-    shared : names of the shared unknowns. at : parameters of the model at which the noise was computed, SI.
-    sizes : amplitudes of the noise, by source (gust_covariance.SOURCES).
-    factors : of each run's covariance, lower triangular (m, m), or (m,) where it is diagonal.
+    runs : the simulation of the runs. shared : names of the shared unknowns. noise : of the rows.
     road : names of the shared road's unknowns, which enter linearly and have independent priors of one.
-    slopes : for each run (b, k), response of its rows to them for a roughness of one.
     center : (k,) the road's unknowns times the roughness at which the runs are simulated and linearized.
-    drives : the runs with the slope of that road.
     hills : names of the unknowns of an effect that describes the road: slopes at equidistant knots along it.
-    made : the last simulation of each run.
     """
 
-    campaign: Campaign
-    simulator: Simulator
+    runs: SimulatedRuns
     shared: tuple[str, ...]
-    at: Mapping[str, float]
-    sizes: Mapping[str, float]
-    factors: tuple[Array, ...]
+    noise: RowNoise
     road: tuple[str, ...] = ()
-    slopes: tuple[Array, ...] = ()
     center: Array | None = None
-    drives: tuple[Drive, ...] = ()
     hills: tuple[str, ...] = ()
-    made: dict[int, _SimulatedRun] = field(default_factory=dict, compare=False, repr=False)
 
-    @cached_property
-    def simulated(self) -> tuple[str, ...]:
-        """The shared unknowns that enter the simulation."""
-        road = set(self.road)
-        return tuple(n for n in self.shared if n not in road)
+    @property
+    def campaign(self) -> Campaign:
+        """The runs as measured."""
+        return self.runs.campaign
 
     @cached_property
     def road_columns(self) -> NDArray[np.intp]:
@@ -89,42 +83,20 @@ class RoadLoadRows:
         """
         shared = theta[: len(self.shared)]
         inside = np.concatenate([self.simulated_columns, np.arange(shared.size, theta.size)])
-        simulated, columns = self._simulated(run, theta[inside])
+        simulated, columns = self.runs.binned(run, theta[inside], self.noise.at["wind_variance"])
         residual = simulated - np.concatenate(self.campaign.binned[run])
         jacobian = np.zeros((residual.size, theta.size))
         jacobian[:, inside] = columns
         if self.road:
-            jacobian[:, self.road_columns] = self.sizes[ROUGHNESS] * self.slopes[run]
+            jacobian[:, self.road_columns] = self.noise.sizes[ROUGHNESS] * self.noise.slopes[run]
             residual = residual + jacobian[:, self.road_columns] @ (shared[self.road_columns] - self.reference)
         return residual, jacobian
-
-    def _simulated(self, run: int, theta: Array) -> tuple[Array, Array]:
-        """The channels of one run (m,) and their derivatives (m, k), simulated and averaged over the bins.
-
-        The last simulation is reused: noise and intervals are computed at the values where the fit ended.
-        """
-        campaign = self.campaign
-        start = theta[-1] if campaign.speed_fitted else campaign.runs[run].speed[0]
-        values = [*theta[: len(self.simulated)].tolist(), float(start), self.at["wind_variance"]]
-        drive = self.drives[run] if self.drives else campaign.fit_drives[run]
-        made = self.made.get(run)
-        if made is not None and made.simulator is self.simulator and made.drive is drive and made.values == values:
-            return made.channels, made.sensitivities
-        try:
-            seen = self.simulator(drive, values)
-        except ResultError as error:  # far from the solution the simulation may be unstable
-            raise ArithmeticError(str(error)) from error
-        channels = np.concatenate([campaign.mean(run, seen.outputs[n]) for n in campaign.channels])
-        slopes = (seen.sensitivities[n][:, : theta.size] for n in campaign.channels)
-        columns = np.concatenate([campaign.mean(run, s) for s in slopes])
-        self.made[run] = _SimulatedRun(self.simulator, drive, values, channels, columns)
-        return channels, columns
 
     def __call__(self, run: int, theta: Array) -> Rows:
         residual, jacobian = self.binned(run, theta)
         main = self.campaign.bins[run].time.size
         plain = residual[:main], jacobian[:main]
-        factor = self.factors[run]
+        factor = self.noise.factors[run]
         if factor.ndim == 1:
             residual, jacobian = residual / factor, jacobian / factor[:, None]
         else:
@@ -136,20 +108,20 @@ class RoadLoadRows:
     def reference(self) -> Array:
         """The road's unknowns at which the runs are simulated, (k,)."""
         assert self.center is not None
-        return self.center / self.sizes[ROUGHNESS]
+        return self.center / self.noise.sizes[ROUGHNESS]
 
     def on_road(self, shared: Mapping[str, float]) -> RoadLoadRows:
         """The rows simulated on the road that these values of the shared unknowns describe."""
         layout = self.campaign.layout
         if layout is None or not self.road:
             return self
-        center = self.sizes[ROUGHNESS] * np.array([shared[n] for n in self.road])
+        center = self.noise.sizes[ROUGHNESS] * np.array([shared[n] for n in self.road])
         profile = layout.factor @ center
         drives = []
         for k, drive in enumerate(self.campaign.fit_drives):
             slope = np.interp(drive.time, self.campaign.runs[k].time, layout.weights(k) @ profile)
             drives.append(replace(drive, inputs={**drive.inputs, "grade": np.asarray(drive.inputs["grade"]) + slope}))
-        return replace(self, center=center, drives=tuple(drives))
+        return replace(self, center=center, runs=replace(self.runs, drives=tuple(drives)))
 
     def weighted(self, sizes: Mapping[str, float], at: Mapping[str, float]) -> RoadLoadRows:
         """The rows whitened with other noise amplitudes and model parameters."""
@@ -158,7 +130,7 @@ class RoadLoadRows:
         slopes = (
             tuple(_of_width(road_response(self.campaign, k, at), len(self.road)) for k in runs) if self.road else ()
         )
-        return replace(self, factors=factors, sizes=dict(sizes), at=dict(at), slopes=slopes)
+        return replace(self, noise=RowNoise(dict(at), dict(sizes), factors, slopes))
 
     @cached_property
     def hill_factor(self) -> Array:
@@ -187,7 +159,7 @@ class RoadLoadRows:
         if random is not None:
             columns = random.columns
             residual = residual - shared[:, columns] @ theta[columns]
-            shared[:, columns] = shared[:, columns] @ self.hill_factor if self.hills else self.slopes[run]
+            shared[:, columns] = shared[:, columns] @ self.hill_factor if self.hills else self.noise.slopes[run]
         return NoisyRun(residual, shared, jacobian[:, s:], noise_of(self.campaign, run, at))
 
 

@@ -62,12 +62,12 @@ def regression_with_effects(
     regression = initial_regression(replace(campaign, level_mean=True), effects, extra)
     base = weighted_start(campaign) if base is None else base
     largest = _largest(campaign)
-    if any(rows_of(base).sizes.get(n, 0.0) > size for n, size in largest.items()):
+    if any(rows_of(base).noise.sizes.get(n, 0.0) > size for n, size in largest.items()):
         base = weighted_start(campaign, most=largest)
     if campaign.white:
         return starting_at(regression, {u.name: u.start for u in base.shared}, base.run_starts)
-    known, at = rows_of(base), rows_of(base).at
-    sizes = {**rows_of(regression).sizes, **typical_sizes(noise_of(campaign, 0, at))}
+    known, at = rows_of(base), rows_of(base).noise.at
+    sizes = {**rows_of(regression).noise.sizes, **typical_sizes(noise_of(campaign, 0, at))}
     values = {u.name: u.start for u in base.shared}
     if campaign.shown_roughness is not None and ROUGHNESS in sizes:
         sizes[ROUGHNESS] = max(campaign.shown_roughness, campaign.roughness or 0.0)
@@ -77,7 +77,7 @@ def regression_with_effects(
 
     def resize(before: Regression) -> tuple[Regression, float]:
         after = _resized(before, *approach(before, STEPS))
-        old, new = rows_of(before).sizes, rows_of(after).sizes
+        old, new = rows_of(before).noise.sizes, rows_of(after).noise.sizes
         return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
 
     settled = until_settled(resize, level, ROUNDS, SIZES_SETTLED).state
@@ -115,14 +115,14 @@ def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[s
     rows, random, held = rows_of(regression), rows_of(regression).random(), {}
     regression = starting_at(regression, shared, own)
     start = regression.start()
-    runs = [rows.noisy(k, regression.local(start, k), rows.at) for k in range(len(regression.runs))]
+    runs = [rows.noisy(k, regression.local(start, k), rows.noise.at) for k in range(len(regression.runs))]
     if random is not None and rows.campaign.shown_roughness is not None:
-        held = {ROUGHNESS: rows.sizes[ROUGHNESS]}
+        held = {ROUGHNESS: rows.noise.sizes[ROUGHNESS]}
         random = replace(random, least=held[ROUGHNESS])
     sizes = find_sizes(
-        runs, rows.sizes, prior_information(regression), random, most={**_largest(rows.campaign), **held}
+        runs, rows.noise.sizes, prior_information(regression), random, most={**_largest(rows.campaign), **held}
     )
-    return replace(regression, rows=rows.weighted(sizes, {**rows.at, "wind_variance": wind_variance(sizes)}))
+    return replace(regression, rows=rows.weighted(sizes, {**rows.noise.at, "wind_variance": wind_variance(sizes)}))
 
 
 def _largest(campaign: Campaign) -> dict[str, float]:

@@ -90,12 +90,12 @@ class _RoadLikelihood:
         assert random is not None
         slopes = [[r @ binned_slopes(one, k) for k, r in enumerate(self.response)] for one in tried]
         every = [[scale * slope for slope in each] for each in slopes for scale in scales]
-        found = likelihoods_of(self.noisy, self.rows.sizes, self.known, random, every)
+        found = likelihoods_of(self.noisy, self.rows.noise.sizes, self.known, random, every)
         return found.reshape(len(tried), len(scales))
 
     def roughness(self) -> float:
         """The most likely roughness, m/m."""
-        return find_sizes(self.noisy, self.rows.sizes, self.known, self.rows.random())[ROUGHNESS]
+        return find_sizes(self.noisy, self.rows.noise.sizes, self.known, self.rows.random())[ROUGHNESS]
 
 
 def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | None = None) -> _RoadLikelihood:
@@ -103,8 +103,8 @@ def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | N
     regression = weighted_start(campaign) if regression is None else regression
     rows, start = rows_of(regression), regression.start()
     runs = range(len(campaign.runs))
-    noisy = [rows.noisy(k, regression.local(start, k), rows.at) for k in runs]
-    response = [slope_response(campaign, k, rows.at) for k in runs]
+    noisy = [rows.noisy(k, regression.local(start, k), rows.noise.at) for k in runs]
+    response = [slope_response(campaign, k, rows.noise.at) for k in runs]
     forces = [response[k] @ _free_forces(campaign, k, hats) for k in runs]
     noisy = [replace(n, shared=np.column_stack([n.shared, f])) for n, f in zip(noisy, forces, strict=True)]
     known = np.r_[prior_information(regression), np.full(forces[0].shape[1], 1.0 / ANY_FORCE**2)]
@@ -184,10 +184,10 @@ def _shifted(campaign: Campaign, near: Regression) -> Campaign:
     for k, bins in enumerate(campaign.bins):
         theta = regression.local(start, k)
         shifted = [layout.moved(k, way * SHIFT_STEP).weights(k) @ profile for way in (0.5, -0.5)]
-        response = slope_response(campaign, k, rows.at) @ bins.mean((shifted[0] - shifted[1]) / SHIFT_STEP)
+        response = slope_response(campaign, k, rows.noise.at) @ bins.mean((shifted[0] - shifted[1]) / SHIFT_STEP)
         residual, jacobian = rows.binned(k, theta)
         matrix = np.column_stack([jacobian[:, len(rows.shared) :], response])
-        white, change = whiten(residual, matrix, cholesky=rows.factors[k])
+        white, change = whiten(residual, matrix, cholesky=rows.noise.factors[k])
         stacked = np.vstack([change, np.r_[np.zeros(matrix.shape[1] - 1), 1.0 / PLACE]])
         step = -np.linalg.lstsq(stacked, np.r_[white, shifts[k] / PLACE], rcond=None)[0][-1]
         shifts[k] = float(np.clip(shifts[k] + step, -2 * PLACE, 2 * PLACE))
