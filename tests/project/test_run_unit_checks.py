@@ -13,10 +13,10 @@ from vdyn_cli.project.day_plan import plan
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.run_unit_checks import other_units, with_run_signs
-from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.sign_conventions import REMEDY
+from vdyn_cli.steps.sign_conventions import wrong_sign
 
 
 def coasts(*factors: float) -> list[Log]:
@@ -33,7 +33,7 @@ def test_a_run_in_another_unit_is_named_with_both_units() -> None:
 
 
 def test_a_sign_that_differs_in_one_run_gets_a_remedy_for_that_run() -> None:
-    wrong = Finding("run_1.csv, speed", "speed is negative", "", REMEDY)
+    wrong = wrong_sign("run_1.csv", "speed", "speed is negative")
     (turned,) = with_run_signs([wrong], coasts(1.0, -1.0))
     assert turned.remedy.startswith("add 'signs: {speed: -1}' to this run")
     assert with_run_signs([wrong], coasts(-1.0))[0] is wrong

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field, replace
 
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding
@@ -63,20 +64,35 @@ def contradicts(stated: str, column: Column, only_scale: bool = False) -> bool:
     return any(abs(a - b) > 1e-9 * max(abs(a), abs(b)) for a, b in zip(file, ours, strict=True))
 
 
+@dataclass(frozen=True)
+class UnitContradiction(Finding):
+    """The finding that a file states another unit than the description.
+
+    Parameters
+    ----------
+    channel : its name. read, stated : the units of the description, which is used, and of the file.
+    """
+
+    channel: str = field(default="", compare=False)
+    read: str = field(default="", compare=False)
+    stated: str = field(default="", compare=False)
+
+
 def contradiction(where: str, channel: str, column: Column, stated: str) -> Finding:
     """The finding that the file ``where`` states another unit than the description, whose unit is used: a note if it is
     stated for the run, otherwise a warning."""
     place = f" ({column.where})" if column.where else ""
+    unit = unit_text(stated)
     what = (
         f"channel '{channel}' is read in '{column.unit}' as the description says{place}, but the file states "
-        f"another unit '{unit_text(stated)}'"
+        f"another unit '{unit}'"
     )
-    if column.of_run:
-        return Finding(where, what)
     remedy = (
         f"correct the unit in the description; if the file's is wrong, write 'units: {{{channel}: {column.unit}}}' "
+        "at the run"
     )
-    return Finding(where, what, "", f"{remedy}at the run", doubt=True)
+    found = UnitContradiction(where, what, channel=channel, read=column.unit, stated=unit)
+    return found if column.of_run else replace(found, remedy=remedy, doubt=True)
 
 
 def unit_problem(column: Column, name: str) -> Finding | None:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from vdyn_cli.io.file_units import UnitContradiction
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
-from vdyn_cli.steps.sign_conventions import REMEDY
+from vdyn_cli.steps.sign_conventions import REMEDY, WrongSign
 
 SPEEDS = ("speed", "vehicle_speed")
 # Factor on a run's speed if its file has another unit than those of the other runs.
@@ -48,11 +48,6 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
                 yield Finding(f"{logs[k].name}, channel '{channel}'", what, "", remedy)
 
 
-_CONTRADICTION = re.compile(
-    r"channel '(?P<channel>[^']+)' is read in '(?P<read>[^']*)'.*another unit '(?P<unit>[^']+)'"
-)
-
-
 def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]]) -> Iterator[Finding]:
     """A problem for each run whose file states another unit than the description while those of other runs do not.
 
@@ -60,15 +55,12 @@ def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]])
     ----------
     logs : of all runs. stated : for each run, the units that the description states for it alone, which have priority.
     """
-    found = [
-        (k, f, m) for k, log in enumerate(logs) for f in log.findings if (m := _CONTRADICTION.match(f.what)) is not None
-    ]
-    for k, finding, match in found:
-        channel, unit = match["channel"], match["unit"]
-        runs = {i for i, _, other in found if other["channel"] == channel}
-        if len(runs) < len(logs) and channel not in stated[k]:
-            remedy = f"write 'units: {{{channel}: {unit}}}' at this run: the files of the other runs agree with "
-            yield replace(finding, remedy=remedy + f"the description; '{match['read']}' if its file is wrong")
+    found = [(k, f) for k, log in enumerate(logs) for f in log.findings if isinstance(f, UnitContradiction)]
+    for k, one in found:
+        runs = {i for i, other in found if other.channel == one.channel}
+        if len(runs) < len(logs) and one.channel not in stated[k]:
+            remedy = f"write 'units: {{{one.channel}: {one.stated}}}' at this run: the files of the other runs agree "
+            yield replace(one, remedy=f"{remedy}with the description; '{one.read}' if its file is wrong")
 
 
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
@@ -120,13 +112,11 @@ def with_run_signs(findings: Sequence[Finding], logs: Sequence[Log]) -> tuple[Fi
     ----------
     logs : of all runs.
     """
-    wrong = [f for f in findings if f.remedy == REMEDY]
-    names = {f.where.partition(", ")[0] for f in wrong}
-    if not names or len(names) >= len(logs):
+    wrong = [f for f in findings if isinstance(f, WrongSign) and f.remedy == REMEDY]
+    if not wrong or len({f.log for f in wrong}) >= len(logs):
         return tuple(findings)
-    return tuple(replace(f, remedy=_turned(f)) if f.remedy == REMEDY else f for f in findings)
-
-
-def _turned(finding: Finding) -> str:
-    channel = finding.where.partition(", ")[2].removeprefix("channel ").strip("' ")
-    return f"add 'signs: {{{channel}: -1}}' to this run: the other runs have the correct sign"
+    remedy = "add 'signs: {{{channel}: -1}}' to this run: the other runs have the correct sign"
+    return tuple(
+        replace(f, remedy=remedy.format(channel=f.channel)) if isinstance(f, WrongSign) and f in wrong else f
+        for f in findings
+    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
@@ -17,6 +19,19 @@ def cosine(a: Array, b: Array) -> float:
     return float(a[good] @ b[good]) / size if size > 0 else 0.0
 
 
+@dataclass(frozen=True)
+class WrongSign(Finding):
+    """The finding of a channel whose sign contradicts physics.
+
+    Parameters
+    ----------
+    log, channel : their names.
+    """
+
+    log: str = field(default="", compare=False)
+    channel: str = field(default="", compare=False)
+
+
 def wrong_sign(log: str, channel: str, what: str, got: str = "", remedy: str = REMEDY) -> Finding:
     """The finding of a channel whose sign contradicts physics, with the line of the description that corrects it."""
-    return Finding(f"{log}, {channel}", what, got, remedy)
+    return WrongSign(f"{log}, {channel}", what, got, remedy, log=log, channel=channel)

@@ -7,6 +7,7 @@ parts with drive torque are used.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.held_speed import held_before, released
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -68,6 +70,19 @@ class RejectedSegment:
     stop: float
     why: str
     usual: bool = False
+
+
+class NoSegmentError(ResultError):
+    """No run has a segment that can be fitted.
+
+    Parameters
+    ----------
+    rejected : the parts of the runs that are left out.
+    """
+
+    def __init__(self, *findings: Finding, rejected: Sequence[RejectedSegment] = ()) -> None:
+        super().__init__(*findings)
+        self.rejected = tuple(rejected)
 
 
 def fewest_rows(split: bool) -> int:

@@ -12,7 +12,7 @@ from vdyn_cli.io.interpolated_values import sampled_rows
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.braking import braked_while_coasting, without_braking, without_outliers
@@ -20,6 +20,7 @@ from vdyn_cli.steps.coastdown.filtered_start import without_filtered_start
 from vdyn_cli.steps.coastdown.late_clutch import without_late_clutch
 from vdyn_cli.steps.coastdown.segments import (
     CoastSegment,
+    NoSegmentError,
     RejectedSegment,
     coast_segment,
     driven_segment,
@@ -72,7 +73,7 @@ def selected(
 
     Raises
     ------
-    InputError : the speed window is too narrow. ResultError : no segment is left.
+    InputError : the speed window is too narrow. NoSegmentError : no segment is left.
     """
     settings, window = spec.settings, _speed_window(spec.settings)
     segments: list[CoastSegment] = []
@@ -106,7 +107,8 @@ def selected(
     if not segments:
         remedy = "check speed_window (with unit, such as [70 km/h, 25 km/h]), minimum_length and the channel map"
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
-        raise ResultError(*([Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]))
+        why_not = [Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]
+        raise NoSegmentError(*why_not, rejected=rejected)
     why = "the speed is held before the coast"
     rejected += dict.fromkeys(RejectedSegment(logs[s.run].name, *s.held, why, usual=True) for s in segments if s.held)
     return SegmentSelection(tuple(segments), tuple(rejected))

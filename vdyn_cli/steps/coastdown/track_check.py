@@ -28,7 +28,7 @@ from vdyn_cli.steps.coastdown.coast_times import coast_times, falling_speed, pai
 from vdyn_cli.steps.coastdown.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
 from vdyn_cli.steps.coastdown.regulation_limits import TestDay, regulation_limits
-from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment
+from vdyn_cli.steps.coastdown.segments import CoastSegment, NoSegmentError, RejectedSegment, coast_segment
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.contract import TrackCheck
 
@@ -64,7 +64,8 @@ def track_check(
     try:
         problem = prepare(spec, data, known)
     except ResultError as error:
-        reasons = {f.where: f.what.removeprefix("rejected: ") for f in error.findings}
+        left_out = error.rejected if isinstance(error, NoSegmentError) else ()
+        reasons = {r.run: r.why for r in left_out} or {f.where: f.what for f in error.findings}
         default = next(iter(reasons.values()))
         return TrackCheck({k: reasons.get(log.name, default) for k, log in enumerate(whole)}, evaluated)
     kept = [replace(s, run=origin[s.run]) for s in problem.selection.segments]
@@ -72,7 +73,9 @@ def track_check(
     rejected: dict[int, str] = {}
     parts: dict[int, list[str]] = {}
     for one in problem.selection.rejected:
-        k = next((origin[i] for i, name in enumerate(names) if one.run.startswith(name)), None)
+        k = next(
+            (origin[i] for i, name in enumerate(names) if one.run == name or one.run.startswith(f"{name}, ")), None
+        )
         if k is not None and all(s.run != k for s in kept):
             rejected.setdefault(k, one.why)
         elif k is not None and not one.usual:
