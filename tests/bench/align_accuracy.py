@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.clock_estimate import align
+from vdyn_cli.io.clock_estimate import clock_difference
+from vdyn_cli.io.tied_channels import ChannelTie
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 
@@ -104,7 +105,8 @@ def main(arguments: list[str]) -> int:
         for seed in range(cases):
             ours, theirs, bound = recordings(kind, np.random.default_rng([seed, 41]))
             try:
-                delay, std = align(ours, theirs, "speed")
+                found = clock_difference(ours, theirs, ChannelTie("speed", "speed"))
+                delay, std = found.delay, found.delay_std
             except InputError:
                 refused += 1
                 continue

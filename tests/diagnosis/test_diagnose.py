@@ -32,7 +32,7 @@ from vdyn_cli.diagnosis import diagnose
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.parameter_json import read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT, Parameters, to_document
 from vdyn_cli.quantities.result import Result
 
@@ -89,7 +89,7 @@ def test_a_cause_of_the_car_lasts_and_one_of_the_day_does_not(tmp_path: Path) ->
     assert slope.source == "slope"
     path = tmp_path / "line.json"
     path.write_text(to_json({"format": FORMAT, **to_document(car.parameters)}), encoding="utf-8")
-    again = read_parameters(path)
+    again = read_document(path).parameters
     assert again.extensions == car.parameters.extensions
     assert again.estimates == car.parameters.estimates
     assert Parameters().updated(again).extensions == again.extensions

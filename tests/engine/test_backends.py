@@ -48,7 +48,6 @@ ONE = {
     "power": (lambda x: x**1.7, lambda x: 1.7 * x**0.7, (0.0, *POSITIVE)),
     "exponent": (lambda x: 2.0**x, lambda x: 2.0**x * math.log(2), ANY),
     "soft_abs": (lambda x: maths.soft_abs(x, 0.1), lambda x: x / math.hypot(x, 0.1), ANY),
-    "dead_zone": (lambda x: maths.dead_zone(x, 0.0, 0.1), lambda x: 1.0, ANY),
     "branch": (lambda x: maths.where(x > 0, maths.sqrt(x), x), lambda x: 0.5 / math.sqrt(x) if x > 0 else 1.0, ANY),
     "not": (lambda x: maths.where(maths.negate(x > 0.5), 2 * x, x), lambda x: 2.0 if x <= 0.5 else 1.0, ANY),
 }

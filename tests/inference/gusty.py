@@ -6,11 +6,13 @@ a few seconds pulls on the car by 2 c V w. The regression is whitened with a cov
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vdyn_cli.inference import Regression, Rows, Unknown, whiten
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns, _curved
 
 TRUTH = {"f": 0.11, "c": 2.8e-4}
 STEP = 1.0  # s
@@ -86,3 +88,11 @@ def campaign(case: Case, seed: int) -> Regression:
     if case.wind_prior:
         unknowns.append(Unknown("wind", 0.0, -10, 10, "m/s", (0.0, case.wind_prior), per_run=True, nuisance=True))
     return Regression(tuple(unknowns), tuple(f"run {i + 1}" for i in range(case.runs)), rows)
+
+
+def restricted_likelihood(
+    runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: np.ndarray, random: RandomUnknowns | None = None
+) -> tuple[float, dict[str, float]]:
+    """The negative restricted log likelihood, and its derivatives to the logarithms of the amplitudes, by name."""
+    found = _curved(runs, sizes, known, random)
+    return found.value, dict(zip(sizes, found.slope.tolist(), strict=True))

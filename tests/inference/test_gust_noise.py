@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.inference.gusty import restricted_likelihood
 from tests.plant.wind import Wind, gusts
 from vdyn_cli.inference import gust_covariance as gust_noise
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
-from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, restricted_likelihood, typical_sizes
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.quantities.constants import GRAVITY
 
 Array = NDArray[np.float64]

@@ -11,10 +11,17 @@ import pytest
 from tests.bench.align_accuracy import KINDS, QUANTILE, Kind, recordings
 from tests.io.text_logs import read_csv
 from vdyn_cli.io.align import merge
-from vdyn_cli.io.clock_estimate import align
+from vdyn_cli.io.clock_estimate import clock_difference
 from vdyn_cli.io.reader import Column
+from vdyn_cli.io.tied_channels import ChannelTie
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
+
+
+def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
+    """Delay of the other's clock by a channel that both recorded, and its standard error, s."""
+    found = clock_difference(reference, other, ChannelTie(channel, channel))
+    return found.delay, found.delay_std
 
 
 def said(log: Log) -> str:

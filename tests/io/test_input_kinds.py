@@ -16,7 +16,7 @@ from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.picture import read_gray
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import InputError
-from vdyn_cli.quantities.parameter_json import read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
 
 COLUMNS = {"time": Column("t", "s", "s"), "speed": Column("v", "m/s", "m/s")}
 
@@ -25,7 +25,7 @@ def read(path: Path) -> object:
     return read_log(path, COLUMNS)
 
 
-@pytest.mark.parametrize("reader", [read, load_yaml, read_gray, sha256, read_parameters])
+@pytest.mark.parametrize("reader", [read, load_yaml, read_gray, sha256, read_document])
 def test_a_pipe_is_refused_by_every_reader(reader: Callable[[Path], object], tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     os.mkfifo(path)
@@ -34,14 +34,14 @@ def test_a_pipe_is_refused_by_every_reader(reader: Callable[[Path], object], tmp
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="no /dev/zero here")
-@pytest.mark.parametrize("reader", [read, load_yaml, read_gray, sha256, read_parameters])
+@pytest.mark.parametrize("reader", [read, load_yaml, read_gray, sha256, read_document])
 def test_a_device_is_refused_by_every_reader(reader: Callable[[Path], object], tmp_path: Path) -> None:
     (tmp_path / "x").symlink_to("/dev/zero")
     with pytest.raises(InputError, match="device"):
         reader(tmp_path / "x")
 
 
-@pytest.mark.parametrize("reader", [read, load_yaml, read_gray, sha256, read_parameters])
+@pytest.mark.parametrize("reader", [read, load_yaml, read_gray, sha256, read_document])
 @pytest.mark.parametrize("name", ["a\0b", "loop", "folder", "missing", "x" * 5000])
 def test_what_cannot_be_opened_is_an_input_error(reader: Callable[[Path], object], name: str, tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to(tmp_path / "loop")

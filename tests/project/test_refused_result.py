@@ -16,7 +16,7 @@ from vdyn_cli.commands.run_step import run_step, tell_step
 from vdyn_cli.commands.schema import json_schema
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.quantities.errors import InputError
-from vdyn_cli.quantities.parameter_json import read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
 
 GAIN = -0.05  # of the hub torque: the moment balance then leaves a negative inertia
 
@@ -87,4 +87,4 @@ def test_a_pipeline_shows_the_refused_step(gained: Path) -> None:
 
 def test_no_step_reads_a_refused_result(refused: tuple[Path, RefusedResultError]) -> None:
     with pytest.raises(InputError, match=r"contains no parameters: the result of 'inertia' was not published"):
-        read_parameters(refused[0] / "inertia.json")
+        read_document(refused[0] / "inertia.json")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from vdyn_cli.quantities.errors import InputError
-from vdyn_cli.quantities.parameter_json import read_document, read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT
 
 
@@ -32,7 +32,7 @@ def test_compatible_units_are_converted_with_their_deviations(tmp_path: Path) ->
         "mass": entry(3501, "lb", 10, baseline=3400),
         "temperature": entry(20, "degC", 5, interval95=[10, 30]),
     }
-    read = read_parameters(written(tmp_path, parameters))
+    read = read_document(written(tmp_path, parameters)).parameters
     area, mass, air = (read[name] for name in parameters)
     assert (area.value, area.std, area.unit) == (pytest.approx(2.1887956), pytest.approx(0.0092903), "m^2")
     assert (mass.value, mass.baseline) == (pytest.approx(1588.0269), pytest.approx(1542.2141))
@@ -67,7 +67,7 @@ def test_compatible_units_are_converted_with_their_deviations(tmp_path: Path) ->
 )
 def test_what_no_vehicle_has_is_refused(wrong: Any, says: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=says):
-        read_parameters(written(tmp_path, wrong))
+        read_document(written(tmp_path, wrong))
 
 
 @pytest.mark.parametrize(
@@ -83,19 +83,19 @@ def test_what_no_vehicle_has_is_refused(wrong: Any, says: str, tmp_path: Path) -
 )
 def test_other_keys_of_a_wrong_type_are_refused(key: str, value: Any, tmp_path: Path) -> None:
     with pytest.raises(InputError):
-        read_parameters(written(tmp_path, {}, **{key: value}))
+        read_document(written(tmp_path, {}, **{key: value}))
 
 
 def test_everything_wrong_is_told_at_once(tmp_path: Path) -> None:
     wrong = {"mass": entry(1, "kg"), "drag_area": entry(-5, "m^2"), "wheel_radius": entry(0.3, "kg")}
     with pytest.raises(InputError) as caught:
-        read_parameters(written(tmp_path, wrong, correlation="abc"))
+        read_document(written(tmp_path, wrong, correlation="abc"))
     assert len(caught.value.findings) == 4
 
 
 def test_texts_hold_one_line(tmp_path: Path) -> None:
     odd = entry(1500, "kg", source="cg\n[MODEL]\n\x1b[31m", meaning="mass\r\nPCX1 = 3")
-    read = read_parameters(written(tmp_path, {"mass": odd}))["mass"]
+    read = read_document(written(tmp_path, {"mass": odd})).parameters["mass"]
     assert (read.source, read.meaning) == ("cg [MODEL]  [31m", "mass  PCX1 = 3")
 
 

@@ -10,7 +10,7 @@ import pytest
 from vdyn_cli import steps
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.errors import InputError
-from vdyn_cli.quantities.parameter_json import read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import (
     ESTIMATED_BY,
     FORMAT,
@@ -31,7 +31,7 @@ def some() -> Parameters:
 def test_there_and_back(tmp_path: Path) -> None:
     path = tmp_path / "p.json"
     path.write_text(to_json({"format": FORMAT, **to_document(some())}))
-    assert read_parameters(path) == some()
+    assert read_document(path).parameters == some()
 
 
 def test_later_ones_take_the_place_of_earlier_ones() -> None:
@@ -68,7 +68,7 @@ def test_the_givers_are_the_steps_that_give() -> None:
 def test_a_file_that_is_none_is_refused(text: str, says: str, tmp_path: Path) -> None:
     (tmp_path / "k.json").write_text(text)
     with pytest.raises(InputError, match=says):
-        read_parameters(tmp_path / "k.json")
+        read_document(tmp_path / "k.json")
 
 
 def test_numbers_that_are_not_finite_become_null() -> None:

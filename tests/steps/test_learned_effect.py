@@ -16,7 +16,7 @@ from vdyn_cli.physics.laws.suspension import damper
 from vdyn_cli.physics.models.half_car import half_car
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.law_definition import CurveDefinition, LawDefinition
-from vdyn_cli.quantities.parameter_json import read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT, Estimate, Parameters, to_document
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.learned_effect import learned_effect, learned_effects
@@ -42,7 +42,7 @@ def test_it_survives_the_json_and_enters_both_models_of_the_dampers(tmp_path: Pa
     before = known(form)
     path = tmp_path / "bump.json"
     path.write_text(json.dumps({"format": FORMAT, "step": "bump", **to_document(before)}))
-    after = read_parameters(path)
+    after = read_document(path).parameters
     assert after.laws == before.laws
     (effect,) = learned_effects(after)
     assert effect.lasts

@@ -24,11 +24,3 @@ def soft_abs(x: Any, width: float) -> Any:
     width : half-width of the smooth range, in the unit of x.
     """
     return sqrt(x * x + width * width) - width
-
-
-def dead_zone(x: Any, gap: Any, width: float) -> Any:
-    """Smooth dead zone of half-width g = ``gap``, rounded over w = ``width``, both in the unit of x.
-
-    x + (sqrt((x - g)^2 + w^2) - sqrt((x + g)^2 + w^2)) / 2, exactly x for g = 0, with a slope of 0 to 1
-    """
-    return x + (sqrt((x - gap) ** 2 + width**2) - sqrt((x + gap) ** 2 + width**2)) / 2

@@ -189,22 +189,6 @@ def likelihoods_of(
     return np.array(found)
 
 
-def restricted_likelihood(
-    runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array, random: RandomUnknowns | None = None
-) -> tuple[float, dict[str, float]]:
-    """The negative restricted log likelihood, and its derivatives to the logarithms of the amplitudes, by name.
-
-    The module's sum without the amplitudes' own priors.
-
-    Parameters
-    ----------
-    runs, sizes : the runs at the fit, and the amplitudes of their noise by name.
-    known : (s,), prior information of the shared unknowns; one for random ones.
-    """
-    found = _curved(runs, sizes, known, random)
-    return found.value, dict(zip(sizes, found.slope.tolist(), strict=True))
-
-
 def _curved(
     runs: Sequence[NoisyRun], sizes: Mapping[str, float], known: Array, random: RandomUnknowns | None
 ) -> _Curved:

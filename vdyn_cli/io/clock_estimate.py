@@ -64,27 +64,6 @@ class _Cells:
     vehicle: int | None  # which of the two is the vehicle's speed, where the other is a wheel's
 
 
-def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
-    """Estimate by how much another logger's clock is ahead, from a channel that both loggers recorded.
-
-    Parameters
-    ----------
-    reference, other : logs that overlap by at least half of the shorter one.
-    channel : recorded by both; it may differ by a gain and an offset.
-
-    Returns
-    -------
-    (delay, std) : s, at the information-weighted mean time. An event at t on the reference's clock is at t + delay on
-        the other's; std is the standard error.
-
-    Raises
-    ------
-    InputError : as :func:`clock_difference`.
-    """
-    found = clock_difference(reference, other, ChannelTie(channel, channel))
-    return found.delay, found.delay_std
-
-
 def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDifference:
     """Estimate delay and drift of another logger's clock from two physically related channels.
 

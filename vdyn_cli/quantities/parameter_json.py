@@ -42,16 +42,6 @@ class ParameterDocument:
     digest: str
 
 
-def read_parameters(path: Path) -> Parameters:
-    """Read the parameters of a JSON that a step or the pipeline wrote; see ``read_document``.
-
-    Raises
-    ------
-    InputError : as ``read_document``.
-    """
-    return read_document(path).parameters
-
-
 def read_document(path: Path) -> ParameterDocument:
     """Read a parameter JSON.
 

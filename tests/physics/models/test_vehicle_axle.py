@@ -11,7 +11,6 @@ from tests.plant.shaft import drawing
 from tests.plant.vehicle import REFERENCE, Vehicle, random_vehicle
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.simulate import Simulated
-from vdyn_cli.physics.models.degrees_of_freedom import degrees_of_freedom
 from vdyn_cli.physics.models.vehicle import vehicle
 
 TIME = np.arange(6001) * 1e-3
@@ -92,12 +91,16 @@ def test_locked_it_drives_as_the_locked_plant_does(seed: int) -> None:
 def test_degrees_of_freedom_are_the_states_that_are_positions(
     driven: str, torque: str, differential: str, count: int
 ) -> None:
-    """A speed that is integrated to a position or an angle, wheels' turning included, is a degree of freedom."""
-    counted = degrees_of_freedom(driven, torque, differential)  # type: ignore[arg-type]
+    """A speed that is integrated to a position or an angle, wheels' turning included, is a degree of freedom.
+
+    Body 6, suspensions 4, wheels' spin 4, and the half-shafts' inner ends: 2 of an axle, 1 if they are locked together.
+    An open carrier turns at their mean. SAE 2017-01-1574 counts 18, with a second twist in each half-shaft: a mass
+    within the stepped bar, whose frequency is far above what a step can follow (below).
+    """
     states = trace(vehicle(driven, torque, differential=differential)).states  # type: ignore[arg-type]
     body = ("speed", "lateral_speed", "heave_rate", "pitch_rate", "roll_rate", "yaw_rate")
     others = ("wheel_rate_", "wheel_speed_", "inner_speed_", "carrier_speed_", "side_gear_speed_")
-    assert sum(name in body or name.startswith(others) for name in states) == count == sum(counted.values())
+    assert sum(name in body or name.startswith(others) for name in states) == count
 
 
 def test_a_stepped_bar_turns_about_itself_far_above_what_a_step_can_follow() -> None:

@@ -24,7 +24,7 @@ from tests.plant.vehicle import random_vehicle
 from vdyn_cli.cli import app
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.reader import Column
-from vdyn_cli.quantities.parameter_json import read_parameters
+from vdyn_cli.quantities.parameter_json import read_document
 
 SEED = 1
 EIGHT = coast.WIDE.but(rate=5.0)
@@ -237,7 +237,7 @@ def test_logs_that_hold_nothing_are_refused_in_words(what: str, tmp_path: Path) 
 def test_a_wind_stays_with_its_day(windy: tuple[dict[str, Any], str, Path]) -> None:
     _, error, out = windy
     assert "A headwind of" in error
-    assert "headwind" not in read_parameters(out / "coastdown.json").extensions
+    assert "headwind" not in read_document(out / "coastdown.json").parameters.extensions
 
 
 @pytest.mark.slow
@@ -245,7 +245,7 @@ def test_a_cause_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
     path = described(tmp_path, {"speed_dependent_rolling": 2e-4}, diagnose={"extend": ["speed_dependent_rolling"]})
     code, _, error = vdyn("coastdown", path, "-o", tmp_path / "out", "-q")
     assert code == 0, error
-    found = read_parameters(tmp_path / "out" / "coastdown.json").extensions["speed_dependent_rolling"]
+    found = read_document(tmp_path / "out" / "coastdown.json").parameters.extensions["speed_dependent_rolling"]
     assert found["speed_dependent_rolling"].unit == "s/m"
     assert found["speed_dependent_rolling"].std > 0
     made = json.loads((tmp_path / "out" / "coastdown.json").read_text(encoding="utf-8"))["parameters"]

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.inference.gusty import restricted_likelihood
 from tests.messy_cases import estimated, prepared
 from tests.plant import messy_day
 from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
 from vdyn_cli.effects import catalogue
-from vdyn_cli.inference.restricted_likelihood import RandomUnknowns, restricted_likelihood
+from vdyn_cli.inference.restricted_likelihood import RandomUnknowns
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.coastdown.force_intervals import spanning_forces

@@ -10,7 +10,7 @@ import pytest
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.effects import effect
-from vdyn_cli.engine.maths import dead_zone
+from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Solution, Unknown
 from vdyn_cli.quantities.log import Log
@@ -154,7 +154,8 @@ def test_an_effect_on_the_shaft_can_be_added_and_is_found() -> None:
     @effect(on="shaft", unknowns=(Quantity("backlash", "rad", "free play", "", 0, 0.2),), reference="a test")
     def backlash(shaft: Law, s: Signals, q: Signals) -> Number:
         """Free play to either side."""
-        return shaft(s.but(twist=dead_zone(s.twist, q.backlash, 1e-4)))
+        before, after = (sqrt((s.twist + side * q.backlash) ** 2 + 1e-4**2) for side in (-1.0, 1.0))
+        return shaft(s.but(twist=s.twist + (before - after) / 2))
 
     runs = (ShaftReadings.of(log(vehicle, 5, backlash=gap), 1.0),)
     # The law damps also where the flanks are apart and nothing resists: hence a few per cent.

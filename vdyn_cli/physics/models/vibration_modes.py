@@ -68,11 +68,6 @@ class Mode:
     frequency_slopes: Mapping[str, float]
     damping_slopes: Mapping[str, float]
 
-    @property
-    def swinging(self) -> float:
-        """Damped frequency, Hz: f sqrt(1 - zeta^2)."""
-        return self.frequency * math.sqrt(1.0 - self.damping**2)
-
     def frequency_movers(self, count: int = 3) -> tuple[tuple[str, float], ...]:
         """The parameters with the largest influence on the frequency, with their slopes, largest first."""
         return _strongest(self.frequency_slopes, count)

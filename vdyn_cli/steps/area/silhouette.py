@@ -25,7 +25,6 @@ class Silhouette:
 
     Parameters
     ----------
-    cover : (rows, columns), share of each pixel that the car covers.
     inside : (rows, columns), True for pixels of the car by the threshold.
     threshold : gray level between car and background.
     pixels : area in pixels. edge_std : its standard deviation due to the position of the edge within the blur.
@@ -33,7 +32,6 @@ class Silhouette:
     pieces : number of pieces kept. dropped : area of the small pieces left out, as a share of those kept.
     """
 
-    cover: Array
     inside: Mask
     threshold: float
     pixels: float
@@ -94,7 +92,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
     cover = np.where(core, 1.0, np.where(zone, share, 0.0))
     cover[exclude] = 0.0
     edge = float(np.count_nonzero((share > 0.5 - BLUR) & (share <= 0.5 + BLUR) & zone)) / 2
-    return Silhouette(cover, inside, level, float(cover.sum()), edge, contrast, pieces, dropped)
+    return Silhouette(inside, level, float(cover.sum()), edge, contrast, pieces, dropped)
 
 
 def _large_pieces(inside: Mask) -> tuple[Mask, int, float]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vdyn_cli.quantities.constants import ZERO_CELSIUS
-from vdyn_cli.quantities.number_text import number
+from vdyn_cli.quantities.number_text import capitalized, number
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
@@ -47,7 +47,7 @@ def sentence(
     low, high = row["interval95"]
     force = number(row["force_N"], 0.5 * (high - low))
     return (
-        f"{parts[0][0].upper()}{parts[0][1:]} and {parts[1]}: the road load is {force} N at "
+        f"{capitalized(parts[0])} and {parts[1]}: the road load is {force} N at "
         f"{3.6 * speed:.0f} km/h (95 %: {_interval((low, high))}), from {logs}."
     )
 

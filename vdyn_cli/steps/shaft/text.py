@@ -7,7 +7,7 @@ from typing import Any
 
 from vdyn_cli.inference.uncertainty_budget import Budget
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.number_text import number, two_digits
+from vdyn_cli.quantities.number_text import capitalized, number, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.interval_text import with_interval
@@ -40,7 +40,7 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], sides
             text += f" (the {other} gives {number(budget.value, budget.std)})"
         parts.append(text)
     text = "; ".join(parts)
-    return f"{text[0].upper()}{text[1:]}."
+    return f"{capitalized(text)}."
 
 
 def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:

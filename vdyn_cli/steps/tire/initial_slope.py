@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints
@@ -14,7 +15,6 @@ from vdyn_cli.steps.tire.noise import CurvePoints
 STEEP = 0.6  # share of the largest friction below which three terms describe its rise with slip
 FEWEST = 12  # bins there: three for each of the four coefficients
 CLEARLY = 3.0  # standard deviations of the local slope: a correct curve exceeds them in 3 of 1000 tests
-NORMAL95 = 1.96  # standard deviations, half a 95 % interval of many bins
 
 
 def agreeing_with_data(
