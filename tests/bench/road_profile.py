@@ -48,7 +48,7 @@ def described(case: Case, seed: int, folder: Path, kind: str, sign: float = 1.0)
         "vehicle": {n: float(getattr(car, n)) for n in ("mass", "rotating_mass", "air_density")},
         "channels": {n: {"column": c, "unit": u} for n, (c, u) in columns.items()},
         "runs": runs,
-        "settings": {"road": {"profile": "road.csv"}} if kind == "surveyed" else {},
+        "settings": {"crosswind": "0 m/s"} | ({"road": {"profile": "road.csv"}} if kind == "surveyed" else {}),
     }
     (folder / "coast.yaml").write_text(yaml.safe_dump(text))
     return folder / "coast.yaml"

@@ -28,12 +28,14 @@ is part of the effective radius. The radius' standard deviation is a scale error
 include. Likewise a motor's current times its torque constant is a drive torque.
 
 The mean wind of a run, measured beside the track, is the run's ``wind_speed`` (against the motion) where no channel of
-this name is logged; the remaining wind is estimated as a headwind. Only ``vdyn check`` uses ``crosswind``.
+this name is logged; the remaining wind is estimated as a headwind. A crosswind acts like rolling resistance: intervals
+include its drag, for the runs' ``crosswind`` or ``settings: {crosswind: 0 m/s}``, else for the wind that has the fitted
+gusts, fully across the road.
 
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
 0.25}}`` fixes one as the paper does. The result states the window of speeds that separates them.
 
-Assumes a road load c0 + c2 V^2 (``terms: 3`` adds c1 V), straight driving, no crosswind, tires at one temperature. The
+Assumes a road load c0 + c2 V^2 (``terms: 3`` adds c1 V), straight driving, tires at one temperature. The
 correction to 20 degC and 100 kPa follows UN GTR 15, the accuracies UN R83 and GTR 15.
 
 Sources: Buggaveeti et al., SAE 2017-01-1574, equations (1) to (4); SAE J1263, J2263; Patterson and Thompson,

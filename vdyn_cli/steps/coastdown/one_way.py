@@ -13,13 +13,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from vdyn_cli.inference import Solution
-from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.steps.coastdown.agreement import widened_to_include
+from vdyn_cli.steps.coastdown.crosswind import absorbed
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
 
 SLOPE = 0.005  # m/m, the most that SAE J1263 allows for a test road
 WIND = 3.0  # m/s, the largest mean wind of UN R83, annex 4a, appendix 7
-SPEEDS = 50  # at which the force by a wind is projected on the road load
 
 
 def is_one_way(fit: RoadLoadFit) -> bool:
@@ -48,13 +48,8 @@ def widened_if_one_way(fit: RoadLoadFit) -> Solution:
 
 def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
     """Shift of rolling resistance and drag area by a headwind ``WIND``, for those of the two that are estimated."""
-    at, speed = fit.at, np.linspace(*fit.speeds, SPEEDS)
-    density = 0.5 * at["air_density"]
-    force = density * at["drag_area"] * ((speed + WIND) ** 2 - speed**2)
-    columns = {"rolling_resistance": np.full(SPEEDS, at["mass"] * GRAVITY), "drag_area": density * speed**2}
-    names = [n for n in columns if n in fit.solution.names]
-    found = np.linalg.lstsq(np.column_stack([columns[n] for n in names]), force, rcond=None)[0]
-    return dict(zip(names, found.tolist(), strict=True))
+    density = 0.5 * fit.at["air_density"] * fit.at["drag_area"]
+    return absorbed(fit, lambda speed: density * ((speed + WIND) ** 2 - speed**2))
 
 
 def _moved(solution: Solution, shift: Mapping[str, float]) -> Solution:

@@ -20,6 +20,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Campaign, road_of
+from vdyn_cli.steps.coastdown.crosswind import stated_crosswind, widened_by_crosswind
 from vdyn_cli.steps.coastdown.force_intervals import averaged_forces, spanning_forces
 from vdyn_cli.steps.coastdown.grade_agreement import grade_findings, scaled_grades
 from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
@@ -147,9 +148,11 @@ class CoastdownProblem(SimulatedProblem):
     def _result(self, fit: RoadLoadFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
         quality = quality_of(fit)
         wider, contradiction = with_speed_gain(quality.fit, contradicted_gain(self.selection.segments))
-        quality = replace(quality, fit=wider)
+        solution, across = widened_by_crosswind(wider, stated_crosswind(self.spec))
+        quality = replace(quality, fit=replace(wider, solution=solution))
         answer = RoadLoadAnswer(quality.fit, self.spec, self.selection, self.zeros, quality, tuple(effects))
-        findings = (*self.findings, *contradiction, *doubts(answer), *(f for log in self.logs for f in log.findings))
+        of_logs = (f for log in self.logs for f in log.findings)
+        findings = (*self.findings, *contradiction, *across, *doubts(answer), *of_logs)
         return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:

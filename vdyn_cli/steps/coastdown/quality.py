@@ -10,7 +10,7 @@ import numpy as np
 
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.number_text import number
+from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.result import Figure, Series, Table
 from vdyn_cli.steps.coastdown.agreement import (
     LocalForces,
@@ -98,8 +98,8 @@ class FitQuality:
         correlation, force = max(together.values())
         slope = force / (self.fit.at["mass"] * GRAVITY)
         what = (
-            f"runs of one direction share a force of {force:.0f} N rms (correlation {correlation:.2f}): the road "
-            f"({100 * slope:.2f} % rms of slope explains it) or the driver; the intervals include it if it is the "
+            f"runs of one direction share a force of {two_digits(force)} N rms (correlation {correlation:.2f}): the "
+            f"road ({100 * slope:.2f} % rms of slope explains it) or the driver; the intervals include it if it is the "
             "road, but not if it is a brake or clutch that drags at the start of every run"
         )
         placed = self.fit.campaign.road is not None

@@ -102,6 +102,11 @@ class CoastdownSettings(Strict):
     wind_limit: Annotated[Given, Si("m/s", 0, 60)] = Field(
         Given(WIND_LIMIT), description="mean measured wind above which a run is left out, m/s"
     )
+    crosswind: Annotated[Given, Si("m/s", 0, 60)] | None = Field(
+        None,
+        description="mean crosswind whose drag the intervals include, where no run states its own, m/s; estimated from "
+        "the gusts where it is not given",
+    )
     elevation_error: Annotated[Given, Si("m", 0.01, 100)] = Field(
         Given(5.0), description="standard deviation of the elevation at either end of a log, m"
     )
