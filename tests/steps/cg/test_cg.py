@@ -70,6 +70,33 @@ def test_a_car_at_rest_has_no_moment_of_rolling_resistance() -> None:
     assert place.std < 0.3 * lead
 
 
+def test_a_car_that_does_not_pitch_has_height_and_position_without_inertia() -> None:
+    vehicle = random_vehicle(7)
+    mass, length, data = vehicle.mass, vehicle.wheelbase, []
+    values = known_vehicle(SPEC, known(vehicle)).values
+    for seed in (1, 2, 3):
+        rng, time = np.random.default_rng(seed), np.arange(0.0, 16.0, 0.01)
+        pushes = rng.choice([2.0, -2.5, 0.0], size=17) * rng.uniform(0.5, 1.0, size=17)
+        rate = np.interp(time, np.arange(17.0), np.where(np.arange(17) < 2, 0.0, pushes))
+        speed = 25.0 + np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * 0.01)])
+        drag = 0.5 * values["air_density"] * values["drag_area"] * speed**2
+        turning = (mass * vehicle.cg_height + values["spin"]) * rate + drag * values["drag_height"]
+        front = (mass * 9.80665 * (vehicle.cg_to_rear - values["contact_lead"]) - turning) / length
+        channels = {"front_load": front, "rear_load": mass * 9.80665 - front, "acceleration": rate, "speed": speed}
+        channels = {
+            n: x + {"acceleration": 0.03, "speed": 0.02}.get(n, 15.0) * rng.normal(size=time.size)
+            for n, x in channels.items()
+        }
+        channels["pitch_rate"] = 0.01 * rng.normal(size=time.size)
+        data.append(Log(f"launch_{seed}.csv", time, channels))
+    result = STEP.estimate(SPEC, tuple(data), known(vehicle))
+    assert set(result.withheld) == {"pitch_inertia"}
+    assert "do not determine the pitch inertia" in result.sentence
+    for name in ("cg_height", "cg_to_rear"):
+        low, high = result.parameters[name].interval95
+        assert low < getattr(vehicle, name) < high < low + 0.05, name
+
+
 def test_the_uncertainty_of_given_numbers_is_carried_over() -> None:
     vehicle = random_vehicle(3)
     data = logs(vehicle, 3)

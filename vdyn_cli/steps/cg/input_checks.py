@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -99,12 +100,12 @@ def weight_contradiction(
     if abs(share) > STEP_POLICY.weight_refused:
         raise InputError(Finding(place, what, got, remedy))
     what += f": all loads are scaled by {1 / (1 + share):.3f}"
-    one_axle = f"{abs(share) * vehicle.values['wheelbase'] / 2:.2g} m"
+    one_axle = f"{replace(vehicle, load_excess=share).one_axle_shift:.2g} m"
     answers = (
-        f"cg_height and cg_to_rear are correct, unless only one axle's loads are wrong (cg_to_rear is then {one_axle} "
-        f"off); pitch_inertia is {off} off if the mass is wrong"
+        f"if only one axle's loads are wrong, cg_to_rear is {one_axle} off; if the mass is wrong, pitch_inertia is "
+        f"{off} off; their intervals include this"
     )
-    return share, (Finding(place, f"{what}; {answers}, which its interval includes", got, remedy, doubt=True),)
+    return share, (Finding(place, f"{what}; {answers}", got, remedy, doubt=True),)
 
 
 def _exceeds_noise(acceleration: Array, time: Array) -> bool:

@@ -40,6 +40,21 @@ class KnownVehicle:
     findings: tuple[Finding, ...]
     load_excess: float = 0.0
 
+    @property
+    def typical_pitch_inertia(self) -> float:
+        """M L^2 / 5, kg m^2, with mass M and wheelbase L: cars 0.2 to 0.25, vans and motorcycles 0.1 to 0.2."""
+        return self.values["mass"] * self.values["wheelbase"] ** 2 / 5
+
+    @property
+    def pitch_inertia_std(self) -> float:
+        """Standard deviation of ``typical_pitch_inertia``, kg m^2: 0.2 +- 0.08 M L^2 contains nearly all vehicles."""
+        return 0.4 * self.typical_pitch_inertia
+
+    @property
+    def one_axle_shift(self) -> float:
+        """Error of ``cg_to_rear``, m, if one axle's loads alone cause ``load_excess``: half of that share of L."""
+        return abs(self.load_excess) * self.values["wheelbase"] / 2
+
 
 def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
     """The known parameters of the balance, with defaults where the results hardly depend on them.

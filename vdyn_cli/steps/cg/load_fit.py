@@ -46,6 +46,8 @@ SPAN, TRUE_SPAN = 0.06, 0.12
 MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
 HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from the last residuals; then the noise is held
 SETTLED = 1e-3  # standard deviations by which an unknown may change in the last round
+SLOW = 0.02  # likewise, of a fit that still changes after all rounds: at a tenth less a round, 0.2 remain in all
+EXACT = 1e-4  # relative standard deviation of a value that is held
 TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may gain
 ROUGH_TOLERANCE = 1e-2  # likewise, in a round after which the unknowns still change
 INEXACT = 0.03  # share of the last round's change, in standard deviations, by which a round may miss its minimum
@@ -66,6 +68,7 @@ class LoadFit:
     speeds : for each run, the speed as a second reading of the acceleration; None where it is not logged throughout.
     carried : for each run, the load of both axles; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
+    pitch_inertia : kg m^2, held at this value where the runs do not determine it.
     effects, effect_unknowns : corrections of the balance, and their unknowns, shared by all runs.
     """
 
@@ -76,6 +79,7 @@ class LoadFit:
     effect_unknowns: tuple[Unknown, ...] = ()
     speeds: tuple[SpeedChange | None, ...] = ()
     carried: tuple[CarriedWeight | None, ...] = ()
+    pitch_inertia: float | None = None
 
     @property
     def model(self) -> Model:
@@ -91,10 +95,12 @@ class LoadFit:
             "cg_to_rear": self.known["wheelbase"] / 2,
             "pitch_inertia": 1.3 * self.known["mass"],
         }
+        held = self.pitch_inertia
+        priors = {} if held is None else {"pitch_inertia": (held, EXACT * held)}
         std = self.load_zero * 2**0.5  # two wheels an axle
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
         return (
-            *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper) for n in SOUGHT),
+            *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, prior=priors.get(n)) for n in SOUGHT),
             *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
             *self.effect_unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
@@ -163,7 +169,7 @@ class LoadFit:
 
         settled = until_settled(refit, (first, np.inf), MOST_ROUNDS - 1, SETTLED)
         last, moved = settled.state
-        if not settled.converged:
+        if not settled.converged and moved > SLOW:
             what = f"the fit of the moment balance does not converge in {MOST_ROUNDS} iterations"
             got = f"last step {moved:.2g} standard deviations"
             finding = Finding("fit", what, got, "check units and signs of accelerometer and loads")

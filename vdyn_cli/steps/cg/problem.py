@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -203,6 +204,9 @@ class CgProblem(SimulatedProblem):
         ------
         ResultError : the runs do not determine the unknowns, or the fit does not converge.
         """
+        if unknowns and self.fit.pitch_inertia is not None:  # with the effects, the runs may determine it
+            with suppress(ResultError):
+                return replace(self, fit=replace(self.fit, pitch_inertia=None)).publish(effects, unknowns)
         fit = self.fit_with(effects, unknowns) if unknowns else self.fit
         try:
             near = self._nearly_fitted(fit) if unknowns else None
@@ -255,4 +259,25 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
     fit = LoadFit(runs, vehicle.values, load_zero, speeds=speeds, carried=carried)
-    return CgProblem(tuple(logs), vehicle, fit, tuple(findings))
+    return _holding_inertia(CgProblem(tuple(logs), vehicle, fit, tuple(findings)))
+
+
+def _holding_inertia(problem: CgProblem) -> CgProblem:
+    """The problem with the pitch inertia held, if the fit is refused while it is free and accepted while it is held.
+
+    It is held at the value of the refused fit, at most two standard deviations from a typical one.
+    """
+    try:
+        _accepted, end = problem.baseline, None
+    except RefusedFitError as error:
+        end = error.solution()
+    except ResultError:
+        end = None
+    if end is None:
+        return problem
+    typical, std = problem.vehicle.typical_pitch_inertia, problem.vehicle.pitch_inertia_std
+    held = float(np.clip(end.values["pitch_inertia"], typical - 2 * std, typical + 2 * std))
+    other = replace(problem, fit=replace(problem.fit, pitch_inertia=held))
+    with suppress(ResultError):
+        return other if other.baseline else problem
+    return problem

@@ -30,12 +30,17 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
     """
     moved = _moved(fit, solution, vehicle)
     estimates = _estimates(solution, moved, vehicle)
+    if fit.pitch_inertia is not None:
+        del estimates["pitch_inertia"]
     balances = [fit.mean_imbalance(solution, run) for run in range(len(fit.runs))]
     compared = figures.comparisons(fit, [imbalance for imbalance, _ in balances])
+    held = fit.pitch_inertia
+    withheld = {} if held is None else {"pitch_inertia": text.withheld(held, vehicle.pitch_inertia_std)}
+    published = [n for n in SOUGHT if n not in withheld]
     return Result(
         "cg",
         text.sentence(estimates, {}),
-        Parameters(estimates, {a: {b: solution.correlation[a][b] for b in SOUGHT} for a in SOUGHT}),
+        Parameters(estimates, {a: {b: solution.correlation[a][b] for b in published} for a in published}),
         fit_summary(solution, (c.run for c in compared), [e for e, _ in balances], [std for _, std in balances], "N"),
         text.METHODS,
         compared,
@@ -43,6 +48,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
         (text.uncertainty_table(solution, moved),),
         tuple(findings),
         amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
+        withheld=withheld,
         restate=text.sentence,
     )
 
@@ -53,6 +59,9 @@ def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str,
     for name, std in vehicle.std.items():
         other = replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}).solve(solution)
         moved[name] = {n: other.values[n] - solution.values[n] for n in SOUGHT}
+    if fit.pitch_inertia is not None:
+        other = replace(fit, pitch_inertia=fit.pitch_inertia + vehicle.pitch_inertia_std).solve(solution)
+        moved["pitch_inertia"] = {n: other.values[n] - solution.values[n] for n in SOUGHT}
     return moved
 
 
@@ -61,7 +70,8 @@ def _estimates(
 ) -> dict[str, Estimate]:
     """The estimates, with the root sum of squares of scatter and inherited uncertainty.
 
-    Where the loads contradict the mass, the interval of the pitch inertia includes its values for both.
+    Where the loads contradict the mass, the interval of the pitch inertia includes its values for both, and that of
+    the position includes an error of one axle's loads.
     """
     estimates = {}
     for name in SOUGHT:
@@ -70,6 +80,7 @@ def _estimates(
         inherited = float(np.sqrt(sum(row[name] ** 2 for row in moved.values())))
         half = float(np.hypot((high - low) / 2, NORMAL95 * inherited))
         by_mass = value * (1 + vehicle.load_excess) if name == "pitch_inertia" else value
+        half += vehicle.one_axle_shift if name == "cg_to_rear" else 0.0
         lowest, highest = PARAMETERS[name].lower, PARAMETERS[name].upper
         interval = max(min(value, by_mass) - half, lowest), min(max(value, by_mass) + half, highest)
         std = float(np.sqrt(std**2 + inherited**2 + (by_mass - value) ** 2))

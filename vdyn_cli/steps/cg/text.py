@@ -20,6 +20,12 @@ METHODS = (
 )
 
 
+def withheld(mean: float, std: float) -> str:
+    """Why the pitch inertia is not published; ``mean`` and ``std``, kg m^2, are assumed for the other results."""
+    assumed = f"{two_digits(mean)} +- {two_digits(std)} kg m^2 is assumed for the other results"
+    return f"the runs do not determine it ({assumed}); use a pitch rate with less noise, or pulses of 0.5 s"
+
+
 def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any]) -> str:
     """The headline: height, position and pitch inertia with their 95 % intervals."""
 
@@ -30,11 +36,11 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any]) -> st
         return f"{value} {unit}", f"(95 %: {lower} to {upper})"
 
     (height, of_height), (rear, of_rear) = shown("cg_height", "m"), shown("cg_to_rear", "m")
+    where = f"The center of gravity is {height} high {of_height} and {rear} ahead of the rear axle {of_rear}"
+    if "pitch_inertia" not in estimates:
+        return f"{where}; the runs do not determine the pitch inertia."
     inertia, of_inertia = shown("pitch_inertia", "kg m^2")
-    return (
-        f"The center of gravity is {height} high {of_height} and {rear} ahead of the rear axle {of_rear}; "
-        f"the pitch inertia is {inertia} {of_inertia}."
-    )
+    return f"{where}; the pitch inertia is {inertia} {of_inertia}."
 
 
 def uncertainty_table(solution: Solution, moved: Mapping[str, Mapping[str, float]]) -> Table:
