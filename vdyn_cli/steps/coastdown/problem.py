@@ -29,7 +29,9 @@ from vdyn_cli.steps.coastdown.parts import road_parts
 from vdyn_cli.steps.coastdown.plan import next_coasts
 from vdyn_cli.steps.coastdown.quality import quality_of
 from vdyn_cli.steps.coastdown.reference_conditions import road_load_of
-from vdyn_cli.steps.coastdown.result import RoadLoadAnswer, doubts, result_of
+from vdyn_cli.steps.coastdown.result import result_of
+from vdyn_cli.steps.coastdown.result_doubts import doubts
+from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
 from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
 from vdyn_cli.steps.coastdown.road_load_regression import rows_of, with_noise_of
 from vdyn_cli.steps.coastdown.road_load_with_effects import regression_with_effects

@@ -1,0 +1,194 @@
+"""The fit of a road load, and everything that its result states: loads, times, temperatures, accuracy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.steps.coastdown import text
+from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero
+from vdyn_cli.steps.coastdown.coast_times import CoastTimes, coast_times
+from vdyn_cli.steps.coastdown.expected_accuracy import (
+    SEPARATED,
+    CoastSetup,
+    ExpectedAccuracy,
+    expected_accuracy,
+    wider_window,
+)
+from vdyn_cli.steps.coastdown.lasting_force import adds_resistance, lasting_force
+from vdyn_cli.steps.coastdown.quality import FitQuality
+from vdyn_cli.steps.coastdown.reference_conditions import (
+    ROLLING_BY_TEMPERATURE,
+    Conditions,
+    RoadLoad,
+    corrected_load,
+    density_of,
+    road_load_of,
+)
+from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.selection import SegmentSelection
+from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+
+SOURCE = "coastdown"
+MAIN = ("rolling_resistance", "drag_area")
+QUOTED = tuple(v / 3.6 for v in (60.0, 40.0, 80.0, 100.0, 20.0))  # m/s; the first one in the fitted range is quoted
+TABLE_SPEEDS = tuple(v / 3.6 for v in range(20, 141, 20))  # m/s, of the table of forces
+TABLE_MARGIN = 1.4  # m/s (5 km/h) by which a table speed may lie outside the fitted speeds
+NO_GUSTS = {"gust": 0.0, "gust_time": 8.0, "run_wind": 0.0, "run_force": 0.0}  # plain least squares estimates none
+
+
+@dataclass(frozen=True)
+class RoadLoadAnswer:
+    """The fit and everything else from which the result is built.
+
+    Parameters
+    ----------
+    quality : of the fit. effects : accepted effects, in the model. zeros : of the accelerometer, by run.
+    """
+
+    fit: RoadLoadFit
+    spec: CoastdownSpec
+    selection: SegmentSelection
+    zeros: Mapping[str, AccelerometerZero]
+    quality: FitQuality
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def fixed(self) -> frozenset[str]:
+        """The main parameters that are given instead of estimated."""
+        return self.spec.settings.fix.names
+
+    @property
+    def coasting(self) -> bool:
+        """Whether the drive is idle or unknown."""
+        return self.fit.campaign.drive == "coasting"
+
+    @property
+    def temperature(self) -> float:
+        """Mean over the runs, K."""
+        return float(np.mean([r.temperature for r in self.fit.campaign.runs]))
+
+    @cached_property
+    def test(self) -> Conditions | None:
+        """Air and mass during the runs; None where the temperature is unknown."""
+        if self.spec.environment.temperature is None and not all(r.temperature for r in self.spec.runs):
+            return None
+        return Conditions(self.temperature, _air_density(self.fit), self.fit.at["mass"])
+
+    @cached_property
+    def reference(self) -> Conditions:
+        """Air and mass to which the road load is corrected."""
+        to = self.spec.settings.reference
+        mass = to.mass.value if to.mass else self.fit.at["mass"]
+        return Conditions(to.temperature.value, density_of(to.temperature.value, to.pressure.value), mass)
+
+    @cached_property
+    def load(self) -> RoadLoad:
+        """The road load as tested, including the accepted effects that belong to the car."""
+        return self._load_at(self.temperature)
+
+    def _load_at(self, temperature: float) -> RoadLoad:
+        """The road load in the air of the test, with the accepted effects evaluated at a temperature (K)."""
+        solution, at = self.fit.solution, {**self.fit.at, "air_density": _air_density(self.fit)}
+        std = dict(zip(solution.names, np.sqrt(np.diag(solution.covariance)).tolist(), strict=True))
+        lasting = lasting_force([e for e in self.effects if adds_resistance(e)], at, std, self.fit.speeds, temperature)
+        degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
+        free = min(degrees, default=1e6)
+        return road_load_of(at, solution.names, solution.covariance, free, lasting)
+
+    @cached_property
+    def corrected(self) -> RoadLoad | None:
+        """The road load under reference conditions; None where the temperature of the test is unknown.
+
+        An accepted effect of temperature replaces the temperature factor of the standards.
+        """
+        if self.test is None:
+            return None
+        if _temperature_effect(self) is None:
+            return corrected_load(self.load, self.test, self.reference)
+        there = replace(self.test, temperature=self.reference.temperature)
+        return corrected_load(self._load_at(self.reference.temperature), there, self.reference)
+
+    @property
+    def loads(self) -> dict[str, RoadLoad]:
+        """The road loads that are tabulated, by name."""
+        return {"as tested": self.load} | ({} if self.corrected is None else {"corrected": self.corrected})
+
+    @cached_property
+    def times(self) -> list[CoastTimes]:
+        """Coast-down times of pairs of coasts."""
+        return coast_times(self.selection.segments, [r.direction for r in self.spec.runs]) if self.coasting else []
+
+    @property
+    def quoted(self) -> float:
+        """The speed at which the road load is quoted, m/s."""
+        low, high = self.fit.speeds
+        return next((v for v in QUOTED if low <= v <= high), 0.5 * (low + high))
+
+    @property
+    def table_speeds(self) -> list[float]:
+        """The speeds of the table of forces, m/s."""
+        low, high = self.fit.speeds
+        return [v for v in TABLE_SPEEDS if low - TABLE_MARGIN <= v <= high + TABLE_MARGIN] or [self.quoted]
+
+    @cached_property
+    def main(self) -> dict[str, Estimate]:
+        """Rolling resistance and drag area, estimated or given."""
+        solution, found = self.fit.solution, {}
+        for name in MAIN:
+            value = self.fit.at[name]
+            std, interval = solution.std.get(name, 0.0), solution.interval95.get(name, (value, value))
+            if name == "drag_area" and std > 0 and (share := self.fit.campaign.air_share):
+                wider = float(np.hypot(std, share * value)) / std
+                std, interval = (
+                    wider * std,
+                    (value + wider * (interval[0] - value), value + wider * (interval[1] - value)),
+                )
+            found[name] = Estimate.of(name, value, std, interval, "given" if name in self.fixed else SOURCE)
+        return found
+
+    @cached_property
+    def expected(self) -> tuple[ExpectedAccuracy | None, ExpectedAccuracy | None]:
+        """Expected accuracy of such coasts, and of a wider window where they do not separate both main parameters."""
+        if not self.coasting:
+            return None, None
+        runs, sizes = self.fit.campaign.runs, {**NO_GUSTS, **self.fit.sizes}
+        window = float(np.median([r.speed[0] for r in runs])), float(np.median([r.speed[-1] for r in runs]))
+        if not window[0] > window[1]:  # noise hides the fall of the speed
+            return None, None
+        level = float(np.median([v["speed"] for v in self.fit.campaign.levels])) * sizes["speed_noise"]
+        step = float(np.median([np.median(np.diff(r.time)) for r in runs]))
+        setup = CoastSetup(self.fit.at, sizes, level, step, len(runs))
+        now = expected_accuracy(setup, window)
+        return now, None if now.worst <= SEPARATED else wider_window(setup, window)
+
+    @cached_property
+    def separation(self) -> str:
+        """How well both main parameters are separated, as a sentence."""
+        correlation = self.fit.solution.correlation.get(MAIN[0], {}).get(MAIN[1])
+        return text.separation(None if self.fixed else correlation, *self.expected)
+
+
+def _air_density(fit: RoadLoadFit) -> float:
+    """Mean over the runs, kg/m^3: a run whose temperature is stated has its own density."""
+    given = fit.at["air_density"]
+    return float(np.mean([given if r.air_density is None else r.air_density for r in fit.campaign.runs]))
+
+
+def _temperature_effect(answer: RoadLoadAnswer) -> Effect | None:
+    """The accepted effect that describes how the resistance depends on temperature, if there is one."""
+    own = (e for e in answer.effects if "between_runs" in e.tags and e.lasts and "rolling" in e.on)
+    return next((e for e in own if any(answer.fit.at.get(n) for n in e.unknowns)), None)
+
+
+def temperature_law(answer: RoadLoadAnswer) -> str:
+    """The temperature law that corrects the rolling part, in words."""
+    effect = _temperature_effect(answer)
+    if effect is None:
+        return f"{100 * ROLLING_BY_TEMPERATURE:.2g} % per kelvin (UN GTR 15)"
+    return f"the fitted law of {effect.label}"
