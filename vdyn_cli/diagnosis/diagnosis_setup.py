@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf, isfinite
 
 from vdyn_cli.description.test_description import Diagnose, TestSpec
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.relaxed_regression import relaxed
 from vdyn_cli.effects import Effect, candidates, enlarged
 from vdyn_cli.engine.applicable import applicable, missing_signals
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps import Diagnosable, Problem, SimulatedProblem, Step, simulated
-from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.manoeuvre import Manoeuvre
-
-UNIFORM = 12**-0.5  # standard deviation of a uniform distribution of width one
 
 
 @dataclass(frozen=True)
@@ -153,50 +150,6 @@ def stated_errors(effects: Sequence[Effect], known: Parameters) -> dict[str, flo
             name, quantity = next(iter(effect.unknowns.items()))
             found[name] = one.std if quantity.unit else one.std / abs(one.value)
     return found
-
-
-def relaxed(regression: Callable[..., Regression]) -> Callable[..., Regression]:
-    """A step's regression with relaxed bounds, since a model error often drives a baseline's unknown to its bound.
-
-    Unknowns with a prior lose their bounds. The others may leave theirs by the width between them; ``physical`` keeps
-    these, unless the step states a narrower range, and an answer with an unknown outside of it is not sufficient.
-    """
-    return _with_baseline(regression, _unbounded)
-
-
-def with_wide_priors(regression: Callable[..., Regression]) -> Callable[..., Regression]:
-    """The regression with priors as wide as the physical range, for a baseline that the data do not determine."""
-    return _with_baseline(regression, _with_wide_prior)
-
-
-def _with_baseline(
-    regression: Callable[..., Regression], changed: Callable[[Unknown], Unknown]
-) -> Callable[..., Regression]:
-    """The regression with the unknowns of the baseline ``changed``."""
-
-    def of(
-        effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
-        full, kept = regression(effects, unknowns, start=start), {u.name for u in unknowns}
-        return replace(full, unknowns=tuple(u if u.name in kept else changed(u) for u in full.unknowns))
-
-    return of
-
-
-def _unbounded(u: Unknown) -> Unknown:
-    if u.prior is not None:
-        return replace(u, lower=-inf, upper=inf)
-    width = u.upper - u.lower
-    if not isfinite(width):
-        return u
-    return replace(u, lower=u.lower - width, upper=u.upper + width, physical=u.physical or (u.lower, u.upper))
-
-
-def _with_wide_prior(u: Unknown) -> Unknown:
-    u = u if u.physical else _unbounded(u)
-    if u.prior is not None or u.physical is None:
-        return u
-    return replace(u, prior=(u.start, UNIFORM * (u.physical[1] - u.physical[0])))
 
 
 def refuse_unknown(prepared: PreparedStep) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, with_wide_priors
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.full_model import full_model
 from vdyn_cli.diagnosis.linearized import open_linearized
 from vdyn_cli.diagnosis.refit import RefitStrategy
+from vdyn_cli.diagnosis.relaxed_regression import with_wide_priors
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.inference import RefusedFitError
 
