@@ -13,7 +13,7 @@ from vdyn_cli.project.day_plan import plan
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.run_unit_checks import other_units, with_run_signs
-from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.sign_conventions import wrong_sign
@@ -162,3 +162,8 @@ def test_a_run_whose_file_states_another_unit_is_refused(more: str, message: str
     with pytest.raises(InputError, match=message) as refused:
         gather(load_step("coastdown"), mixed(tmp_path, more))
     assert len(refused.value.findings) == 1
+
+
+def test_a_finding_with_further_values_is_written_as_a_message() -> None:
+    wrong = wrong_sign("run_1.csv", "speed", "speed is negative")
+    assert Finding(**wrong.to_json()) == Finding("run_1.csv, speed", "speed is negative", "", wrong.remedy)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +81,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         coasts=found.coasts,
         parameters="not evaluated",
         findings=[
-            FindingEntry(**asdict(f))
+            FindingEntry(**f.to_json())
             for f in merge_similar(
                 [
                     *refused,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import isfinite, sqrt
 from pathlib import Path
 
@@ -174,7 +174,7 @@ def _document(expected: _Expected, runs: int, basis: str, assumed: Sequence[Assu
             "confused": shown.confused if shown else (),
             "added": [_with_published(one, expected) for one in shown.added] if shown else (),
             "assumed": assumed,
-            "findings": [FindingEntry(**asdict(f)) for f in findings],
+            "findings": [FindingEntry(**f.to_json()) for f in findings],
         }
     )
 

@@ -7,7 +7,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -76,7 +76,7 @@ class StepRecord:
             "format": FORMAT,
             "step": result.step,
             "sentence": result.sentence,
-            "refused": [asdict(f) for f in result.refused],
+            "refused": [f.to_json() for f in result.refused],
             "withheld": dict(result.withheld),
             **to_document(result.parameters),
             "fit": {
@@ -90,7 +90,7 @@ class StepRecord:
                 "held_out_rms": fit.held_out_rms,
                 "warnings": list(fit.warnings),
             },
-            "findings": [asdict(f) for f in result.findings],
+            "findings": [f.to_json() for f in result.findings],
             **result.extra,
             "quality": {**result.quality.to_json(), **result.extra.get("quality", {})},
             **_effects(result),

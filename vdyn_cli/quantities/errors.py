@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
 
 LONGEST_NAME = 100  # characters of names that are compared for a misspelling; headers of loggers have up to some 60
 MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
@@ -57,6 +57,10 @@ class Finding:
         if self.remedy:
             text += f"{BEFORE_REMEDY}{visible(self.remedy)}"
         return text
+
+    def to_json(self) -> dict[str, Any]:
+        """The fields of a message; findings with further values are written like any other."""
+        return {f.name: getattr(self, f.name) for f in fields(Finding)}
 
 
 class VdynError(Exception):
