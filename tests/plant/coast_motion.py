@@ -113,6 +113,7 @@ class Car:
         self.fade_time = effects.get("brake_drag_fading_time", 20.0)
         self.rolling = vehicle.rolling_resistance / (1.0 + q["temperature_rolling"] * (plan.temperature - 20.0))
         self.force_per_torque = vehicle.gear_ratio / (vehicle.wheel_radius * (1.0 + q["wheel_radius"]))
+        self.constant_force = q["brake_drag"] + q["driveline_drag"]
         self.flat = not (q["road_grade"] or q["grade_profile"])
 
     def grade(self, position: Array) -> Array:
@@ -134,25 +135,30 @@ class Car:
         return np.stack([np.interp(times, knots, level) for level in levels.T], axis=1)
 
     def acceleration(self, time: float, speed: Array, position: Array, wind: Array, scatter: Array) -> Array:
-        """dV/dt of every run ``time`` s into it, without drive; ``wind`` against motion."""
+        """dV/dt of every run ``time`` s into it, without drive; ``wind`` against motion.
+
+        What is zero is left out: tests take this step some hundred thousand times.
+        """
         q = self.q
         air = speed + wind
         coefficient = self.rolling * (1.0 + scatter)
         if q["tire_warmup"]:
             coefficient = coefficient * (1.0 + q["tire_warmup"] * np.exp(-(self.plan.start + time) / self.warm_time))
+        if q["speed_dependent_rolling"]:
+            coefficient = coefficient + q["speed_dependent_rolling"] * speed
         weight = self.mass * GRAVITY
-        climb: Array | float = 0.0
-        level: Array | float = weight
-        if not self.flat:
-            slope = np.arctan(self.grade(position))
-            climb, level = weight * np.sin(slope), weight * np.cos(slope)
-        friction = (coefficient + q["speed_dependent_rolling"] * speed) * level + q["brake_drag"] + q["driveline_drag"]
+        slope = None if self.flat else np.arctan(self.grade(position))
+        friction = coefficient * (weight if slope is None else weight * np.cos(slope)) + self.constant_force
         if q["brake_drag_fading"]:
             friction = friction + q["brake_drag_fading"] * np.exp(-time / self.fade_time)
         resistance = self.drag * air * np.abs(air) + friction * np.tanh(speed / 0.02)
         if q["drag_bump"]:
             resistance = resistance + q["drag_bump"] * np.exp(-0.5 * ((speed - 15.0) / 1.5) ** 2)
-        return np.asarray(-(resistance + q["driveline_drag_viscous"] * speed + climb) / self.inertia)
+        if q["driveline_drag_viscous"]:
+            resistance = resistance + q["driveline_drag_viscous"] * speed
+        if slope is not None:
+            resistance = resistance + weight * np.sin(slope)
+        return np.asarray(resistance / -self.inertia)
 
     def wind_response(self, motion: Motion) -> tuple[Array, Array]:
         """How strongly a little wind pulls, and how fast its trace in the speed decays, both 1/s, (steps + 1, runs)."""

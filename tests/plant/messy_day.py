@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,7 +141,32 @@ def vehicle(rng: np.random.Generator) -> Vehicle:
     )
 
 
-def road(rms: float, waves: str, length: float, rng: np.random.Generator) -> Callable[[Array | float], Array]:
+@dataclass(frozen=True)
+class Road:
+    """Slopes every ``FINE`` m from ``begin``, linear between."""
+
+    begin: float
+    slopes: Array
+
+    def __call__(self, x: Array) -> Array:
+        return np.interp(x, self.begin + FINE * np.arange(self.slopes.size), self.slopes)
+
+    def at(self) -> Callable[[float], float]:
+        """The same for one place at a time, without numpy."""
+        begin, slopes = self.begin, self.slopes.tolist()
+        last = len(slopes) - 1
+
+        def slope(x: float) -> float:
+            share = (x - begin) / FINE
+            k = int(share)
+            if not 0.0 <= share < last:
+                return slopes[0] if share < 0.0 else slopes[last]
+            return slopes[k] + (share - k) * (slopes[k + 1] - slopes[k])
+
+        return slope
+
+
+def road(rms: float, waves: str, length: float, rng: np.random.Generator) -> Road:
     """Slope over the road coordinate, flat on average over the stretch that is driven, of this rms there."""
     at = np.arange(-0.5 * ROAD, ROAD, FINE)
     if waves == "sines":
@@ -157,7 +183,7 @@ def road(rms: float, waves: str, length: float, rng: np.random.Generator) -> Cal
     there = (at >= 0) & (at <= length)
     slope = slope - slope[there].mean()
     slope *= rms / max(float(np.sqrt(np.mean(slope[there] ** 2))), 1e-12)
-    return lambda x: np.asarray(np.interp(x, at, slope))
+    return Road(float(at[0]), slope)
 
 
 def wind(weather: Weather, clock: Array, begin: float, phase: float, rng: np.random.Generator) -> Array:
@@ -173,7 +199,7 @@ def wind(weather: Weather, clock: Array, begin: float, phase: float, rng: np.ran
 
 
 def coast(
-    car: Vehicle, day: Day, slope: Callable[[Array | float], Array], begin: tuple[float, float, float], air: Array
+    car: Vehicle, day: Day, slope: Callable[[float], float] | None, begin: tuple[float, float, float], air: Array
 ) -> tuple[Array, Array]:
     """Speed and position of one run on the fine clock; ``begin`` is heading, position m and speed m/s."""
     heading, place, speed = begin
@@ -181,15 +207,17 @@ def coast(
     drag, rolling = 0.5 * car.air_density * car.drag_area, car.rolling_resistance
 
     def rate(time: float, v: float, x: float, w: float) -> float:
-        i = heading * float(slope(x))
         flow = v + heading * w
-        engine = day.late_clutch and time < day.late_clutch
-        force = rolling * weight + drag * flow * abs(flow) + weight * i + (300.0 if engine else 0.0)
-        return -(force + day.brake * np.exp(-time / day.brake_time)) / inertia
+        force = rolling * weight + drag * flow * abs(flow)
+        if slope is not None:
+            force += weight * heading * slope(x)
+        if day.late_clutch and time < day.late_clutch:
+            force += 300.0
+        return -(force + (day.brake * exp(-time / day.brake_time) if day.brake else 0.0)) / inertia
 
-    speeds, places = [speed], [place]
-    for k in range(air.size - 1):
-        t, w, h = k * STEP, float(air[k]), STEP
+    speeds, places, h = [speed], [place], STEP
+    for k, w in enumerate(air[:-1].tolist()):
+        t = k * STEP
         a = rate(t, speed, place, w)
         b = rate(t + h / 2, speed + h / 2 * a, place + heading * h / 2 * speed, w)
         c = rate(t + h / 2, speed + h / 2 * b, place + heading * h / 2 * (speed + h / 2 * a), w)
@@ -223,7 +251,7 @@ def drive(seed: int, day: Day, car: Vehicle | None = None) -> Case:
     rng = np.random.default_rng([seed, 0x3E55])
     car = vehicle(rng) if car is None else car
     still = replace(day, late_clutch=0.0, brake=0.0)
-    level = coast(car, still, lambda x: np.zeros(()), (1.0, 0.0, day.upper), np.zeros(int(LONGEST / STEP)))
+    level = coast(car, still, None, (1.0, 0.0, day.upper), np.zeros(int(LONGEST / STEP)))
     length = float(level[1][-1])
     slope, phase = road(day.rms, day.waves, length, rng), rng.uniform()
     runs, begin = [], 0.0
@@ -234,7 +262,7 @@ def drive(seed: int, day: Day, car: Vehicle | None = None) -> Case:
         own = replace(car, rolling_resistance=car.rolling_resistance * (1 + day.scatter * rng.standard_normal()))
         clock = np.arange(0.0, LONGEST, STEP)
         air = wind(day.weather, clock, begin, phase, rng)
-        speed, place = coast(own, day, slope, (heading, start, day.upper + rng.uniform(-0.5, 0.5)), air)
+        speed, place = coast(own, day, slope.at(), (heading, start, day.upper + rng.uniform(-0.5, 0.5)), air)
         clock = clock[: speed.size]
         time = np.arange(0.0, clock[-1], 1 / day.logger.rate)
         shown = reading(day.logger, clock, speed, time, rng)

@@ -60,24 +60,27 @@ def drives(
     torque = _torque(car, rng, count, n)
     pushed = torque * np.where(torque < 0, 1.0 / car.efficiency, car.efficiency) * car.ratio / car.radius
     gust = _colored(rng, count, n, 0.5, 8.0) + rng.normal(0.0, 0.2, (count, 1))
+    push, wind = (np.ascontiguousarray(rows.T) for rows in (STEP / car.turning * pushed, gust))
     slopes = [_road(rng, undulation) for _ in range(count)]
     v = rng.uniform(8.0, 16.0, count)
     u, x = v.copy(), np.zeros(count)
-    speed, wheel, felt = np.empty((count, n)), np.empty((count, n)), np.empty((count, n))
-    slope = np.zeros(count)
+    speed, wheel, rates, hills = (np.empty((n, count)) for _ in range(4))
+    grip0, drag = car.stiffness * car.driven * G, 0.5 * car.density * car.drag_area / car.mass
+    turned, climbing = STEP * car.mass / car.turning, np.zeros(count)
+    rolling = G * car.rolling * (1.0 + cold * np.exp(-(time[:, None] + seconds * np.arange(count)) / 600.0))
     for k in range(n):
-        speed[:, k], wheel[:, k] = v, u
+        speed[k], wheel[k] = v, u
         if k % 50 == 0:
-            slope = np.array([np.interp(at, *road) for at, road in zip(x, slopes, strict=True)])
-        grip = car.stiffness * car.driven * car.mass * G / np.maximum(v, 1.0)
-        u = (u + STEP / car.turning * (pushed[:, k] + grip * v)) / (1.0 + STEP / car.turning * grip)
-        air = v + gust[:, k]
-        rolling = car.rolling * (1.0 + cold * np.exp(-(seconds * np.arange(count) + time[k]) / 600.0))
-        lost = car.mass * G * (rolling + slope) + 0.5 * car.density * car.drag_area * air * np.abs(air)
-        rate = (grip * (u - v) - lost) / car.mass
-        felt[:, k] = rate + G * slope
+            climbing = G * np.array([np.interp(at, *road) for at, road in zip(x, slopes, strict=True)])
+        grip = grip0 / np.maximum(v, 1.0)
+        pull = turned * grip
+        u = (u + push[k] + pull * v) / (1.0 + pull)
+        air = v + wind[k]
+        rate = grip * (u - v) - rolling[k] - climbing - drag * air * np.abs(air)
+        rates[k], hills[k] = rate, climbing
         v = v + STEP * rate
         x = x + STEP * v
+    speed, wheel, felt = speed.T.copy(), wheel.T.copy(), (rates + hills).T.copy()
     return {"time": time, "torque": torque, "speed": speed, "wheel": wheel, "felt": felt}
 
 

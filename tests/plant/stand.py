@@ -80,19 +80,19 @@ def noise_free(
     for when, step in zip(spin.switch, np.diff(spin.level, prepend=0.0), strict=True):
         torque += step * (1.0 - np.exp(-np.maximum(clock - when, 0.0) / LAG))
 
-    def rate(t: float, w: float) -> float:
-        brake = d["bearing_torque"] + d["bearing_viscous"] * w + q.get("air", 0.0) * w * abs(w)
-        return (t - brake) / vehicle.wheel_inertia
+    dry, viscous, air, inertia = d["bearing_torque"], d["bearing_viscous"], q.get("air", 0.0), vehicle.wheel_inertia
 
-    speed = np.empty(clock.size // 2 + 1)
-    speed[0] = START
-    for k in range(speed.size - 1):
-        w, (a, b, c) = speed[k], torque[2 * k : 2 * k + 3]
+    def rate(t: float, w: float) -> float:
+        return (t - (dry + viscous * w + air * w * abs(w))) / inertia
+
+    pushed, speed = torque.tolist(), [START]
+    for k in range(clock.size // 2):
+        w, (a, b, c) = speed[k], pushed[2 * k : 2 * k + 3]
         k1 = rate(a, w)
         k2 = rate(b, w + FINE / 2 * k1)
         k3 = rate(b, w + FINE / 2 * k2)
         k4 = rate(c, w + FINE * k3)
-        speed[k + 1] = w + FINE / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        speed.append(w + FINE / 6 * (k1 + 2 * k2 + 2 * k3 + k4))
     gain = 1.0 + q.get("torque_gain", 0.0)
     return np.interp(spin.times, clock, torque) * gain, np.interp(spin.times, clock[::2], speed)
 
