@@ -31,13 +31,16 @@ LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the spe
 
 @dataclass(frozen=True)
 class _Effects:
-    """Trend and difference of the mean decelerations with half their 95 % intervals, and the residual's std."""
+    """Trend and difference of the mean decelerations with half their 95 % intervals, and the residual's std.
 
-    trend: float
-    trend_half: float
-    difference: float | None
-    difference_half: float | None
-    scatter: float
+    None: too few runs, or for the difference runs of one direction.
+    """
+
+    trend: float | None = None
+    trend_half: float | None = None
+    difference: float | None = None
+    difference_half: float | None = None
+    scatter: float | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ class CampaignCoasts:
     def balance(self, names: Sequence[str]) -> CoastBalance:
         """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""
         found, directions = self.decelerations(), self.directions
-        effects = None if found is None else _effects(found, self.heading, self.order)
+        effects = _Effects() if found is None else _effects(found, self.heading, self.order)
         pairs = paired_runs(self.segments, directions)
         partners = {self.segments[k].run for pair in pairs for k in pair}
         ways = [directions[s.run] for s in self.segments]
@@ -114,11 +117,11 @@ class CampaignCoasts:
             unpaired=[names[s.run] for s in self.segments if s.run not in partners and directions[s.run]],
             alternating=alternating,
             speeds=None if speeds is None else (3.6 * speeds[0], 3.6 * speeds[1]),
-            trend=None if effects is None else effects.trend,
-            trend_half=None if effects is None else effects.trend_half,
-            difference=None if effects is None else effects.difference,
-            difference_half=None if effects is None else effects.difference_half,
-            scatter=None if effects is None else effects.scatter,
+            trend=effects.trend,
+            trend_half=effects.trend_half,
+            difference=effects.difference,
+            difference_half=effects.difference_half,
+            scatter=effects.scatter,
             runs=runs,
             accuracy=accuracy,
             limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
@@ -160,13 +163,13 @@ class CampaignCoasts:
         return TestDay(tuple(sorted(warm)), density, wind, pairs, self.common, accuracy, crosswinds)
 
 
-def _effects(found: Array, heading: Array, order: Array) -> _Effects | None:
-    """Trend, difference and scatter of mean decelerations; None with too few runs."""
+def _effects(found: Array, heading: Array, order: Array) -> _Effects:
+    """Trend, difference and scatter of mean decelerations; without values for too few runs."""
     both = bool(np.ptp(heading) > 0)
     rows = np.column_stack([np.ones(found.size), order, *([heading] if both else [])])
     degrees = found.size - np.linalg.matrix_rank(rows)
     if degrees < 1 or np.linalg.matrix_rank(rows) < rows.shape[1]:
-        return None
+        return _Effects()
     inverse = np.linalg.inv(rows.T @ rows)
     values = inverse @ rows.T @ found
     spread = float(np.sqrt(np.sum((found - rows @ values) ** 2) / degrees))
