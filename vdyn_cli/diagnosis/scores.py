@@ -116,11 +116,12 @@ class Scores:
         statistics = {}
         for name in names:
             columns = self.groups[name]
-            own = self._flippable[:, :, columns]
+            # In coordinates without directions that all flips lack, in which the unflipped variance is the identity
+            z = _whitening(self._left[:, columns].T @ self._left[:, columns])
+            own = self._flippable[:, :, columns] @ z
             flipped = (g @ own.reshape(len(own), -1)).reshape(len(g), *own.shape[1:])
-            least = self._left[:, columns].T @ self._left[:, columns]
-            variance = least[None] - flipped.swapaxes(1, 2) @ flipped
-            statistics[name] = quadratic(contributions[:, columns], variance)
+            variance = np.eye(z.shape[1]) - flipped.swapaxes(1, 2) @ flipped
+            statistics[name] = quadratic(contributions[:, columns] @ z, variance)
         return statistics
 
     def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
@@ -237,9 +238,14 @@ def visible_only(whole: Array, left: Array) -> Array:
 
 def pseudo_inverse(information: Array) -> tuple[Array, int]:
     """Pseudo-inverse of an information matrix, (k, k), of any scale, and its rank."""
+    z = _whitening(information)
+    return z @ z.T, z.shape[1]
+
+
+def _whitening(information: Array) -> Array:
+    """Z (k, rank) with Z' I Z = 1 for an information matrix I of any scale."""
     scale = np.sqrt(np.diag(information))
     scale = np.where(scale > 0, scale, np.inf)
     values, axes = np.linalg.eigh(information / np.outer(scale, scale))
     good = values > ROUNDING
-    inverse = (axes[:, good] / values[good]) @ axes[:, good].T / np.outer(scale, scale)
-    return inverse, int(np.sum(good))
+    return np.asarray(axes[:, good] / np.sqrt(values[good]) / scale[:, None])
