@@ -244,6 +244,11 @@ class StepPolicy:
         0.02, "share of the radius", "by which speed over wheel speed may differ from it",
         "Rolling and loaded radius of a tire differ by this much.",
     )  # fmt: skip
+    radius_excess: float = threshold(
+        0.005, "share of the radius", "by which it may exceed speed over wheel speed",
+        "A loaded radius is below the rolling one; a ground speed is accurate to 0.2 %, and the slip at a tenth of the "
+        "largest torque is 0.2 %.",
+    )  # fmt: skip
     pendulum_jump: float = threshold(
         30.0, "effective chi-square", "gained by a disturbance of a pendulum, from which the recording is split there",
         "Two unknowns at any time: by chance less than once in 1 000 recordings.",

@@ -23,6 +23,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
 from vdyn_cli.steps.inertia import problem
+from vdyn_cli.steps.inertia.drive_checks import radius_contradiction
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.problem import InertiaData
 from vdyn_cli.steps.inertia.spec import InertiaSpec
@@ -209,6 +210,21 @@ def test_a_radius_far_off_leaves_no_inertia_and_says_so(car: tuple[Vehicle, tupl
     off = changed(known(vehicle), wheel_radius=0.97 * vehicle.wheel_radius)
     findings = STEP.estimate(SPEC, InertiaData(data), off).findings
     assert any("is not wheel_radius" in finding.what for finding in findings)
+
+
+def test_a_radius_above_the_rolling_one_is_doubted_and_its_error_included(
+    car: tuple[Vehicle, tuple[Log, ...]],
+) -> None:
+    vehicle, data = car
+    found, findings = radius_contradiction(data, Given(1.008 * vehicle.wheel_radius, 2e-4))
+    assert found.std == pytest.approx(0.008 * vehicle.wheel_radius, rel=0.2)
+    assert all("above the rolling radius" in f.what and f.doubt for f in findings)
+    for share in (0.99, 1.002):  # a loaded radius is below the rolling one
+        stated = Given(share * vehicle.wheel_radius, 2e-4)
+        assert radius_contradiction(data, stated) == (stated, ())
+    high = changed(known(vehicle, wheel_radius=0.0002), wheel_radius=1.008 * vehicle.wheel_radius)
+    with pytest.raises(ResultError, match="interval contains zero"):
+        STEP.estimate(SPEC, InertiaData(data), high)
 
 
 def test_rolling_resistance_may_be_unknown(car: tuple[Vehicle, tuple[Log, ...]]) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from vdyn_cli.inference import exceeds_noise
@@ -9,6 +12,7 @@ from vdyn_cli.physics.models.wheel_spin import INPUTS
 from vdyn_cli.quantities.arrays import cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -98,21 +102,37 @@ def too_little(run: DriveWindows) -> list[Finding]:
     return []
 
 
-def radius_doubts(log: Log, radius: float) -> list[Finding]:
-    """A finding where the median of speed over wheel speed at low torque differs from the stated radius (m).
+def radius_contradiction(logs: Sequence[Log], radius: Given) -> tuple[Given, tuple[Finding, ...]]:
+    """Comparison of the stated radius, m, with speed over wheel speed at low torque, the rolling radius.
 
-    By at least ``radius_agreement``; low torque is below ``EASY`` of the largest magnitude.
+    The lever of the force is the loaded radius, some per cent below the rolling one and never above it. One above it by
+    more than ``radius_excess`` is doubtful: its standard deviation then includes the difference.
+
+    Returns
+    -------
+    The radius, and findings on the runs whose rolling radius differs from it.
     """
+    rolling = {log.name: found for log in logs if (found := _rolling_radius(log)) is not None}
+    high = {name: r for name, r in rolling.items() if r < (1 - STEP_POLICY.radius_excess) * radius.value}
+    other = {n: r for n, r in rolling.items() if abs(r / radius.value - 1) > STEP_POLICY.radius_agreement}
+    findings = []
+    for name, found in {**other, **high}.items():
+        what = "wheel_radius is above the rolling radius, speed over wheel speed: the loaded radius is below it"
+        what = what if name in high else "speed over wheel speed is not wheel_radius"
+        got = f"{1000 * found:.1f} mm against {1000 * radius.value:.1f} mm"
+        remedy = "state the loaded radius, which is the lever of the force"
+        findings.append(Finding(name, what, got, remedy, doubt=name in high))
+    if len(high) * 2 <= len(rolling):
+        return radius, tuple(findings)
+    off = radius.value - float(np.median(list(high.values())))
+    return replace(radius, std=float(np.hypot(radius.std, off))), tuple(findings)
+
+
+def _rolling_radius(log: Log) -> float | None:
+    """Median of speed over wheel speed, m, where the torque is below ``EASY`` of its largest; None without a speed."""
     if "vehicle_speed" not in log:
-        return []
+        return None
     speed, wheel, torque = log["vehicle_speed"], log["wheel_speed"], log["hub_torque"]
     good = np.isfinite(speed) & np.isfinite(torque) & (np.abs(wheel) > ROLLING)
     easy = good & (np.abs(torque) < EASY * np.nanmax(np.abs(torque)))
-    if np.count_nonzero(easy) < FEWEST_EASY:
-        return []
-    rolling = float(np.median(speed[easy] / wheel[easy]))
-    if abs(rolling / radius - 1) < STEP_POLICY.radius_agreement:
-        return []
-    what = "speed over wheel speed is not wheel_radius"
-    got = f"{1000 * rolling:.1f} mm against {1000 * radius:.1f} mm"
-    return [Finding(log.name, what, got, "state the loaded radius, which is the lever of the force")]
+    return float(np.median(speed[easy] / wheel[easy])) if np.count_nonzero(easy) >= FEWEST_EASY else None

@@ -25,7 +25,7 @@ from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.inertia.drive_checks import radius_doubts, sign_doubts, too_little
+from vdyn_cli.steps.inertia.drive_checks import radius_contradiction, sign_doubts, too_little
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.result import inertia_result
@@ -211,8 +211,9 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     known.require("wheel_mass", "wheel_radius", where="inertia")
     given = {"rolling_resistance": ANY_TIRE} | {n: Given(known[n].value, known[n].std) for n in KNOWN if n in known}
     raise_all(dict.fromkeys(f for log in data.runs for f in sign_doubts(log)))
-    settings, radius = spec.settings, given["wheel_radius"].value
-    zero = float(np.hypot(settings.torque_zero.value, radius * settings.force_zero.value))
+    given["wheel_radius"], radius_findings = radius_contradiction(data.runs, given["wheel_radius"])
+    settings = spec.settings
+    zero = float(np.hypot(settings.torque_zero.value, given["wheel_radius"].value * settings.force_zero.value))
     values = {name: one.value for name, one in given.items()}
     balance = _balance(data.runs, settings.window.value, values, zero)
     raise_all(f for run in balance.runs for f in too_little(run))
@@ -220,7 +221,7 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     if "rolling_resistance" not in known:
         what = f"is not known: {ANY_TIRE.value} +- {ANY_TIRE.std} assumed (typical car tire)"
         findings.append(Finding("rolling_resistance", what, "", "pass the coast-down's result with --known"))
-    findings += [f for log in data.runs for f in radius_doubts(log, radius)]
+    findings += radius_findings
     return InertiaProblem(spec, data, given, balance, tuple(findings))
 
 
