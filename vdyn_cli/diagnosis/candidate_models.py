@@ -86,12 +86,14 @@ def _likely_singles(found: Detection) -> list[str]:
 
 
 def singles_beyond_range(
-    strategy: Strategy, tried: Sequence[CandidateModel], found: Detection
+    strategy: Strategy, tried: Sequence[CandidateModel], found: Detection, own: bool = False
 ) -> tuple[CandidateModel, ...]:
-    """Models of single effects with amplitudes beyond their plausible range, up to ``open_range`` times it."""
+    """Models of single effects with amplitudes beyond their plausible range, up to ``open_range`` times it.
+
+    ``own``: each linearized about its own fit where the baseline is far off; their costs are then not comparable.
+    """
     names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
-    wide = strategy.with_open_range()
-    models = [candidate_model(wide, (n,)) for n in names]
+    models = [candidate_model(strategy.with_open_range(n if own else ""), (n,)) for n in names]
     return tuple(m for m in models if m is not None)
 
 

@@ -214,7 +214,7 @@ def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
     if extension.result is None or not base.refused:
         return ()
     first = base.refused[0]
-    without = "one of these effects" if extension.open else " and ".join(extension.effects)
+    without = "one of these effects" if len(extension.answers) > 1 else " and ".join(extension.effects)
     what = f"without {without} there is no result: {first.where}: {first.what}"
     return (Finding("diagnosis", what, first.got),)
 

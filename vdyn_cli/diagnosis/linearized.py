@@ -78,9 +78,12 @@ class LinearizedStrategy:
         seen = self.relinearization.predicted(every, fitted.values, point)
         return FittedModel(tuple(effects), fitted.solution, *seen) if seen else None
 
-    def with_open_range(self) -> LinearizedStrategy:
-        """See Strategy. The point of linearization stays; relinearized fits stay within the plausible range."""
-        return replace(self, model=with_open_range(self.model), known={(): self.base})
+    def with_open_range(self, about: str = "") -> LinearizedStrategy:
+        """See Strategy. Relinearized fits stay within the plausible range."""
+        wide = replace(self, model=with_open_range(self.model), known={(): self.base})
+        fitted = wide.fitted((about,)) if about and self.model.setup.far_off else None
+        there = self._linearized_about(fitted) if fitted else None
+        return there.with_open_range() if there else wide
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """None: nondifferentiable effects are linearized about their likely amplitude."""

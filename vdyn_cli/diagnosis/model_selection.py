@@ -82,7 +82,7 @@ def _one_profile_suffices(strategy: Strategy) -> bool:
 
 def best_beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
     """The best effect that would suffice if its amplitude were not beyond its plausible range; None without any."""
-    return best_fit([t for t in singles_beyond_range(strategy, tried, found) if t.sufficient])
+    return best_fit([t for t in singles_beyond_range(strategy, tried, found, own=True) if t.sufficient])
 
 
 def not_significantly_worse(model: FullModel, tried: Sequence[CandidateModel]) -> tuple[CandidateModel, ...]:

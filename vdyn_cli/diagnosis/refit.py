@@ -58,7 +58,7 @@ class RefitStrategy:
         """None: predictions use the fit itself."""
         return None
 
-    def with_open_range(self) -> RefitStrategy:
+    def with_open_range(self, about: str = "") -> RefitStrategy:
         """See Strategy."""
         return RefitStrategy(with_open_range(self.model), {(): self.base})
 

@@ -42,8 +42,13 @@ class Strategy(Protocol):
         None where predictions use the fit itself, or where the model has no finite value.
         """
 
-    def with_open_range(self) -> Strategy:
-        """The strategy whose effects may exceed their plausible range up to ``open_range``."""
+    def with_open_range(self, about: str = "") -> Strategy:
+        """The strategy whose effects may exceed their plausible range up to ``open_range``.
+
+        Parameters
+        ----------
+        about : an effect; where the baseline is far off, the strategy is linearized about that effect's fit.
+        """
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
         """Amplitudes over which secants replace the slopes of nondifferentiable effects, with ``effects`` fitted."""

@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from scipy.signal import lfilter
 
 from tests.plant.slipping_drive import Array, Car, drives
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.diagnosis import Diagnosis
+from vdyn_cli.quantities.result import Result
 
 CAR = Car()
 EVERY = 20  # samples of the plant to one of the log: 50 Hz
@@ -22,7 +24,16 @@ EVERY = 20  # samples of the plant to one of the log: 50 Hz
 def diagnosed(
     folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, seed: int = 0, zero: float | None = None
 ) -> Diagnosis:
-    """The diagnosis of logs of a car described as ``CAR``, whose speed channel repeats values for some rows.
+    """The diagnosis of :func:`validated`."""
+    found = validated(folder, car, logs, held, seed, zero).diagnosis
+    assert found is not None
+    return found
+
+
+def validated(
+    folder: Path, car: Car, logs: Mapping[str, Array], held: int = 1, seed: int = 0, zero: float | None = None
+) -> Result:
+    """The result of logs of a car described as ``CAR``, whose speed channel repeats values for some rows.
 
     ``zero`` : m/s^2, of an accelerometer; None: there is none.
     """
@@ -40,7 +51,7 @@ def diagnosed(
         "mass": f"{CAR.mass} +- 4 kg",
         "rotating_mass": f"{CAR.turning} +- 2 kg",
         "wheel_radius": f"{CAR.radius} +- 0.0005 m",
-        "gear_ratio": str(CAR.ratio),
+        "gear_ratio": str(car.ratio),
         "driveline_efficiency": f"{car.efficiency} +- 0.003",
         "rolling_resistance": f"{CAR.rolling} +- 0.0002",
         "drag_area": f"{CAR.drag_area} +- 0.012 m^2",
@@ -58,9 +69,7 @@ def diagnosed(
     }
     path = folder / "test.yaml"
     path.write_text(yaml.safe_dump(description), encoding="utf-8")
-    found = execute("validate", path).result.diagnosis
-    assert found is not None
-    return found
+    return execute("validate", path).result
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
@@ -154,3 +163,28 @@ def test_more_drag_is_named_alone_beside_a_latency(tmp_path: Path) -> None:
     found = _late(30, tmp_path, replace(CAR, drag_area=CAR.drag_area + 0.2))
     assert [c.effect for c in found.causes] == ["extra_drag_area"]
     assert "is part of the fit" in found.sentence
+
+
+@pytest.mark.slow  # a diagnosis of 3 s
+def test_more_drag_is_named_alone_beside_a_filtered_speed(tmp_path: Path) -> None:
+    """A filter of 0.15 s: a linearization about no latency leaves its square, which looks like further effects."""
+    car = replace(CAR, drag_area=CAR.drag_area + 0.2)
+    logs = dict(drives(car, 4))
+    decay = np.exp(-1e-3 / 0.15)
+    start = decay * logs["speed"][:, :1]
+    logs["speed"] = lfilter([1.0 - decay], [1.0, -decay], logs["speed"], axis=1, zi=start)[0]
+    found = diagnosed(tmp_path, car, logs)
+    assert [c.effect for c in found.causes] == ["extra_drag_area"]
+    assert "is part of the fit" in found.sentence
+
+
+def test_a_zero_beyond_its_plausible_range_is_stated_where_the_drives_are_missed(tmp_path: Path) -> None:
+    hub = replace(CAR, ratio=1.0)
+    logs = dict(drives(hub, 12, 4, 150.0))
+    logs["torque"] = logs["torque"] - 85.0
+    result = validated(tmp_path, hub, logs, seed=12)
+    found = result.diagnosis
+    assert found is not None
+    assert found.verdict == "unknown"
+    assert "windows" not in result.sentence
+    assert re.search(r"wrong zero \(-8\d\.\d \+- \S+ N m at no torque, beyond the plausible range\)", found.sentence)
