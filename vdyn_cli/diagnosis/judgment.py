@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from vdyn_cli.diagnosis.candidate_models import CandidateModel, best_fit
+from vdyn_cli.diagnosis.candidate_models import CandidateModel, best_fit, candidate_model
 from vdyn_cli.diagnosis.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.finding_size import FindingSize, Limits, finding_size, profile_matters
@@ -139,6 +139,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
         return _unless_one_way(judgment, model.setup)
     focused, seen = strategy.focused(found)
     answers, tried = accepted_models(focused, seen)
+    answers = _without_idle_effects(strategy, focused, answers, limits)
     judgment = _sized(strategy, replace(judgment, tried=tried), answers, limits)
     if not judgment.material:
         return _unless_one_way(judgment, model.setup)
@@ -181,6 +182,28 @@ def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
     return replace(
         judgment, verdict="not_testable", why=setup.one_way, one_way_effects=tuple(named), answers=(), gain=None
     )
+
+
+def _without_idle_effects(
+    strategy: Strategy, focused: Strategy, answers: Sequence[CandidateModel], limits: Limits | None
+) -> tuple[CandidateModel, ...]:
+    """The answers without effects that neither change the main output by more than the limit nor lower its error.
+
+    Beside a large effect, the error of its law may look like a further effect. Only with predictions at prior values.
+    """
+    if limits is None or not strategy.prior_values:
+        return tuple(answers)
+    found = dict[tuple[str, ...], CandidateModel]()
+    for answer in answers:
+        kept = answer
+        for effect in answer.effects if len(answer.effects) > 1 else ():
+            rest = tuple(e for e in kept.effects if e != effect)
+            less = candidate_model(focused, rest) if rest else None
+            size = finding_size(strategy, less.fitted, kept.fitted) if less else None
+            if less and size and size.plain and size.change <= limits.output and size.after >= size.before:
+                kept = less
+        found.setdefault(kept.effects, kept)
+    return tuple(found.values())
 
 
 def _sized(
