@@ -83,11 +83,12 @@ class FullModel:
         return frozenset(u.name for u in self.regression.shared if u.nuisance)
 
     def held(self, effects: Sequence[str]) -> dict[str, float]:
-        """Values of the unknowns that are fixed at their starts in a fit with these effects."""
+        """Values of the unknowns that are fixed in a fit with these effects: covered ones at their prior means."""
         candidates = self.setup.candidates
         covered = {n for e in effects if e in candidates for n in candidates[e].covers}
         free = {n for e in effects for n in self.freed(e)} | set(self.base) - covered
-        return {u.name: u.start for u in self.regression.shared if u.name not in free}
+        fixed = (u for u in self.regression.shared if u.name not in free)
+        return {u.name: u.prior[0] if u.prior and u.name in covered else u.start for u in fixed}
 
     def scores(self, at: FittedModel, names: Sequence[str], runs: bool = False) -> Scores:
         """Score tests of candidates and profiles beside the effects of a fitted model.

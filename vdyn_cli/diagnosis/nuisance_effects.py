@@ -32,13 +32,14 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
     tried = _covering(strategy, fitted)
     if not tried:
         return judgment
-    best = min(tried, key=lambda t: t.cost)
-    size = finding_size(strategy, fitted, best.fitted)
+    answers = not_significantly_worse(strategy.model, tried) or (min(tried, key=lambda t: t.cost),)
+    best = min(answers, key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, t.cost))  # loggers are late, not early
+    # The error need not matter more than the least of the answers that these data cannot discriminate does.
+    size = min((finding_size(strategy, fitted, one.fitted) for one in answers), key=lambda one: one.change)
     noted = replace(judgment, absorbed=best)
     if not (size.plain and size.change > limits.output):
         return noted
     if answer is None:
-        answers = not_significantly_worse(strategy.model, tried) or (best,)
         found = judgment.detection
         chance = erfc(max(_deviation(strategy.model, t) for t in tried) / sqrt(2.0))
         found = replace(found, p_value=min(found.p_value, max(chance, found.scores.smallest_p())))
@@ -64,5 +65,11 @@ def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
 
 def _deviation(model: FullModel, one: CandidateModel) -> float:
     """The amplitude of the last effect, in standard errors."""
+    value, std = _amplitude(model, one)
+    return abs(value) / std if std > 0.0 else 0.0
+
+
+def _amplitude(model: FullModel, one: CandidateModel) -> tuple[float, float]:
+    """The amplitude of the last effect, and its standard error."""
     name, solution = model.amplitudes(one.effects[-1])[0], one.fitted.solution
-    return abs(solution.values[name]) / solution.std[name] if solution.std[name] > 0.0 else 0.0
+    return solution.values[name], solution.std[name]

@@ -11,13 +11,14 @@ The model of a mass on a road has no slip and no parameter S. Of the latencies o
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.noise import inertia_of
 from vdyn_cli.steps.validate.road_slope import LATENCIES
@@ -39,12 +40,15 @@ def _slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
 SLIP_IMPULSE: Effect = replace(_slip_impulse, name=SLIP)
 
 
-def with_channel_errors(setup: SimulationSetup, covered: Collection[str] = ()) -> SimulationSetup:
+def with_channel_errors(
+    setup: SimulationSetup, covered: Collection[str] = (), start: Mapping[str, float] = NO_VALUES
+) -> SimulationSetup:
     """The setup of a mass on a road with slip and latencies as unknowns with a prior; that of a vehicle as is.
 
     Parameters
     ----------
     covered : names of the latencies that an effect in the model replaces; these are left out.
+    start : values at which they start, by name; their prior means where omitted.
     """
     if setup.model.name == "vehicle":
         return setup
@@ -56,7 +60,7 @@ def with_channel_errors(setup: SimulationSetup, covered: Collection[str] = ()) -
     known = {SLIP_IMPULSE: (slip, STEP_POLICY.slip_spread * slip)} if slip > 0.0 else {}
     known |= dict.fromkeys(late, latency)
     unknowns = tuple(
-        Unknown(e.name, mean, -1.0, 1.0, unit, (mean, std), nuisance=True, prior_stated=False)
+        Unknown(e.name, start.get(e.name, mean), -1.0, 1.0, unit, (mean, std), nuisance=True, prior_stated=False)
         for e, (mean, std) in known.items()
         for unit in [next(iter(e.unknowns.values())).unit]
     )

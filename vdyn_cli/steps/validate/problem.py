@@ -246,7 +246,7 @@ class ValidateProblem(SimulatedProblem):
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
         extended = base.with_effects(effects, unknowns)
         if not tried_from_zero(effects, unknowns):
-            return _whitened(self, extended)
+            return _whitened(self, extended, start=start)
         full = DifferentiableReference(extended)
         if not full.misfit:  # the effects explain the drives without play
             return full.whitened.regression
@@ -339,13 +339,18 @@ def _started(problem: ValidateProblem, start: Mapping[str, float]) -> Simulation
     return begun[key]
 
 
-def _whitened(problem: ValidateProblem, setup: SimulationSetup, covered: frozenset[str] = frozenset()) -> Regression:
+def _whitened(
+    problem: ValidateProblem,
+    setup: SimulationSetup,
+    covered: frozenset[str] = frozenset(),
+    start: Mapping[str, float] = NO_VALUES,
+) -> Regression:
     """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope.
 
-    ``covered``: nuisance parameters that effects in the model replace.
+    ``covered``: nuisance parameters that effects in the model replace. ``start``: values of the others.
     """
     if not on_open_road(problem):
-        made = with_channel_errors(with_best_zeros(setup, problem.reference), covered)
+        made = with_channel_errors(with_best_zeros(setup, problem.reference), covered, start)
         return whole_drives(made) if is_cut(made) else whiten_drives(made, averaged=True).regression
     s = problem.spec.settings
     zeros = tuple(road.zero for road in problem.roads.sensed)
