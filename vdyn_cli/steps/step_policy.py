@@ -51,6 +51,14 @@ class StepPolicy:
         "0.45 m/s^2 over 2 s are 0.9 m/s: nearly twice the noise of the speed above which a campaign is doubted (0.5 "
         "m/s).",
     )  # fmt: skip
+    brake_loss: float = threshold(
+        0.6, "m/s", "of speed lost in the last 2 s of a coast beyond its deceleration before, from which it was braked",
+        "brake_excess over two intervals of 2 s; a gust of 5 m/s lasting 2 s costs 0.1.",
+    )  # fmt: skip
+    brake_loss_std: float = threshold(
+        5.0, "standard deviations", "of the line through the 4 s before that this must also exceed",
+        "Of a thousand coasts, normal noise exceeds it in none.",
+    )  # fmt: skip
     engaged_share: float = threshold(
         0.25, "share of the usual deceleration", "by which the deceleration of a whole run may exceed it",
         "A headwind of 3 m/s, the limit of UN R83, adds a sixth at 70 km/h, where half of the road load is drag.",

@@ -17,6 +17,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.braking import braked_while_coasting, without_braking, without_outliers
 from vdyn_cli.steps.coastdown.filtered_start import without_filtered_start
+from vdyn_cli.steps.coastdown.final_braking import without_final_braking
 from vdyn_cli.steps.coastdown.late_clutch import without_late_clutch
 from vdyn_cli.steps.coastdown.segments import (
     CoastSegment,
@@ -244,13 +245,19 @@ def _without_disturbed_parts(
         if all("acceleration" in s.log for s in segments):
             return segments, []  # unknown hills would be mistaken for brakes here
         return without_outliers(segments, pushed, directions, spec.settings.minimum_length.value)
-    kept = [[(k.start.value, k.stop.value) for k in spec.runs[s.run].keep] for s in segments]
+    kept = [_kept(spec, s) for s in segments]
     wholes = [logs[s.run] for s in segments]
     segments, filtered = without_filtered_start(segments, wholes, kept)
     segments, late = without_late_clutch(segments, wholes, directions, kept)
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
     segments, braked = without_braking(segments, pushed, directions, window and window[0] - window[1])
-    return segments, [*filtered, *late, *braked]
+    segments, ended = without_final_braking(segments, [_kept(spec, s) for s in segments])
+    return segments, [*filtered, *late, *braked, *ended]
+
+
+def _kept(spec: CoastdownSpec, segment: CoastSegment) -> list[tuple[float, float]]:
+    """First and last times, s, of what the description keeps of a run."""
+    return [(k.start.value, k.stop.value) for k in spec.runs[segment.run].keep]
 
 
 def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Array:
