@@ -96,3 +96,18 @@ def _rise(log: Log) -> float:
     """Last minus first position, m."""
     there = log["position"][np.isfinite(log["position"])]
     return float(there[-1] - there[0]) if there.size else 0.0
+
+
+def accelerometer_findings(segments: Sequence[CoastSegment]) -> tuple[Finding, ...]:
+    """A warning where some coasts have an acceleration and others do not: then none is used."""
+    without = [s.name for s in segments if not measures_acceleration(s)]
+    if not without or len(without) == len(segments):
+        return ()
+    what = f"the acceleration is not used: it is missing or constant in {len(without)} of {len(segments)} coasts"
+    remedy = "leave these runs out or end them where it fails (to_time); or remove 'acceleration' from the channels"
+    return (Finding(", ".join(without), what, remedy=remedy),)
+
+
+def measures_acceleration(segment: CoastSegment) -> bool:
+    """Whether the coast has an acceleration that varies."""
+    return "acceleration" in segment.log and float(np.ptp(segment.log["acceleration"])) > 0

@@ -23,7 +23,13 @@ from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Campaign, road_o
 from vdyn_cli.steps.coastdown.crosswind import stated_crosswind, widened_by_crosswind
 from vdyn_cli.steps.coastdown.force_intervals import averaged_forces, spanning_forces
 from vdyn_cli.steps.coastdown.grade_agreement import grade_findings, scaled_grades
-from vdyn_cli.steps.coastdown.input_checks import HEADING, direction_findings, sign_findings
+from vdyn_cli.steps.coastdown.input_checks import (
+    HEADING,
+    accelerometer_findings,
+    direction_findings,
+    measures_acceleration,
+    sign_findings,
+)
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
 from vdyn_cli.steps.coastdown.plan import next_coasts
@@ -204,6 +210,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
         runs = [replace(r, slope_error=grades[s.run].error_at(r.time)) for r, s in zip(runs, segments, strict=True)]
     campaign = _campaign(spec, tuple(runs), drive, given, use)
     findings = (*by_elevation, *assumptions(known), *direction_findings(spec.runs, sloped, segments, use))
+    findings += accelerometer_findings(segments)
     if drive == "coasting":
         findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, sloped, known, campaign, selection, zeros, findings)
@@ -275,7 +282,7 @@ def _with_slopes(
 
 
 def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) -> AccelerometerUse:
-    if not all("acceleration" in s.log and np.ptp(s.log["acceleration"]) > 0 for s in segments):
+    if not all(measures_acceleration(s) for s in segments):
         return "none"
     return "alone" if spec.settings.windows == "powered" else "with_speed"
 

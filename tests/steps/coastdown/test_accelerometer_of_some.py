@@ -1,0 +1,28 @@
+"""An accelerometer that fails in one run is told, since the others' are then not used either."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.input_checks import accelerometer_findings
+from vdyn_cli.steps.coastdown.segments import CoastSegment
+
+
+def coast(name: str, acceleration: bool) -> CoastSegment:
+    time = np.arange(0.0, 50.0, 0.1)
+    channels = {"speed": 30.0 - 0.3 * time}
+    if acceleration:
+        channels["acceleration"] = -0.3 + 0.01 * np.sin(time)
+    return CoastSegment(0, name, Log(name, time, channels), np.zeros(time.size, dtype=np.int64))
+
+
+def test_a_run_without_acceleration_is_told() -> None:
+    (found,) = accelerometer_findings([coast("a.csv", True), coast("b.csv", False), coast("c.csv", True)])
+    assert found.where == "b.csv"
+    assert "1 of 3 coasts" in found.what
+
+
+def test_a_day_with_or_without_is_quiet() -> None:
+    for logged in (True, False):
+        assert accelerometer_findings([coast("a.csv", logged), coast("b.csv", logged)]) == ()
