@@ -54,6 +54,9 @@ VBO = (
 LONG = '"SECONDS";"PID";"VALUE";"UNITS";\n' + rows(
     '"{t:.3f}";"Vehicle speed";"{v:.2f}";"km/h";\n"{t:.3f}";"Intake air temperature";"131";"℉";'
 )
+MESSAGES = "Time[s];ID;Name;VehicleSpeed[km/h];EngineSpeed[rpm]\n" + rows(
+    "{t:.2f};0x1A0;ESP_v;{v:.2f};\n{t:.2f}7;0x280;Motor_1;;800"
+)
 RECORDER = (
     'Vendor,"Recorder"\nTempUnit,C\nSampling interval,50ms\nStart time,2026-05-01,23:59:50\nAMP settings\n'
     'CH,Signal name,Amp,Input,Range,Filter,Span,,Unit,Color\nCH5," CH 5","M",DC,2V,Off,+50.00,-50.00,[A],28\n'
@@ -114,6 +117,17 @@ def test_an_export_gives_the_coast(tmp_path: Path, name: str) -> None:
     log = read_log(path, {"time": Column(clock, "s", "s"), "speed": Column(speed, unit, "m/s")})
     assert log.time == pytest.approx(TIME, abs=1e-4)
     assert log["speed"] == pytest.approx(SPEED / 3.6, abs=1e-6)
+
+
+def test_columns_of_text_hide_no_numbers(tmp_path: Path) -> None:
+    """One bus message a row, with its identifier and name: no more than half of a row's cells are numbers."""
+    path = tmp_path / "messages.csv"
+    path.write_text(MESSAGES, encoding="utf-8")
+    assert {f.column: f.state for f in survey(path)} == {
+        "Time[s]": "clock", "ID": "text", "Name": "text", "VehicleSpeed[km/h]": "varies", "EngineSpeed[rpm]": "constant"
+    }  # fmt: skip
+    log = read_log(path, {"time": Column("Time[s]", "s", "s"), "speed": Column("VehicleSpeed[km/h]", "km/h", "m/s")})
+    assert log["speed"][np.isfinite(log["speed"])] == pytest.approx(SPEED / 3.6, abs=1e-6)
 
 
 def test_units_stand_with_the_names_in_the_cells_of_a_header(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import SequenceMatcher
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from typing import Literal
 
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_written, tidy
@@ -25,6 +25,7 @@ _MOST_BLOCKS = 10  # of rows of numbers, such as lap times among settings, above
 _FEWEST_COUNTED = 3  # columns; a row "1, 2" may be a sample
 _FEWEST_UNITS = 0.3  # least share of units in a row of units between header and numbers
 _SHOWN = 200  # rows examined for the decimal mark
+_JUDGED = 30  # rows at the end of the head that show which columns hold numbers; a preamble is seldom that long
 _DELIMITERS = (";", "\t", ",", "|", " ")
 _LONGEST_RECORD = 8  # lines of a row; more are joined by a stray quote, such as that of 5" wheels
 _MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNORECASE)
@@ -112,10 +113,11 @@ def _without_header(choices: Sequence[tuple[str, list[_Record]]], wanted: Sequen
     tables: list[tuple[float, int, str, list[_Record]]] = []
     for delimiter, records in choices:
         first = [r for r in records if any(map(is_written, r.fields))][:_SHOWN]
-        shares = [_share_of_numbers(r.fields) for r in first]
+        columns = _numeric_columns(records)
         widths = {len(r.fields) for r in first}
-        if len(first) > 1 and len(widths) == 1 and min(shares) > 0.5 and widths != {1}:
-            tables.append((min(shares), widths.pop(), delimiter, records))
+        if len(first) > 1 and len(widths) == 1 and widths != {1} and all(_is_numbers(r.fields, columns) for r in first):
+            least = min(_share_of_numbers(r.fields) for r in first)
+            tables.append((least, widths.pop(), delimiter, records))
     if not tables:
         return None
     share, width, delimiter, records = max(tables, key=lambda t: t[:2])
@@ -200,9 +202,10 @@ def _table(
     # A table of split times may begin with levels that no vehicle passed.
     clock = header.index(wanted[0]) if wanted and wanted[0] in header and options.split_times is None else None
     below = range(at + 1, len(records))
-    start = next((i for i in below if _is_numbers(records[i].fields, clock)), None)
+    columns = _numeric_columns(records)
+    start = next((i for i in below if _is_numbers(records[i].fields, columns, clock)), None)
     if start is None:  # the clock may be text, which gets a specific message
-        start = next((i for i in below if _is_numbers(records[i].fields, None)), None)
+        start = next((i for i in below if _is_numbers(records[i].fields, columns)), None)
     if start is None or len(header) < 2:
         return None
     if _counts_columns(records[start].fields, len(header)) and start + 1 < len(records):
@@ -245,7 +248,8 @@ def _likely_header(records: list[_Record], cells: list[list[str]], wanted: Seque
 
     Settings above a table also contain numbers; the table's rows have the most frequent number of cells.
     """
-    rows = [i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, None)]
+    columns = _numeric_columns(records)
+    rows = [i for i, r in enumerate(records) if len(r.fields) > 1 and _is_numbers(r.fields, columns)]
     widths = Counter(len(records[i].fields) for i in rows)
     usual = max(widths, key=lambda w: widths[w], default=0)
     numeric = set(rows)
@@ -287,10 +291,20 @@ def _resemblance(name: str, cells: Sequence[str]) -> float:
     return max(SequenceMatcher(None, name[:LONGEST_NAME].lower(), cell).ratio() for cell in some)
 
 
-def _is_numbers(fields: Sequence[str], clock: int | None) -> bool:
+def _is_numbers(fields: Sequence[str], columns: Sequence[int], clock: int | None = None) -> bool:
+    """Whether a row is data: a number in the clock, most of its cells, or two ``columns`` that usually hold numbers."""
     if clock is not None:
         return clock < len(fields) and _is_value(fields[clock])
-    return _share_of_numbers(fields) > 0.5
+    if _share_of_numbers(fields) > 0.5:
+        return True
+    own = [fields[i] for i in columns if i < len(fields)]
+    return _share_of_numbers(own) > 0.5 and sum(map(_is_value, own)) > 1
+
+
+def _numeric_columns(records: Sequence[_Record]) -> list[int]:
+    """The columns with numbers in most written cells of the last rows; the others hold text, such as a message name."""
+    columns = zip_longest(*(r.fields for r in records[-_JUDGED:]), fillvalue="")
+    return [i for i, cells in enumerate(columns) if _share_of_numbers(cells) > 0.5]
 
 
 def _counts_columns(fields: Sequence[str], width: int) -> bool:
@@ -383,7 +397,8 @@ def _no_table(
         remedy = "export it with a column of times beside the values; a first line names both, such as time_s,speed_kmh"
         return InputError(Finding(name, f"has a single column: it contains no {_MARKS}", remedy=remedy))
     delimiter, records = max(choices, key=lambda c: max((len(r.fields) for r in c[1]), default=0))
-    numbers = [r for r in records if _is_numbers(r.fields, None)]
+    columns = _numeric_columns(records)
+    numbers = [r for r in records if _is_numbers(r.fields, columns)]
     if numbers and numbers[0].line == 1:
         count = len(numbers[0].fields)
         remedy = f"write 'column 1' to 'column {count}' for its columns, or add a first line with their names"
@@ -393,6 +408,9 @@ def _no_table(
     got = repr(_decoded(delimiter.join(text.fields), encoding)[:60]) if text else ""
     if name.endswith((".yaml", ".yml")):
         return InputError(Finding(name, "is a description, not a log", remedy="remove it from the list of logs"))
+    if any(_is_value(f) for r in records for f in r.fields):
+        remedy = "export it with a column of times beside the values, below a line of their names"
+        return InputError(Finding(name, "contains no table with two columns of numbers", got, remedy))
     return InputError(
         Finding(name, "contains no numbers, at most a header", got, "export the log again, with its data")
     )
