@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vdyn_cli.io.channel_survey import survey
+from vdyn_cli.io.channel_survey import survey, without_clock
 from vdyn_cli.io.log_formats import read_log
 from vdyn_cli.io.reader import Column
 from vdyn_cli.io.written_times import is_instant, seconds_of_digits, since_first, written_seconds
@@ -87,6 +87,7 @@ MINUTES = "Elapsed,Speed (km/h)\n" + "".join(
     f"{t // 60:02.0f}:{t % 60:05.2f},{v}\n" for t, v in zip(TIME, SPEED, strict=True)
 )
 INDEX = ",speed_kmh\n" + "".join(f"0 days 00:00:{t:09.6f},{v}\n" for t, v in zip(TIME, SPEED, strict=True))
+YEAR_LAST = "GPS Time;v\n;km/h\n" + rows("{d:%a %b %d %H:%M:%S.%f} GMT+01:00 {d:%Y};{v:.2f}")
 DIGITS = "satellites,time,velocity [km/h]\n" + rows("9,{d:%H%M%S.%f},{v:.2f}")
 COLON = "Time;v [km/h]\n" + rows("{d:%H:%M:%S}:{ms:03d};{v:.2f}")
 AGAIN = OF_DAY.splitlines(keepends=True)
@@ -105,6 +106,7 @@ EXPORTS = {
     "digits.csv": (DIGITS, "time", "velocity [km/h]", "km/h"),
     "colon.csv": (COLON, "Time", "v [km/h]", "km/h"),
     "minutes.csv": (MINUTES, "Elapsed", "Speed (km/h)", "km/h"),
+    "year_last.csv": (YEAR_LAST, "GPS Time", "v", "km/h"),
     "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }
 
@@ -117,6 +119,16 @@ def test_an_export_gives_the_coast(tmp_path: Path, name: str) -> None:
     log = read_log(path, {"time": Column(clock, "s", "s"), "speed": Column(speed, unit, "m/s")})
     assert log.time == pytest.approx(TIME, abs=1e-4)
     assert log["speed"] == pytest.approx(SPEED / 3.6, abs=1e-6)
+
+
+def test_times_of_another_language_are_refused_with_the_forms_that_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "months.csv"
+    path.write_text(DATED.replace("-May-", "-Mai-"), encoding="utf-8")
+    what, remedy = without_clock(survey(path))
+    assert what == "no column increases like a clock"
+    assert remedy.startswith("if the text of 'Device Time' is the time, export it as seconds, or times such as")
+    with pytest.raises(InputError, match=r"export the time as seconds, or times such as .* months in English"):
+        read_log(path, {"time": Column("Device Time", "s", "s"), "v": Column("Speed (OBD)(km/h)", "km/h", "m/s")})
 
 
 def test_columns_of_text_hide_no_numbers(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from vdyn_cli.io.log_formats import readers
 from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
+from vdyn_cli.io.written_times import FORMS
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, from_si
@@ -111,7 +112,9 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     """Why none of a file's columns is a clock, and the remedy."""
     named = next((f.column for f in facts if f.state in ("varies", "constant") and is_clock(f.info.name)), None)
     if named is None:
-        return "no column increases like a clock", "see its columns with 'vdyn channels', and map time yourself"
+        texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text")
+        remedy = f"if the text of {texts} is the time, export it as {FORMS}" if texts else "export it with its time"
+        return "no column increases like a clock", remedy
     what = f"column '{named}' has the name of a clock, but its values do not increase"
     return what, "sort the rows by time, or export the log again with a time that has all its digits"
 

@@ -22,15 +22,22 @@ _INSTANT = re.compile(
     r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?)|(?=\s*[AaPp][Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
     r"\s*([AaPp][Mm])?" + _ZONE
 )
+# Tue Mar 04 09:12:05 GMT+01:00 2025, as programs in Java and C write it
+_YEAR_LAST = re.compile(
+    r"[A-Z][a-z]{2} ([A-Z][a-z]{2}) +(\d{1,2}) (\d{2}:\d{2}:\d{2}(?:\.\d+)?) "
+    r"(?:[A-Z]{2,5}(?:[+-]\d{2}:\d{2})? )?(\d{4})"
+)
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
 _IN_DIGITS = re.compile("hhmmss", re.IGNORECASE)  # in a column's name
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
+
+FORMS = "seconds, or times such as 10:23:11.5, 2026-05-01 10:23:11.5 or 01-May-2026 10:23:11.5, months in English"
 
 
 def is_instant(cell: str) -> bool:
     """Whether a cell is a time: ``10:23:11.5``, ``2026-05-01 10:23``, ``0 days 10:23:11.5``, minutes ``83:11.5``."""
     plain = cell.strip() if len(cell) <= _LONGEST and ":" in cell else ""
-    return _INSTANT.fullmatch(plain) is not None or _MINUTES.fullmatch(plain) is not None
+    return any(form.fullmatch(plain) for form in (_INSTANT, _MINUTES, _YEAR_LAST))
 
 
 def is_day_or_minute(cell: str) -> bool:
@@ -51,14 +58,16 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
     """
     import pandas as pd
 
-    parts = pd.Series(cells, dtype=object).str.strip().str.extract(f"^{_INSTANT.pattern}$")
+    text = pd.Series(cells, dtype=object).str.strip()
+    text = text.str.replace(f"^{_YEAR_LAST.pattern}$", r"\2-\1-\4 \3", regex=True)
+    parts = text.str.extract(f"^{_INSTANT.pattern}$")
     hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
     seconds = pd.to_numeric(parts[3].str.replace("[,:]", ".", regex=True), errors="coerce").fillna(0.0).to_numpy(float)
     half = parts[4].str.lower()
     hours = np.where(half.notna(), hours % 12 + 12 * (half == "pm"), hours)
     counted: Array = _days(parts[0]) * _DAY + 3600.0 * hours + 60.0 * minutes + seconds
     if np.isnan(counted).any():
-        short = pd.Series(cells, dtype=object).str.strip().str.extract(f"^{_MINUTES.pattern}$")
+        short = text.str.extract(f"^{_MINUTES.pattern}$")
         first, last = (pd.to_numeric(short[i].str.replace(",", "."), errors="coerce").to_numpy(float) for i in (0, 1))
         counted = np.where(np.isnan(counted), 60.0 * first + last, counted)
     return counted

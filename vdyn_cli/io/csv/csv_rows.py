@@ -13,6 +13,7 @@ from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.io.csv.csv_numbers import MOST_BAD, BadCell, Numbers
 from vdyn_cli.io.file_units import unit_text
 from vdyn_cli.io.sample_times import lines_of
+from vdyn_cli.io.written_times import FORMS
 from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.errors import Finding
 
@@ -155,7 +156,7 @@ def _remedy(channel: str, text: str, header: str, layout: Layout) -> str:
     if text == header:
         return "the header is repeated and the clock restarts: two files were joined; split them"
     if channel == "time" and _OF_DAY.search(text):
-        return "time must be a number; export it as seconds instead of a time of day"
+        return f"export the time as {FORMS}"
     if _EITHER_MARK.fullmatch(text):
         mark = "," if (layout.decimal or ".") == "." else "."
         return f"if all numbers have this format, add 'reading: {{decimal: \"{mark}\"}}'"
