@@ -147,7 +147,8 @@ def parse(text: str | float, si_unit: str) -> Given:
 
     Raises
     ------
-    UnitError : not a number with a unit, unknown unit, another dimension, or a number that is not finite.
+    UnitError : not a number with a unit, unknown unit, another dimension, a negative standard deviation, or a number
+        that is not finite.
     """
     if isinstance(text, (int, float)) and not isinstance(text, bool):
         return _finite(text, 0.0, str(text))
@@ -158,8 +159,11 @@ def parse(text: str | float, si_unit: str) -> Given:
     number, spread, unit = match.groups()
     if re.match(r",\d", unit) and not spread:
         raise UnitError(f"'{text[:40]}' has a decimal comma: write {number}.{unit[1:][:30]}")
+    if spread and float(spread) < 0.0:
+        right = f"{number} +- {spread[1:]} {unit}".rstrip()
+        raise UnitError(f"'{text[:40]}' has a negative standard deviation: write {right[:60]}")
     factor, offset = _scale(unit or si_unit, si_unit)
-    return _finite(float(number) * factor + offset, abs(float(spread) * factor) if spread else 0.0, text)
+    return _finite(float(number) * factor + offset, float(spread) * factor if spread else 0.0, text)
 
 
 def _finite(value: float, std: float, text: str) -> Given:
