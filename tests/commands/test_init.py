@@ -597,6 +597,21 @@ def test_each_coast_down_of_a_long_log_is_a_run(tmp_path: Path) -> None:
     assert all(105.0 <= end - 150.0 * k <= 130.0 for k, (_, end) in enumerate(windows))  # in the rest
 
 
+@pytest.mark.parametrize(("way", "keys"), [(1.0, {}), (-1.0, {"sign": -1})])
+def test_a_speed_that_is_negative_on_the_way_back_belongs_to_a_coast_down(
+    way: float, keys: Mapping[str, int], tmp_path: Path
+) -> None:
+    time = np.arange(0.0, 40.0, 0.1)
+    back = [False, True, False, True]
+    logs = [
+        table(tmp_path / f"run_{k}.csv", **{"time_s": time, "speed_mpers": way * (1 - 2 * b) * (26.0 - k - 0.4 * time)})
+        for k, b in enumerate(back)
+    ]
+    _, data = draft("coastdown", *logs)
+    assert data["channels"]["speed"] == {"column": "speed [m/s]", "unit": "m/s"} | keys
+    assert [run.get("signs") for run in data["runs"]] == [{"speed": -1} if b else None for b in back]
+
+
 def test_a_coast_down_of_one_hertz_with_a_gap_is_a_run(tmp_path: Path) -> None:
     time = np.delete(np.arange(70.0), np.s_[30:36])
     paths = [tmp_path / f"run_{k}.csv" for k in range(2)]

@@ -46,8 +46,9 @@ class ChannelFacts:
     repeated : number of channels of the file with this name.
     ends : first and last recorded value, in the unit of the file; NaN for an empty channel.
     angle : mean of exp(i x) with x in degrees: its argument is the mean angle, its modulus 1 if all x are equal.
-    longest_fall : longest time, s, over which successive 2 s means decrease.
-    falls : first and last time, s, of each decrease by half of the channel's range; empty if none lasts 10 s.
+    longest_fall : longest time, s, over which successive 2 s means of the absolute value decrease.
+    falls : first and last time, s, of each decrease of the absolute value by half of its range; empty if none lasts
+        10 s.
     """
 
     info: ChannelInfo
@@ -170,11 +171,12 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
         with suppress(UnitError):  # its times are in s, its limits in the unit of the file
             lowest, highest = (from_si(x, info.unit or "s", "s") for x in (lowest, highest))
     rest = _rest(time[written], some) if state == "varies" and time is not None else None
-    fall = _longest_fall(time[written], some) if state == "varies" and time is not None else 0.0
+    size = np.abs(some)  # of a speed that is negative on the way back
+    fall = _longest_fall(time[written], size) if state == "varies" and time is not None else 0.0
     angle = complex(np.mean(np.exp(1j * np.radians(some[:: -(-some.size // _ANGLES)]))))
     ends = float(some[0]), float(some[-1])
     facts = ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
-    falls = _falls(time[written], some) if time is not None and fall >= _LONG_FALL else ()
+    falls = _falls(time[written], size) if time is not None and fall >= _LONG_FALL else ()
     return replace(facts, ends=ends, angle=angle, longest_fall=fall, falls=falls)
 
 

@@ -122,6 +122,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "angle": (("angle",), "steering slip"),
     "angular_rate": (("angular rate", "angular speed", "gyro"), ""),
 }
+_FORWARD = frozenset(("speed", "vehicle_speed"))
 _SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed"))
 
 
@@ -246,6 +247,8 @@ def _guess(
                 why = f"by its {by}; {how}; {_range(one, unit)}"
                 if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
                     return ChannelGuess(one, unit, f"{why}: a load is positive here", sign=-1)
+                if channel in _FORWARD and one.lowest < -abs(one.highest):
+                    return ChannelGuess(one, unit, f"{why}: a car's speed is positive here", sign=-1)
                 return ChannelGuess(one, unit, why)
             rivals = " and ".join(f"{_label(f)} ({_range(f, unit)})" for f, unit, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}")

@@ -33,12 +33,13 @@ class GuessedLog:
         return {channel: (without_unit(column), group) for channel, (column, group) in self.columns().items()}
 
     def differing(self, other: GuessedLog, channels: Collection[str]) -> str:
-        """The keys of a run, as text, for ``channels`` whose columns have other names or units than in ``other``."""
+        """The keys of a run, as text, for ``channels`` whose columns have another name, unit or sign in ``other``."""
         own, others = self.guesses, other.guesses
         there = [c for c in channels if own[c].facts is not None and others[c].facts is not None]
         columns = [f'{c}: "{own[c].column}"' for c in there if own[c].column != others[c].column]
         units = [f'{c}: "{own[c].unit}"' for c in there if own[c].unit not in ("?", others[c].unit)]
-        keys = (("columns", columns), ("units", units))
+        signs = [f"{c}: -1" for c in there if own[c].sign != others[c].sign]
+        keys = (("columns", columns), ("units", units), ("signs", signs))
         return "".join(f", {key}: {{{', '.join(found)}}}" for key, found in keys if found)
 
     def columns(self) -> dict[str, tuple[str, str]]:
