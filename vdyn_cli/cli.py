@@ -265,7 +265,7 @@ def compare(
     new: Annotated[Path, typer.Argument(metavar="NEW.json", help="The later one.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """Compare two results: which parameters moved beyond both uncertainties; exit code 1 if one did."""
+    """Compare two results: which parameters changed significantly; exit code 1 if one did."""
     from vdyn_cli.commands.run_compare import run_compare
     from vdyn_cli.commands.standard_output import write_out
 
@@ -381,7 +381,8 @@ def _run() -> int:
 
 def _stopped(how: str, code: Exit) -> Exit:
     """Say that the command was stopped, and return the exit code."""
-    _say(f"{how}. No incomplete file was written. A pipeline run again reuses the steps that are done.")
+    again = " Run the pipeline again: finished steps are reused." if "pipeline" in sys.argv[1:2] else ""
+    _say(f"{how}. No incomplete file was written.{again}")
     return code
 
 

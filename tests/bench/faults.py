@@ -81,7 +81,7 @@ def _quantities() -> Iterator[Case]:
         "9" * 4000: "not a finite number",
         "'" + "9" * 500_000 + " kg'": "not a number with a unit",
         "'1 kg" + " " * 500_000 + "'": "not a number with a unit",
-        "1500 m": "not a unit of the same kind",
+        "1500 m": "not a unit of mass",
     }
     for text, says in wrong.items():
         change = text_edit("configs/vehicle.yaml", "mass: 1588 +- 2 kg", f"mass: {text}")
@@ -100,7 +100,7 @@ def _known() -> Iterator[Case]:
     wrong: dict[str, tuple[dict[str, Any], str]] = {
         "drag area in ft^2 is converted": ({"drag_area": (6.0, "ft^2")}, ""),
         "mass in lb is converted": ({"mass": (3501, "lb")}, ""),
-        "drag area in m": ({"drag_area": (6.0, "m")}, "not a unit of the same kind"),
+        "drag area in m": ({"drag_area": (6.0, "m")}, "not a unit of area"),
         "drag area -5": ({"drag_area": (-5, "m^2")}, "lies outside"),
         "inertia -5": ({"wheel_inertia": (-5, "kg m^2")}, "lies outside"),
         "radius 0": ({"wheel_radius": (0.0, "m")}, "lies outside"),

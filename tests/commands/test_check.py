@@ -85,7 +85,7 @@ def test_a_part_that_the_step_leaves_out_is_a_note(tmp_path: Path) -> None:
 
     document = checked(campaign(tmp_path, lambda k, t, v: held(k, t, v) + 0.01 * np.sin(7.0 * t)), tmp_path, 0)
     notes = {r["run"]: r["why"] for r in document["runs"]}
-    assert any("would be left out: is driven by" in why for why in notes["coast_2.csv"])
+    assert any("would be left out: accelerates" in why for why in notes["coast_2.csv"])
 
 
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:

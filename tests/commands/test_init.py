@@ -278,7 +278,7 @@ def test_a_coast_down_of_every_format_is_described(kind: str, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("header", "why"),
     [
-        ("Time [s],Speed [N m]", "is in N m, which is not a unit of the same kind as m/s"),
+        ("Time [s],Speed [N m]", "is in N m, which is not a unit of speed (m/s)"),
         ("Time [s],Speed [km/s]", "which is impossible for a vehicle"),
         ("Time [s],Wheel Speed [km/h]", "no column has such a name"),
         ("Time [s],Speed (motor) [km/h]", "no column has such a name"),

@@ -19,6 +19,7 @@ def test_an_interval_that_holds_other_answers_says_which() -> None:
         withheld={},
         sentence="Done.",
         diagnosis=None,
+        refused=(),
     )
     said: list[str] = []
     tell_result(SimpleNamespace(result=result), lambda text, detail=False: said.append(text))  # type: ignore[arg-type]

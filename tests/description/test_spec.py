@@ -69,11 +69,11 @@ runs:
         "test.yaml:5: unknown key 'sing'",
         "did you mean sign",
         "test.yaml:7: 'runs.0.direction'",
-        "test.yaml:7: 'runs.0.start' 'kg' is not a unit of the same kind as s",
+        "test.yaml:7: 'runs.0.start' 'kg' is not a unit of time (s)",
         "test.yaml:8: 'runs.1': a run has either 'log' or 'logs'",
         "vehicle.yaml:1: 'vehicle.mass' 'heavy' is not a number with a unit",
         "vehicle.yaml:2: unknown key 'wheelbas'",
-        "vehicle.yaml:3: 'vehicle.frontal_area' 'kg' is not a unit of the same kind as m^2",
+        "vehicle.yaml:3: 'vehicle.frontal_area' 'kg' is not a unit of area (m^2)",
         "vehicle.yaml:4: 'vehicle.wheel_radius' is outside the physical range",
     ):
         assert part in said, f"{part!r} not in\n{said}"

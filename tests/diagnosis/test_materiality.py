@@ -73,7 +73,7 @@ def test_an_unknown_error_states_the_size_of_what_comes_closest():
     assert verdict.closest is not None
     size = Size(output="speed", unit="m/s", change=0.5, noise_floor=0.2, points=(), shifts_in_std={}, share_of_rms=1.0)
     said = verdict_sentence(verdict, case.candidates, {}, size=size)
-    assert said.endswith("Size of what comes closest: speed 0.5 m/s rms (noise floor 0.2 m/s).")
+    assert said.endswith("Effect of the closest candidate on the speed: 0.5 m/s rms (noise floor 0.2 m/s).")
 
 
 def test_a_size_is_the_change_of_output_and_parameters():

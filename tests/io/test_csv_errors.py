@@ -229,7 +229,7 @@ def test_impossible_options(tmp_path: Path) -> None:
     assert "unknown encoding" in refused(tmp_path, GOOD, encoding="base64")
     assert "line 7 is not a header with numbers below it" in refused(tmp_path, "t,v [m/s]\n0,1\n", header_row=7)
     columns = COLUMNS | {"speed": Column("v [m/s]", "kg", "m/s", where="run.yaml:4")}
-    assert "run.yaml:4: 'kg' is not a unit of the same kind as m/s" in refused(tmp_path, GOOD, columns)
+    assert "run.yaml:4: 'kg' is not a unit of speed (m/s)" in refused(tmp_path, GOOD, columns)
 
 
 def test_a_device_that_never_ends_is_refused() -> None:

@@ -54,7 +54,7 @@ def test_wrong_keys_missing_logs_units_columns_and_numbers_come_in_one_round(tmp
         "unknown key 'titel'",
         "'runs.0.direction'",
         "'settings.terms'",
-        "'settings.minimum_length' 'kg' is not a unit of the same kind as s",
+        "'settings.minimum_length' 'kg' is not a unit of time (s)",
         "unknown channel 'foo'",
         "'kmx' is not a unit",
         "no such column in a.csv (got 'w')",

@@ -178,7 +178,7 @@ def test_all_that_is_wrong_in_a_plan_comes_in_one_round(tmp_path: Path) -> None:
         planned_test(load_step("coastdown"), _described(tmp_path, "coastdown", plan=wrong), (), None)
     said = [str(f) for f in refused.value.findings]
     assert len(said) == len(wrong)
-    for part in ("did you mean drag_area", "not a unit of the same kind as m/s", "finite number", "'plan.rate'"):
+    for part in ("did you mean drag_area", "not a unit of speed (m/s)", "finite number", "'plan.rate'"):
         assert sum(part in one for one in said) == 1, said
 
 

@@ -51,7 +51,7 @@ def test_the_cause_makes_the_result_publishable(gained: Path) -> None:
     low, high = result.diagnosis.causes[0].unknowns["hub_torque_gain"].interval95
     assert low < GAIN < high
     assert result.parameters["wheel_inertia"].baseline is None
-    assert any("without hub_torque_gain there is no result" in f.what for f in result.findings)
+    assert any("without hub_torque_gain the fit is refused" in f.what for f in result.findings)
 
 
 def test_a_refused_result_has_no_parameters_and_all_the_rest(refused: tuple[Path, RefusedResultError]) -> None:

@@ -153,7 +153,7 @@ def test_a_run_has_a_unit_of_its_own(tmp_path: Path) -> None:
     ("more", "message"),
     [
         ("", r"another unit 'mph'(?s:.*)write 'units: \{speed: mph\}' at this run"),
-        (", units: {speed: furlong}", r"c.yaml:10: .*'furlong' is not a unit of the same kind"),
+        (", units: {speed: furlong}", r"c.yaml:10: .*'furlong' is not a unit of speed"),
         (", units: {position: m}", r"channel 'position' is not mapped"),
         (", units: {speed: km/h}", r"write 'units: \{speed: mph\}' at this run if its file is in mph"),
     ],

@@ -25,7 +25,7 @@ def result(half: float, name: str = "drag_area") -> Result:
 def test_a_wide_interval_is_said_first(half: float, name: str, wide: int) -> None:
     found = with_warnings(result(half, name))
     assert len(found.fit.warnings) == wide
-    assert found.sentence.startswith("Doubtful, the 95 % interval is wider than the value: drag_area") == bool(wide)
+    assert found.sentence.startswith("Not determined: drag_area (95 % interval wider than the value)") == bool(wide)
     assert "is not conclusive" in found.sentence or not wide
     assert [row.wide for row in parameter_rows(found.parameters)] == [bool(wide)]
 

@@ -94,12 +94,15 @@ def tell_result(record: StepRecord, tell: Tell) -> None:
     }
     for spans, keys in wider.items():
         if spans:
-            tell(f"  {', '.join(keys)}: the interval includes the estimate for '{spans_text(spans)}'")
+            tell(f"  {', '.join(keys)}: the interval includes the estimates with: {spans_text(spans)}")
     for key, why in result.withheld.items():
         tell(f"  {key:<30} withheld: {why}")
-    tell(result.sentence)
+    if not result.refused:  # else the error states the reasons
+        tell(result.sentence)
     if result.diagnosis:
         tell(result.diagnosis.sentence)
+    if result.refused:
+        tell("No result:")
 
 
 def write_step(

@@ -196,7 +196,7 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     restate = extended_result.restate
     return replace(
         extended_result,
-        sentence=f"Model extended by {labels}. {extended_result.sentence}",
+        sentence=_with_effects(extended_result.sentence, labels),
         restate=None if restate is None else partial(_extended_sentence, labels, restate),
         parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
@@ -206,7 +206,12 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
 def _extended_sentence(
     labels: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]
 ) -> str:
-    return f"Model extended by {labels}. {restate(estimates, extra)}"
+    return _with_effects(restate(estimates, extra), labels)
+
+
+def _with_effects(sentence: str, labels: str) -> str:
+    """The sentence of a result, and the effects that its model includes."""
+    return f"{sentence} The model includes {labels}."
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
@@ -215,7 +220,8 @@ def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
         return ()
     first = base.refused[0]
     without = "one of these effects" if len(extension.answers) > 1 else " and ".join(extension.effects)
-    what = f"without {without} there is no result: {first.where}: {first.what}"
+    place = "" if first.where == "fit" else f"{first.where}: "
+    what = f"without {without} the fit is refused: {place}{first.what}"
     return (Finding("diagnosis", what, first.got),)
 
 

@@ -135,8 +135,8 @@ def _confirming(model: FullModel, effect: str, plans: Mapping[tuple[str, ...], P
     text = candidate.confirm or f"a test in which only {candidate.label} changes"
     best = max((plan for plan in own.values() if plan is not None), key=lambda p: p.t, default=None)
     if best is not None and best.t < HELPFUL:
-        verb = "discriminates between them" if rivals else "shows it"
-        text += f" No {model.setup.run} {verb}: t would be {best.t:.1f} after {best.text}."
+        verb = "discriminate between them" if rivals else "detect it"
+        text += f" No {model.setup.run} can {verb} ({best.t:.1f} standard errors after {best.text})."
     return _next_test(text, (effect, *rivals))
 
 

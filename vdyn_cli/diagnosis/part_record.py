@@ -114,7 +114,7 @@ def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> Learne
 
 
 def _lies_in(finding: PartFinding, part: FaultyPart) -> str:
-    what = f"The error lies in {part.label} over the {finding.parts[0].over} (curve with 95 % band)"
+    what = f"The error is in {part.label}; curve over {finding.parts[0].over} with 95 % band"
     return what + (f"; these data cannot discriminate it from an error of {_and(part.rivals)}" if part.rivals else "")
 
 

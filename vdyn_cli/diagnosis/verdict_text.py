@@ -47,13 +47,13 @@ def verdict_sentence(
     if judgment.material is False:
         text = _immaterial(judgment, effects, amplitudes, size)
     elif judgment.verdict == "unknown" and size is not None and judgment.closest is not None:
-        text += f" Size of what comes closest{size_text(size)}."
+        text += f" Effect of the closest candidate on the {_size(size, ': ')}."
     if judgment.absorbed is not None:
         label = _with_amplitude(effects[judgment.absorbed.effects[-1]], amplitudes)
         text += f" {capitalized(label)} is part of the fit and does not matter."
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
     if readable:
-        text += f" Smallest errors that these data reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."
+        text += f" Smallest errors these data could reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."
     if narrowed and effects:
         text += f" Only {', '.join(effects)} {'was' if len(effects) == 1 else 'were'} tested."
     return text
@@ -126,14 +126,18 @@ def _immaterial(
 
 def size_text(size: Size | None) -> str:
     """The size of a finding after a colon: ": speed 0.012 m/s rms (noise floor 0.3 m/s), drag area 0.05 std"."""
-    if size is None:
-        return ""
+    return "" if size is None else f": {_size(size, ' ')}"
+
+
+def _size(size: Size, between: str) -> str:
+    """The size of a finding, with the text between the output and its change."""
     unit = f" {size.unit}" if size.unit else ""
-    parts = [f"{size.output.replace('_', ' ')} {size.change:.2g}{unit} rms (noise floor {size.noise_floor:.2g}{unit})"]
+    output = size.output.replace("_", " ")
+    parts = [f"{output}{between}{size.change:.2g}{unit} rms (noise floor {size.noise_floor:.2g}{unit})"]
     if size.shifts_in_std:
         name, most = max(size.shifts_in_std.items(), key=lambda item: abs(item[1]))
         parts.append(f"parameters at most {two_digits(abs(most))} standard deviations ({name.replace('_', ' ')})")
-    return f": {', '.join(parts)}"
+    return ", ".join(parts)
 
 
 def not_possible(why: str) -> str:

@@ -88,8 +88,8 @@ def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -
         apart = one.delay - float(best.stamp(np.array([one.at]))[0] - one.at)
         std = float(np.hypot(one.delay_std, best.delay_std))
         if one is not best and abs(apart) > CLOCKS.pairs_apart * std:
-            what = f"{tie} gives a delay that differs by {apart:+.4f} s +- {std:.4f} s from {by}: one "
-            what += "of these sensors lags behind its own logger"
+            what = f"the delay from {tie} differs by {apart:+.4f} s +- {std:.4f} s from {by}: one of these "
+            what += "sensors lags behind its own logger"
             remedy = "check the stated 'delay'" if best.stated else "select the pair to use with 'align_on'"
             remedy += ", and see the sensors' data sheets for their delay"
             doubts.append(Finding(other.name, what, remedy=remedy, doubt=True))

@@ -54,5 +54,5 @@ def condensing_note(before: tuple[Log, ...], after: tuple[Log, ...], rate: float
         return ()
     rows, left = (sum(part) for part in zip(*made, strict=True))
     what = f"{len(made)} logs are averaged over blocks of {1e3 / rate:g} ms: {rows} rows become {left}"
-    why = "nothing to do: the simulation of this step has no faster dynamics"
+    why = "no action needed: the simulation of this step has no faster dynamics"
     return (Finding("runs", what, remedy=why, minor=True),)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.file_units import is_unit
 from vdyn_cli.io.reader import clock_units
-from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
+from vdyn_cli.quantities.quantity import Quantity, UnitError, a_unit_of, to_si
 
 Words = frozenset[str]
 _Candidate = tuple[ChannelFacts, str, str]  # a column, its unit, and the source of the unit
@@ -312,7 +312,7 @@ def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) ->
     try:
         to_si(1.0, unit, quantity.unit)
     except UnitError:
-        return "", f"is in {unit}, which is not a unit of the same kind as {quantity.unit or '1'}"
+        return "", f"is in {unit}, which is not {a_unit_of(quantity.unit)}"
     return unit, how
 
 

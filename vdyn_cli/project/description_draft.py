@@ -31,7 +31,7 @@ _ONE_RUN = (
     "# are separate runs, write one description for each.",
 )
 _SEVERAL_RUNS = (
-    "# The logs are of several loggers, one of each for a run; check the pairs: they were matched by their times, or",
+    "# Each run has one log of each logger; check the pairs: the logs were matched by their times, or",
     "# by the part in which their names differ.",
 )
 _UNMATCHED = (

@@ -20,6 +20,7 @@ from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
 from vdyn_cli.project.simulated_gains import simulated_gain_findings
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
+from vdyn_cli.quantities.number_text import capitalized
 from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
@@ -170,6 +171,7 @@ def with_warnings(result: Result) -> Result:
         return replace(result, fit=replace(fit, warnings=tuple(warnings)))
     verdict = result.diagnosis.verdict if result.diagnosis else ""
     left = ", and the diagnosis is not conclusive" if verdict in ("unknown", "not_testable", "ambiguous") else ""
-    doubt = f"the 95 % interval is wider than the value: {', '.join(wide)}; these runs do not determine it{left}"
+    doubt = f"not determined: {', '.join(wide)} (95 % interval wider than the value){left}"
     warnings.insert(0, doubt)
-    return replace(result, sentence=f"Doubtful, {doubt}. {result.sentence}", fit=replace(fit, warnings=tuple(warnings)))
+    sentence = f"{capitalized(doubt)}. {result.sentence}"
+    return replace(result, sentence=sentence, fit=replace(fit, warnings=tuple(warnings)))

@@ -103,9 +103,9 @@ def _facing(estimate: Estimate, toward: float) -> float:
 
 def _sentence(rows: list[ComparedEntry], moved: list[str]) -> str:
     if not moved:
-        return f"No parameter moved beyond both uncertainties ({len(rows)} compared)."
+        return f"No parameter changed significantly ({len(rows)} compared)."
     verb = "parameter" if len(moved) == 1 else "parameters"
-    return f"{len(moved)} of {len(rows)} {verb} moved beyond both uncertainties: {', '.join(moved)}."
+    return f"{len(moved)} of {len(rows)} {verb} changed significantly: {', '.join(moved)}."
 
 
 def _digests(document: ParameterDocument) -> Iterable[str]:

@@ -115,8 +115,9 @@ def with_run_signs(findings: Sequence[Finding], logs: Sequence[Log]) -> tuple[Fi
     wrong = [f for f in findings if isinstance(f, WrongSign) and f.remedy == REMEDY]
     if not wrong or len({f.log for f in wrong}) >= len(logs):
         return tuple(findings)
-    remedy = "add 'signs: {{{channel}: -1}}' to this run: the other runs have the correct sign"
+    runs = "these runs" if len({f.log for f in wrong}) > 1 else "this run"
+    remedy = f"add 'signs: {{channel: -1}}' to {runs}: the other runs have the correct sign"
     return tuple(
-        replace(f, remedy=remedy.format(channel=f.channel)) if isinstance(f, WrongSign) and f in wrong else f
+        replace(f, remedy=remedy.replace("channel", f.channel)) if isinstance(f, WrongSign) and f in wrong else f
         for f in findings
     )

@@ -59,6 +59,29 @@ _BY_KIND = {
     **{(u, "N m"): "lbf*ft" for u in ("lb-ft", "ft-lb", "lb ft", "ft lb", "lbft", "ftlb")},
 }
 
+_KINDS = {
+    "m": "length",
+    "m^2": "area",
+    "s": "time",
+    "kg": "mass",
+    "K": "temperature",
+    "A": "current",
+    "rad": "angle",
+    "m/s": "speed",
+    "m/s^2": "acceleration",
+    "m/s^3": "jerk",
+    "rad/s": "angular speed",
+    "N": "force",
+    "N m": "torque",
+    "Pa": "pressure",
+    "kg m^2": "moment of inertia",
+    "kg/m^3": "density",
+    "N/m": "stiffness",
+    "N s/m": "damping",
+    "N m/rad": "torsional stiffness",
+    "N m s/rad": "torsional damping",
+}
+
 
 @cache
 def _registry() -> UnitRegistry[Any]:
@@ -107,8 +130,16 @@ def _by_library(unit: str, si_unit: str) -> tuple[float, float]:
 
 def _why(unit: str, si_unit: str, error: Exception) -> str:
     if type(error).__name__ == "DimensionalityError":
-        return f"'{unit}' is not a unit of the same kind as {si_unit}"
+        return f"'{unit}' is not {a_unit_of(si_unit)}"
     return f"'{unit}' is not a unit"
+
+
+def a_unit_of(si_unit: str) -> str:
+    """The kind of unit in words: "a unit of speed (m/s)"; "a plain number or %" for an empty unit."""
+    if not si_unit:
+        return "a plain number or %"
+    kind = _KINDS.get(si_unit)
+    return f"a unit of {kind} ({si_unit})" if kind else f"a unit that can be converted to {si_unit}"
 
 
 def to_si(values: Values, unit: str, si_unit: str) -> Values:

@@ -159,7 +159,7 @@ def detectable(entries: Sequence[Detectable]) -> TextTable | None:
         (effect_labels.bare(typography.prose(e.label)), effect_labels.amplitude(e.effect, e.amplitude)) for e in entries
     ]
     caption = "The test finds an effect of this size in nine of ten such data sets. Smaller effects remain possible."
-    return _filled("Smallest effects that these data reveal", caption, ("effect", "size"), rows, (False, True))
+    return _filled("Smallest effects these data could reveal", caption, ("effect", "size"), rows, (False, True))
 
 
 def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> TextTable | None:

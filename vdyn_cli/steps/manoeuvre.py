@@ -14,7 +14,7 @@ class Manoeuvre:
 
     Parameters
     ----------
-    words : number of runs -> noun phrase of the manoeuvre: "4 coasts from 130 to 7 km/h, two each way".
+    words : number of runs -> noun phrase of the manoeuvre: "4 coast-downs from 130 to 7 km/h, two each way".
     regression : computes the step's regression over ``each`` simulated runs, with the same unknowns, effects and noise
         levels. It may raise ArithmeticError or ResultError where the car cannot drive the manoeuvre.
     each : number of runs that are repeated together.

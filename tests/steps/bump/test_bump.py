@@ -365,7 +365,7 @@ def test_what_is_missing_or_contradicts_itself_is_said() -> None:
         ({"shape": "profile", "height": 0.07, "width": 0.4}, "belong together"),
         ({"shape": "profile", "profile": "x.csv", "height": 0.07}, "its own size"),
         ({"shape": "profile", "profile": "nowhere.csv"}, "nowhere.csv"),
-        ({"height": "70 kg", "width": 0.4}, "not a unit of the same kind"),
+        ({"height": "70 kg", "width": 0.4}, "not a unit of length"),
         ({"height": 70, "width": 0.4}, "physical"),
     ],
 )

@@ -151,7 +151,7 @@ def _held(values: Array, where: str) -> list[Finding]:
     if own is None:
         return []
     what = f"changes only once in {np.median(np.diff(own)):.0f} rows: a slower sensor whose value is held"
-    return [Finding(where, what, remedy="nothing to do: it is interpolated linearly between its changes")]
+    return [Finding(where, what, remedy="no action needed: it is interpolated linearly between its changes")]
 
 
 def _interpolated(values: Array, where: str) -> list[Finding]:

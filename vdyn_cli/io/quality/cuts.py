@@ -183,7 +183,7 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
             total = sum(r.samples for r in rows)
             what += f": {total} sample{'s' if total != 1 else ''} cut"
             still = test == "frozen" and channel in (EVERY, *VARYING)  # a working sensor never does
-            remedy = "nothing to do for this log; look for the fault in sensor, connector or logger before the next run"
-            yield Finding(
-                where, what, "", remedy if still else f"nothing to do, or add 'keep: [{keep}]' to the run to use it"
-            )
+            remedy = f"no action needed. To use these samples, add 'keep: [{keep}]' to the run"
+            if still:
+                remedy = "no action for this log; look for the fault in sensor, connector or logger before the next run"
+            yield Finding(where, what, "", remedy)

@@ -63,10 +63,10 @@ class _ExcessDeceleration:
     def reason(self, at: int) -> str:
         """Sentence on the excess in interval ``at``, with its number, time and speed."""
         at += int(abs(self.excess[at + 1]) > abs(self.excess[at])) if at + 1 < self.excess.size else 0
-        what, cause = ("slows by", "brake or driveline?") if self.excess[at] > 0 else ("is driven by", "throttle?")
+        what, cause = ("slows by", "brake or driveline?") if self.excess[at] > 0 else ("accelerates", "throttle?")
         return (
-            f"{what} {abs(self.excess[at]):.2f} m/s^2 more than the common law of all runs at {self.time[at]:.0f} s, "
-            f"{3.6 * self.speed[at]:.0f} km/h: {cause}"
+            f"{what} {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
+            f"{3.6 * self.speed[at]:.0f} km/h ({cause})"
         )
 
 

@@ -38,7 +38,7 @@ def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
         alike = _cosine_with_rate(log, name) if name in log else 0.0
         if alike < OPPOSED:
             what = f"{name} falls when the car speeds up and rises when it slows down"
-            found.append(wrong_sign(log.name, name, what, f"cosine {alike:.2f}"))
+            found.append(wrong_sign(log.name, name, what, f"correlation {alike:.2f}"))
     return found
 
 

@@ -61,7 +61,7 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
     if {1.0, -1.0} <= {r.heading for r in runs}:
         found.append(
             Part(
-                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that changes sign with the direction",
+                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the direction-dependent force (wind or slope)",
                 "speed",
                 anchored=False, called="directional_force", related=("air", "wind_speed", "grade", "slope"),
                 factor="heading",

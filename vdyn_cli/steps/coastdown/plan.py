@@ -63,7 +63,7 @@ def next_coasts(regression: Regression, values: Mapping[str, float]) -> tuple[Ma
     def planned(how: str, one: _PlannedCoast, most: int = 10, anew: frozenset[str] = frozenset()) -> Manoeuvre:
         def words(runs: int) -> str:
             each = COUNTS[runs // 2] if runs // 2 < len(COUNTS) else str(runs // 2)
-            return f"{runs} coasts from {3.6 * one.upper:.0f} to {3.6 * one.lower:.0f} km/h, {each} each way{how}"
+            return f"{runs} coast-downs from {3.6 * one.upper:.0f} to {3.6 * one.lower:.0f} km/h, {each} each way{how}"
 
         return Manoeuvre(words, lambda: transferred(regression, _pair(campaign, one, values), values), 2, most, anew)
 

@@ -86,8 +86,12 @@ class FitQuality:
         found = []
         for name, (size, limit, words) in unphysical(self.fit).items():
             unit = "" if name == ROUGHNESS else " m/s"
-            what = f"fitted {words}: {size:.2g}{unit} rms, physical limit {limit:.2g}{unit}: the model lacks a force"
-            remedy = "inspect the residual force over speed and over runs; log position, wind and drive torque"
+            verb = "exceeds" if size > limit else "reaches"
+            what = f"fitted {words}: {size:.2g}{unit} rms {verb} the limit {limit:.2g}{unit}: unmodeled force likely"
+            remedy = (
+                "check for braking; inspect the residual force over speed and over runs; log position, wind and drive "
+                "torque"
+            )
             found.append(Finding("noise", what, remedy=remedy, doubt=True))
         return found
 
@@ -99,11 +103,15 @@ class FitQuality:
         slope = force / (self.fit.at["mass"] * GRAVITY)
         what = (
             f"runs of one direction share a force of {two_digits(force)} N rms (correlation {correlation:.2f}): the "
-            f"road ({100 * slope:.2f} % rms of slope explains it) or the driver; the intervals include it if it is the "
-            "road, but not if it is a brake or clutch that drags at the start of every run"
+            f"road ({100 * slope:.2f} % rms of slope explains it), the wind or the driver; the intervals include it if "
+            "it is the road, but not if it is a brake or clutch that drags at the start of every run"
         )
-        placed = self.fit.campaign.road is not None
-        remedy = "extend by grade_profile" if placed else "log position, or survey the road and map 'grade'"
+        if self.fit.campaign.road is not None:
+            remedy = "log the wind, or extend by grade_profile"
+        elif self.fit.campaign.accelerometer != "none":  # which measures the slope
+            remedy = "log the wind"
+        else:
+            remedy = "log the wind and the position, or survey the road and map 'grade'"
         return [Finding("runs", what, remedy=remedy)]
 
     def _disagreement(self) -> list[Finding]:

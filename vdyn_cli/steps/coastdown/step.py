@@ -43,6 +43,6 @@ STEP = Step(
     prepare=prepare,
     rate=lambda spec: RATE,
     track_check=track_check,
-    diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast", fewest_runs=4, two_way=_on_one_road),
+    diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast-down", fewest_runs=4, two_way=_on_one_road),
     planned=PLANNED,
 )

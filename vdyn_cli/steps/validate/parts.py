@@ -61,7 +61,7 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
     if {1.0, -1.0} <= {s.heading for s in segments}:
         found.append(
             Part(
-                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the force that changes sign with the direction",
+                "driveline", "", "speed", speed, FORCE, "N", "m/s", "the direction-dependent force (wind or slope)",
                 "speed",
                 anchored=False, called="directional_force", related=("air", "wind_speed", "grade"), factor="heading",
             )
