@@ -30,7 +30,7 @@ include. Likewise a motor's current times its torque constant is a drive torque.
 The mean wind of a run, measured beside the track, is the run's ``wind_speed`` (against the motion) where no channel of
 this name is logged; the remaining wind is estimated as a headwind. A crosswind acts like rolling resistance: intervals
 include its drag, for the runs' ``crosswind`` or ``settings: {crosswind: 0 m/s}``, else for the wind that has the fitted
-gusts, fully across the road.
+gusts, at most 2 m/s, which the standards allow, fully across the road.
 
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
 0.25}}`` fixes one as the paper does. The result states the window of speeds that separates them.
