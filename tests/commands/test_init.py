@@ -315,6 +315,7 @@ WAVE = np.sin(np.arange(600) / 30.0)
             ("pitch_rate", "GyroY [deg/s]"),
         ),
         ("cg", {"Fz FL_N": 4000 + WAVE, "Acc Long_mpers2": WAVE}, ("acceleration", "Acc Long [m/s2]")),
+        ("cg", {"Fz FL_N": 4000 + WAVE, "G Force Long_G": WAVE}, ("acceleration", "G Force Long [G]")),
         ("inertia", {"MY_Nm": 90 * WAVE, "VFZG_kmperh": 50 + WAVE}, ("vehicle_speed", "VFZG [km/h]")),
         (
             "coastdown",
@@ -352,10 +353,20 @@ def test_the_speed_of_an_axle_serves_where_no_other_is_logged(tmp_path: Path) ->
     assert description["channels"]["wheel_speed"] == {"column": "WheelSpeedFrontAxle[rpm]", "unit": "rpm"}
     assert "speed" not in description["channels"]
     assert description["vehicle"]["wheel_radius"] == "?"
-    for column in ("N Front[rpm]", "wheel_rpm"):
-        path = tmp_path / f"{column[:5]}.csv"
-        path.write_text("\n".join([f"Time[s],{column}", *rows]) + "\n")
-        assert f"map 'wheel_speed' instead: by their unit: \"{column}\"" in draft("coastdown", path)[0].text
+    path = tmp_path / "wheel.csv"
+    path.write_text("\n".join(["Time[s],wheel_rpm", *rows]) + "\n")
+    assert draft("coastdown", path)[1]["channels"]["wheel_speed"] == {"column": "wheel_rpm", "unit": "rpm"}
+    path = tmp_path / "front.csv"
+    path.write_text("\n".join(["Time[s],N Front[rpm]", *rows]) + "\n")
+    assert "map 'wheel_speed' instead: by their unit: \"N Front[rpm]\"" in draft("coastdown", path)[0].text
+
+
+@pytest.mark.parametrize("name", ["Wheel Rotation FL", "Wheel speed FL"])
+def test_the_speed_of_one_wheel_is_offered(name: str, tmp_path: Path) -> None:
+    columns_ = {"Time_s": np.arange(600) / 10.0, "FX_N": 900 * WAVE, "FZ_N": 4000 + WAVE, f"{name}_rpm": 700 + WAVE}
+    found, data = draft("tire", table(tmp_path / "a.csv", **columns_, **{"Speed_kmperh": 80 + WAVE}))
+    assert f"# wheel_speed: '{name} [rpm]' is that of one wheel: map it if that wheel was tested" in found.text
+    assert "wheel_speed" not in data["channels"]
 
 
 def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ _SAME_WORD = {
     **dict.fromkeys(("whl", "rad"), "wheel"),
     **dict.fromkeys(("altitude", "alt", "height", "elev", "höhe", "hoehe"), "elevation"),
     **dict.fromkeys(("distance", "dist", "pos", "odometer", "weg"), "position"),
+    **dict.fromkeys(("rotation", "rpm", "drehzahl"), "n"),
     **dict.fromkeys(("slope", "incline", "gradient", "steigung"), "grade"),
     **dict.fromkeys(("kraft",), "force"),
     **{"fxw": "fx", "fzw": "fz", "kappa": "slip", "longslip": "slip"},  # of tire test rigs
@@ -88,10 +89,10 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "drive_force": (("drive force", "traction force"), "brake"),
     "brake_torque": (("brake torque",), ""),
     "acceleration": (
-        ("long accel", "ax", "long a", "accel"),
+        ("long accel", "ax", "long a", "long g", "accel"),
         "lat vert pedal angular ay az y z h down right left position",
     ),
-    "vertical_acceleration": (("vert accel", "az"), "pedal down"),
+    "vertical_acceleration": (("vert accel", "az", "vert g"), "pedal down"),
     "jerk": (("jerk",), ""),
     "grade": (("grade",), ""),
     "wind_speed": (("wind speed", "headwind"), "cross"),
@@ -108,17 +109,17 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
     "force_x": (("fx", "force x", "long force"), ""),
     "force_z": (("fz", "force z", "vert force", "load"), ""),
-    "wheel_speed": (("wheel speed", "wheel n"), "motor"),
-    "wheel_speed_fl": (("wheel speed fl",), ""),
-    "wheel_speed_fr": (("wheel speed fr",), ""),
-    "wheel_speed_rl": (("wheel speed rl",), ""),
-    "wheel_speed_rr": (("wheel speed rr",), ""),
+    "wheel_speed": (("wheel speed", "wheel n"), "motor steering"),
+    "wheel_speed_fl": (("wheel speed fl", "wheel n fl"), ""),
+    "wheel_speed_fr": (("wheel speed fr", "wheel n fr"), ""),
+    "wheel_speed_rl": (("wheel speed rl", "wheel n rl"), ""),
+    "wheel_speed_rr": (("wheel speed rr", "wheel n rr"), ""),
     "slip": (("slip", "sr"), "angle"),
     "shaft_torque": (("shaft torque",), "left right"),
     "shaft_torque_left": (("shaft torque left",), ""),
     "shaft_torque_right": (("shaft torque right",), ""),
     "twist": (("twist",), "linear angular"),
-    "motor_speed": (("motor speed",), ""),
+    "motor_speed": (("motor speed", "motor n"), ""),
     "angle": (("angle",), "steering slip"),
     "angular_rate": (("angular rate", "angular speed", "gyro"), ""),
 }
@@ -178,7 +179,17 @@ def guess_channels(
         elif guess.facts is not None:
             used[id(guess.facts)] = channel
         found[channel] = guess
+    if "wheel_speed" in wanted and found["wheel_speed"].why == NO_NAME:
+        found["wheel_speed"] = _of_one_wheel(wanted["wheel_speed"], [f for f in facts if id(f) not in used], file_name)
     return found
+
+
+def _of_one_wheel(quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str) -> ChannelGuess:
+    """No choice, with the wheel speeds of single wheels as the reason; only the user knows which wheel was tested."""
+    guess = _guess("wheel_speed", quantity, facts, file_name, _ELSEWHERE)
+    if guess.facts is None:
+        return guess
+    return ChannelGuess(None, "", f"{_label(guess.facts)} is that of one wheel: map it if that wheel was tested")
 
 
 def _shared_corner(facts: Sequence[ChannelFacts]) -> Words:
@@ -279,7 +290,9 @@ def _words(name: str) -> tuple[Words, str]:
     split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
     lower = [w.lower() for w in split]
     suffix = _SUFFIX.get(lower[-1], "") if len(lower) > 1 else ""
-    if suffix:
+    if suffix == "rpm":
+        lower[-1] = "n"  # WHEEL_RPM states the quantity, too
+    elif suffix:
         lower = lower[:-1]
     words = {_SAME_WORD.get(w, w) for w in lower}
     for corner, (end, side) in _CORNERS.items():
