@@ -92,6 +92,17 @@ def test_one_log_that_cannot_be_read_hides_no_other(tmp_path: Path) -> None:
     assert [(p.where, p.what) for p in problems] == [("run_0.csv", "contains no numbers, at most a header")]
 
 
+def test_logs_of_one_name_are_told_with_their_folders(tmp_path: Path) -> None:
+    paths = [tmp_path / f"run_{k}" / "Location.csv" for k in range(3)]
+    for path in paths:
+        path.parent.mkdir()
+        path.write_text("t [s],v [m/s]\n" + "".join(f"{i},{i % 7}\n" for i in range(100)))
+    paths[2].write_text("t [s],v [m/s]\n")
+    text, problems = channels_table(*paths)
+    assert "run_1/Location.csv: 2 channels\n    against run_0/Location.csv: the same" in text
+    assert [p.where for p in problems] == ["run_2/Location.csv"]
+
+
 def test_a_description_among_the_logs_is_told_as_such(tmp_path: Path) -> None:
     path = tmp_path / "coast.yaml"
     path.write_text("test: coastdown\n")

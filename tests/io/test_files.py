@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from vdyn_cli.io.files import write_whole
+from vdyn_cli.io.files import distinct_names, write_whole
 from vdyn_cli.quantities.errors import InputError
 
 WRITER = """
@@ -24,6 +24,11 @@ while True:
     n += 1
     write_whole(Path(sys.argv[1]), chr(97 + n % 26) * 2_000_000)
 """
+
+
+def test_equal_file_names_are_told_with_their_folders() -> None:
+    paths = [Path("a/1/gps.csv"), Path("b/1/gps.csv"), Path("a/2/gps.csv"), Path("gps.csv"), Path("a/can.csv")]
+    assert list(distinct_names(paths).values()) == ["a/1/gps.csv", "b/1/gps.csv", "2/gps.csv", "gps.csv", "can.csv"]
 
 
 def test_an_unwritable_place_is_an_input_error(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.csv.coastdown_report import HEAD
+from vdyn_cli.io.files import distinct_names
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.number_text import capitalized, decimals
@@ -29,20 +30,20 @@ def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
     -------
     The text on the logs that can be read, and the findings on the others.
     """
-    found: list[tuple[Path, tuple[ChannelFacts, ...]]] = []
+    found: list[tuple[str, tuple[ChannelFacts, ...]]] = []
     problems: list[Finding] = []
-    for path in paths:
+    for path, name in distinct_names(paths).items():
         try:
-            found.append((path, survey(path)))
+            found.append((name, survey(path)))
         except InputError as error:
-            problems += error.findings
+            problems += [f.renamed(path.name, name) for f in error.findings]
     text = _table(*found[0]) if found else ""
     for other, facts in found[1:]:
         text += "\n" + "\n".join([*_summary(other, facts), *_differences(*found[0], facts)])
     return text, tuple(problems)
 
 
-def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> list[str]:
+def _differences(name: str, facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> list[str]:
     """A line on the differences between the channels of a log and those of the first one, matched by name."""
     first = {(f.info.group, f.column): f for f in facts}
     own = {(f.info.group, f.column): f for f in found}
@@ -58,7 +59,7 @@ def _differences(path: Path, facts: Sequence[ChannelFacts], found: Sequence[Chan
     if abs(rates[1] - rates[0]) > _LIKE_RATE * abs(rates[0]):
         differs.append(f"clock of {rates[1]:.4g} Hz instead of {rates[0]:.4g} Hz")
     said = "; ".join(text for text in differs if text)
-    return [f"    against {path.name}: {said or 'the same columns and units'}"]
+    return [f"    against {name}: {said or 'the same columns and units'}"]
 
 
 def _absent(verb: str, names: Sequence[str], order: Sequence[str]) -> str:
@@ -68,7 +69,7 @@ def _absent(verb: str, names: Sequence[str], order: Sequence[str]) -> str:
     return f"{verb} " + ", ".join(shown[:_MOST_NAMED]) + more if shown else ""
 
 
-def _table(path: Path, facts: Sequence[ChannelFacts]) -> str:
+def _table(name: str, facts: Sequence[ChannelFacts]) -> str:
     grouped = any(f.info.group for f in facts)
     header = ["channel", *(["group"] if grouped else []), "unit", "rate", "from", "to", "lowest", "highest", "note"]
     rows = [_row(f, grouped) for f in facts]
@@ -80,7 +81,7 @@ def _table(path: Path, facts: Sequence[ChannelFacts]) -> str:
         )
         for r in (header, *rows)
     ]
-    return "\n".join([*(line.rstrip() for line in lines), *_summary(path, facts)])
+    return "\n".join([*(line.rstrip() for line in lines), *_summary(name, facts)])
 
 
 def channels_json(*paths: Path) -> str:
@@ -91,8 +92,8 @@ def channels_json(*paths: Path) -> str:
     InputError : a file cannot be read.
     """
     documents = [
-        ChannelsDocument(format="vdyn/channels/1", log=p.name, channels=[_entry(f) for f in survey(p)]).model_dump()
-        for p in paths
+        ChannelsDocument(format="vdyn/channels/1", log=name, channels=[_entry(f) for f in survey(path)]).model_dump()
+        for path, name in distinct_names(paths).items()
     ]
     return json.dumps(documents[0] if len(documents) == 1 else documents, indent=2, ensure_ascii=False) + "\n"
 
@@ -171,14 +172,14 @@ def _is_report(facts: Sequence[ChannelFacts]) -> bool:
     return {f.column for f in facts} >= set(HEAD)
 
 
-def _summary(path: Path, facts: Sequence[ChannelFacts]) -> list[str]:
+def _summary(log: str, facts: Sequence[ChannelFacts]) -> list[str]:
     lines = [""]
     count = {state: sum(f.state == state for f in facts) for state in ("constant", "empty", "text")}
     stated = ", ".join(f"{n} {state}" for state, n in count.items() if n)
     clocks = sum(f.state == "clock" for f in facts)
-    lines.append(f"{path.name}: {len(facts)} channels" + (f", {stated}" if stated else ""))
+    lines.append(f"{log}: {len(facts)} channels" + (f", {stated}" if stated else ""))
     if not clocks and _is_report(facts):
-        lines.append(f"A report of coast-downs, one row per run: 'vdyn init coastdown {path.name}' describes its runs.")
+        lines.append(f"A report of coast-downs, one row per run: 'vdyn init coastdown {log}' describes its runs.")
     elif not clocks:
         what, remedy = without_clock(facts)
         lines += [f"{capitalized(what)}: this is not a log, or its time is damaged.", f"    -> {remedy}"]

@@ -7,7 +7,7 @@ import hashlib
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
@@ -27,6 +27,17 @@ def similar_files(path: Path) -> str:
         )
     except (OSError, ValueError):
         return f"there is no folder {path.parent}"
+
+
+def distinct_names(paths: Iterable[Path]) -> dict[Path, str]:
+    """For each path its file name, with as many of its folders as distinguish it from the others."""
+    every = list(dict.fromkeys(paths))
+    names = {}
+    for path in every:
+        tails = ["/".join(path.parts[-n:]) for n in range(1, len(path.parts) + 1)]
+        alone = [t for t in tails if not any(f"/{o.as_posix()}".endswith(f"/{t}") for o in every if o != path)]
+        names[path] = (alone or tails[-1:])[0]
+    return names
 
 
 def write_whole(path: Path, content: str | bytes) -> None:

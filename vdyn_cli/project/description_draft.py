@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
+from vdyn_cli.io.files import distinct_names
 from vdyn_cli.io.tied_channels import ties
 from vdyn_cli.project.channel_guess import NO_NAME, ChannelGuess, columns_by_unit, guess_channels
 from vdyn_cli.project.left_out_logs import GuessedLog, reference_log, split_coast_downs, why_left_out
@@ -102,7 +103,7 @@ def _of_tables(
     _, air, note = air_during(station, known) if station is not None else ([], (), "")
     body = [filled for line in parts["DRAFT"].splitlines() for filled in _filled(line, air)]
     body += parts["table_draft"](tables, [_from(folder, path) for path in tables])
-    others = [log.path.name for log in logs if station is None or log is not stations[0]]
+    others = [log.name for log in logs if station is None or log is not stations[0]]
     body += [f"# {note}"] if note else []
     body += [f"# left out: {name}, is a log, not a table of runs: describe it in a separate file" for name in others]
     text = "\n".join([_HEAD, f"test: {step.name}", *body]) + "\n"
@@ -114,16 +115,16 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
     wanted |= {c: CHANNELS[c] for c in _parts(step).get("PENDULUM_CHANNELS", ())}
     logs: list[GuessedLog] = []
     problems: list[Finding] = []
-    for path in paths:
+    for path, name in distinct_names(paths).items():
         try:
             facts = survey(path)
         except InputError as error:
-            problems += error.findings
+            problems += [f.renamed(path.name, name) for f in error.findings]
             continue
-        guessed = GuessedLog(path, facts, guess_channels(wanted, facts, path.name))
+        guessed = GuessedLog(path, facts, guess_channels(wanted, facts, path.name), name)
         if guessed.guesses["time"].facts is None:
             what, remedy = without_clock(facts)
-            problems.append(Finding(path.name, f"is not a log: {what}", remedy=remedy))
+            problems.append(Finding(name, f"is not a log: {what}", remedy=remedy))
             continue
         logs.append(guessed)
     return logs, problems
@@ -317,7 +318,7 @@ def _channels(
     needed = _needed(step, [log])
     for channel in _ways(step, log):
         guess = log.guesses[channel]
-        missing = [o.path.name for o in logs if o.decided_columns().get(channel) != log.decided_columns().get(channel)]
+        missing = [o.name for o in logs if o.decided_columns().get(channel) != log.decided_columns().get(channel)]
         if guess.facts is not None and not missing:
             lines += _line(channel, guess)
             mapped.append(channel)

@@ -20,12 +20,14 @@ _LEAST_FALL = 10.0  # s, or half of the log, for which the speed of a log with a
 class GuessedLog:
     """A log, or the part of one of its coast-downs, with facts on its columns and a guess for each channel.
 
-    ``window``: the keys of a run that select that part of the log, as text.
+    ``name``: of the file, with the folders that distinguish it. ``window``: the keys of a run that select that part of
+    the log, as text.
     """
 
     path: Path
     facts: tuple[ChannelFacts, ...]
     guesses: Mapping[str, ChannelGuess]
+    name: str
     window: str = ""
 
     def decided_columns(self) -> dict[str, tuple[tuple[Words, str], str]]:
@@ -73,7 +75,7 @@ def split_coast_downs(log: GuessedLog, falling: str, drive: Collection[str]) -> 
     for start, stop in coasts:
         begin, last = max(start - _RUN_IN, last), stop
         keys = f", from_time: {begin:.1f} s, to_time: {stop:.1f} s"
-        parts.append(GuessedLog(log.path, survey(log.path, (begin, stop)), log.guesses, keys))
+        parts.append(GuessedLog(log.path, survey(log.path, (begin, stop)), log.guesses, log.name, keys))
     return parts
 
 
@@ -117,7 +119,7 @@ def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:
     if lacking:
         return "; ".join(lacking)
     differs = ", ".join(n for n in own if own[n] != others.get(n))
-    return f"other columns than {usual.path.name} ({differs}): describe such logs in a separate file"
+    return f"other columns than {usual.name} ({differs}): describe such logs in a separate file"
 
 
 def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[str]) -> str:
@@ -137,7 +139,7 @@ def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[
             )
     own = _values(log)
     same = next((other for other in before if own and (own <= _values(other) or own >= _values(other) > set())), None)
-    return f"the same recording as {same.path.name}{same.window}" if same else ""
+    return f"the same recording as {same.name}{same.window}" if same else ""
 
 
 def _values(log: GuessedLog) -> frozenset[tuple[float, ...]]:

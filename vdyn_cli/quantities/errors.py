@@ -58,6 +58,10 @@ class Finding:
             text += f"{BEFORE_REMEDY}{visible(self.remedy)}"
         return text
 
+    def renamed(self, file: str, name: str) -> Finding:
+        """The same message on ``file`` with another name for it, such as one with its folder."""
+        return replace(self, where=name + self.where.removeprefix(file)) if self.where.startswith(file) else self
+
     def to_json(self) -> dict[str, Any]:
         """The fields of a message; findings with further values are written like any other."""
         return {f.name: getattr(self, f.name) for f in fields(Finding)}
