@@ -140,9 +140,9 @@ def test_usage_errors_and_unknown_topics(vdyn: Run) -> None:
 def test_a_description_of_the_other_kind_names_its_command(vdyn: Run) -> None:
     """One message where each key would be wrong."""
     for command, file, remedy in (
-        ("pipeline", "tire", "run 'vdyn tire tire.yaml'"),
-        ("tire", "pipeline", "run 'vdyn pipeline pipeline.yaml'"),
-        ("check", "pipeline", "run 'vdyn pipeline pipeline.yaml'"),
+        ("pipeline", "tire", "run 'vdyn tire configs/tire.yaml'"),
+        ("tire", "pipeline", "run 'vdyn pipeline configs/pipeline.yaml'"),
+        ("check", "pipeline", "run 'vdyn pipeline configs/pipeline.yaml'"),
     ):
         done = vdyn(command, f"configs/{file}.yaml")
         assert (done.returncode, remedy in done.stderr, done.stderr.count("->")) == (2, True, 1), done.stderr

@@ -6,7 +6,7 @@ from typing import get_args
 
 import pytest
 
-from vdyn_cli.commands.explain import explanation
+from vdyn_cli.commands.explain import explanation, listing
 from vdyn_cli.commands.glossary import GLOSSARY, glossary
 from vdyn_cli.quantities.diagnosis import Verdict
 from vdyn_cli.quantities.errors import InputError
@@ -41,3 +41,8 @@ def test_a_parameter_that_is_an_effect_too_has_both_explanations() -> None:
 def test_a_misspelled_topic_gets_the_closest_names() -> None:
     with pytest.raises(InputError, match="did you mean glossary"):
         explanation("glosary")
+
+
+def test_an_effect_of_one_manoeuvre_is_listed_with_its_step() -> None:
+    (line,) = [one for one in listing().splitlines() if one.startswith("  wheel_windage")]
+    assert line.endswith("wheel windage: inertia")

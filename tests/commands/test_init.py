@@ -663,3 +663,8 @@ def facts(column: str, ends: tuple[float, float]) -> ChannelFacts:
 def test_names_of_headings_and_positions_are_known(columns_: tuple[str, ...], tells: bool) -> None:
     (found,) = logged_directions([[facts(name, (0.0, 0.01)) for name in columns_]])
     assert found.direction == ("out" if tells else "")
+
+
+def test_a_pipeline_is_written_by_hand(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"written by hand.*\n.*copy configs/pipeline.yaml"):
+        run_init("pipeline", [tmp_path / "a.csv"], "-", print)

@@ -82,7 +82,7 @@ runs:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "'test' is missing"),
+        ("", "is empty"),
         ("- 1\n- 2\n", "must be a mapping"),
         ("just words\n", "must be a mapping"),
         ("test: [1]\n", "'test'"),

@@ -63,3 +63,8 @@ def test_killed_at_any_moment_the_file_is_whole(tmp_path: Path, delay: float, ro
     text = path.read_text()
     assert len(text) == 2_000_000
     assert len(set(text)) == 1
+
+
+def test_a_folder_is_not_replaced_by_a_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"is a folder\n    -> name a file in it"):
+        write_whole(tmp_path, "x")

@@ -84,3 +84,8 @@ def test_what_one_step_gives_together_is_asked_for_together() -> None:
         "yaw_inertia",
     ]
     assert "'tire_B: <number>', 'tire_C: <number>' under vehicle" in error.value.findings[0].remedy
+
+
+def test_the_density_of_the_air_is_asked_for_by_the_weather_first() -> None:
+    with pytest.raises(MissingParameterError, match=r"add .environment: \{temperature: 20 degC, pressure"):
+        Parameters({}).require("air_density", where="c.yaml")

@@ -112,7 +112,13 @@ def _effect(effect: Effect) -> str:
 def _tested_in(effect: Effect) -> list[str]:
     """Names of the steps that test the effect."""
     steps_found = _loaded()[0]
-    return [s.name for s in steps_found if s.diagnosable is not None and effect in candidates(s.situations)]
+    return [s.name for s in steps_found if effect in _candidates(s)]
+
+
+def _candidates(step: Step) -> list[Effect]:
+    """The effects that a step tests, in any of its manoeuvres."""
+    every = [one for one in (step, *step.manoeuvres.values()) if one.diagnosable is not None]
+    return [e for one in every for e in candidates(one.situations)]
 
 
 def _loaded() -> tuple[list[Step], list[Finding]]:
@@ -159,7 +165,7 @@ def listing() -> str:
             f"             estimates {', '.join(step.gives) or 'no parameters'}",
         ]
     lines.append("candidate effects, with the steps that test them (see 'vdyn explain NAME')")
-    wanted = {s.name: candidates(s.situations) for s in found if s.diagnosable is not None}
+    wanted = {s.name: _candidates(s) for s in found}
     for e in catalogue():
         fault = " (sensor)" if e.sensor else ""
         lines += [f"  {e.name:<24} {e.label}{fault}: {', '.join(n for n, of in wanted.items() if e in of)}"]

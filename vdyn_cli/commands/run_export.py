@@ -32,7 +32,7 @@ def run_export(
     # The name is an identifier in C, in MATLAB and in an FMU.
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", name):
         what = "must be a letter followed by at most 30 letters, digits or underscores"
-        raise InputError(Finding("--name", what, repr(name)))
+        raise InputError(Finding("--name", what, name, "choose such a name, as in 'vehicle_1'"))
     axle = next((way for way in get_args(Driven) if way == driven), None)
     if axle is None:
         raise InputError(Finding("--driven", "is not an axle", repr(driven), f"write {', '.join(get_args(Driven))}"))

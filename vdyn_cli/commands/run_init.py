@@ -28,6 +28,9 @@ def run_init(step: str, logs: Sequence[Path], output: str, tell: Tell) -> None:
     ------
     InputError : no such step, none of the files is a log, a file does not exist, or the output exists already.
     """
+    if step == "pipeline":
+        remedy = "copy configs/pipeline.yaml of the project and correct it; 'vdyn schema pipeline' lists the keys"
+        raise InputError(Finding(step, "is not a step: its description is written by hand", remedy=remedy))
     closest_topic(step, names(), "step")
     if output != "-" and Path(output).exists():
         raise InputError(Finding(output, "exists already and is not overwritten", remedy="name another file with -o"))

@@ -51,6 +51,7 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     message = message[0].lower() + message[1:]
     unit = str(detail.get("ctx", {}).get("unit", "")) if kind == "unit" else ""
     remedy = f"write a number with its unit, such as '1 {unit}'" if unit and "write" not in message else ""
+    remedy = "correct the value or its unit" if kind == "range" and "write" not in message else remedy
     what = f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}"
     return Finding(where, what, got, remedy)
 

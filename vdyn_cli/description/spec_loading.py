@@ -15,6 +15,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 
 S = TypeVar("S", bound=BaseModel)
 MARK = "?"  # written by 'vdyn init' for a value that the user must decide
+_KEYS = "write keys with values, such as 'test: coastdown', at the left margin"
 MOST_ROUNDS = 5  # of removing wrong keys: validation checks a whole only after all its parts are valid
 
 
@@ -125,7 +126,7 @@ def validate(source: YamlSource, model: type[S]) -> S:
     """
     if not isinstance(source.data, dict):
         got = type(source.data).__name__
-        raise InputError(Finding(source.path.name, "must be a mapping of keys to values", got))
+        raise InputError(Finding(source.path.name, "must be a mapping of keys to values", got, _KEYS))
     marks = [(at, _undecided(at, source)) for at in dict.fromkeys(_marked(source.data))]
     try:
         spec = model.model_validate(source.data)

@@ -19,6 +19,7 @@ Location = tuple[str | int, ...]
 MAX_BYTES = 1_000_000
 _SUFFIXES = (".yaml", ".yml")
 MAX_DEPTH = 30
+_FROM_LOG = "'vdyn init STEP LOG -o TEST.yaml' writes a description"
 MAX_NODES = 50_000
 
 
@@ -62,9 +63,7 @@ def load_yaml(path: Path) -> YamlSource:
         if named_so or isinstance(source.data, dict):
             return source
     what = "is not a description of a test, which is a YAML file"
-    raise InputError(
-        Finding(str(path), what, remedy="for a log, 'vdyn init STEP LOG -o TEST.yaml' writes one")
-    ) from None
+    raise InputError(Finding(str(path), what, remedy=f"for a log, {_FROM_LOG}")) from None
 
 
 def _is_file(path: Path) -> bool:
@@ -81,8 +80,10 @@ def _loaded(path: Path) -> YamlSource:
         loader = yaml.SafeLoader(text)
         try:
             node = loader.get_single_node()
+            if node is None:
+                raise InputError(Finding(str(path), "is empty", remedy=_FROM_LOG))
             walker = _Walker(path, loader)
-            data = walker.value(node, ()) if node is not None else {}
+            data = walker.value(node, ())
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
@@ -186,5 +187,5 @@ class _Walker:
             key = str(key_node.value)
             if key in first:
                 got = f"first at {self.place(first[key])}"
-                self.findings.append(Finding(self.place(key_node), f"key '{key}' is given twice", got))
+                self.findings.append(Finding(self.place(key_node), f"key '{key}' is given twice", got, "remove one"))
             first.setdefault(key, key_node)

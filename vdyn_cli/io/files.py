@@ -17,14 +17,10 @@ _NO_LOGS = ("", ".yaml", ".yml", ".json", ".html")
 TEMPORARY = ".vdyn-tmp"  # ending of files that are being written
 
 
-def similar_files(path: Path) -> str:
-    """The remedy for a file that does not exist: the files of its folder with a similar name."""
+def similar_files(path: Path, otherwise: str = "write its path relative to the folder of the description") -> str:
+    """The remedy for a file that does not exist: the files of its folder with a similar name, or ``otherwise``."""
     try:
-        return did_you_mean(
-            path.name,
-            [p.name for p in path.parent.iterdir()],
-            "write its path relative to the folder of the description",
-        )
+        return did_you_mean(path.name, [p.name for p in path.parent.iterdir()], otherwise)
     except (OSError, ValueError):
         return f"there is no folder {path.parent}"
 
@@ -63,6 +59,8 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
     staged: dict[Path, Path] = {}
     path = next(iter(files))
     try:
+        if path.is_dir():
+            raise InputError(Finding(str(path), "is a folder", remedy="name a file in it"))
         for path, content in files.items():
             _stage(path, content.encode("utf-8") if isinstance(content, str) else content, staged)
         for path in list(files)[1:]:

@@ -47,7 +47,7 @@ def refuse_other_test(step: Step, path: Path) -> None:
     test = source.data.get("test") if isinstance(source.data, dict) else None
     if isinstance(test, str) and test != step.name:
         what = f"test type mismatch: this command needs 'test: {step.name}'"
-        other = f"run 'vdyn {test} {path.name}', or correct the key 'test'"
+        other = f"run 'vdyn {test} {path}', or correct the key 'test'"
         remedy = other if test in names() else f"write 'test: {step.name}'"
         raise InputError(Finding(source.where(("test",)), what, repr(test), remedy))
 
@@ -60,8 +60,7 @@ def refuse_pipeline(source: YamlSource) -> None:
     InputError : the description has the key ``pipeline`` and no key ``test``.
     """
     if isinstance(source.data, dict) and "pipeline" in source.data and "test" not in source.data:
-        name = source.path.name
-        remedy = f"run 'vdyn pipeline {name}', or give one of the tests that it lists under 'steps'"
+        remedy = f"run 'vdyn pipeline {source.path}', or give one of the tests that it lists under 'steps'"
         raise InputError(Finding(source.where(("pipeline",)), "the file describes a pipeline, not a test", "", remedy))
 
 

@@ -140,7 +140,7 @@ def _refuse_test(source: YamlSource) -> None:
     test = source.data.get("test") if isinstance(source.data, dict) and "pipeline" not in source.data else None
     if test in names():
         what, name = "the file describes a test, not a pipeline", source.path.name
-        remedy = f"run 'vdyn {test} {name}', or list {name} under 'steps' of a pipeline"
+        remedy = f"run 'vdyn {test} {source.path}', or list {name} under 'steps' of a pipeline"
         raise InputError(Finding(source.where(("test",)), what, f"test: {test}", remedy))
 
 

@@ -131,9 +131,10 @@ def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
         )
     within = found if run.from_time is None and run.to_time is None else found.between(start, stop)
     if within is not found and within.log.time.size < 2:
-        got = f"{moment(start)} s to {moment(stop)} s"
-        remedy = f"choose it between {moment(first)} s and {moment(last)} s, on the clock of {name}"
-        raise InputError(Finding(place, "the time window contains no samples of the log", got, remedy))
+        stated = {"from_time": run.from_time, "to_time": run.to_time}
+        got = ", ".join(f"{key}: {moment(g.value)} s" for key, g in stated.items() if g)
+        what = f"the time window contains no samples of {name}, which spans {moment(first)} s to {moment(last)} s"
+        raise InputError(Finding(place, what, got, "choose it within this span, on the log's clock"))
     return within
 
 

@@ -56,9 +56,13 @@ def read_document(path: Path) -> ParameterDocument:
     try:
         document = json.loads(data.decode("utf-8"))
     except (UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise InputError(Finding(str(path), "is not JSON, or only a part of it", str(error)[:80], _WRITTEN)) from None
+        whole = isinstance(error, json.JSONDecodeError) and error.pos == 0  # it does not begin as JSON
+        what, got = ("is not JSON", "") if whole else ("is not JSON, or only a part of it", str(error)[:80])
+        raise InputError(Finding(str(path), what, got, _WRITTEN)) from None
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         got = repr(document.get("format"))[:60] if isinstance(document, dict) else type(document).__name__
+        if isinstance(document, dict) and "format" not in document:
+            raise InputError(Finding(str(path), "has no key 'format': not written by vdyn", remedy=_WRITTEN))
         raise InputError(Finding(str(path), f"is not a parameter file of format {FORMAT}", got, _WRITTEN))
     if document.get("refused"):
         raise InputError(_of_refused(path, document))

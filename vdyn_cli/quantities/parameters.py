@@ -158,6 +158,8 @@ def _missing(names: Sequence[str], where: str) -> Finding:
     giver = ESTIMATED_BY.get(names[0])
     lines = "', '".join(f"{n}: <number> {PARAMETERS[n].unit}".rstrip() for n in names)
     remedy = f"add '{lines}' under vehicle"
+    if "air_density" in names:
+        remedy = f"add 'environment: {{temperature: 20 degC, pressure: 101.3 kPa}}' of the test, or {remedy}"
     if giver:
         remedy += f", or pass the result of 'vdyn {giver}' or of the pipeline with --known"
     if len(names) > 1:

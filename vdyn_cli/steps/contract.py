@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -237,6 +237,12 @@ def unpublished(
     except (ResultError, ArithmeticError, ValueError):
         pass
     return error if why is None else ResultError(*why)
+
+
+def no_runs(step: str) -> InputError:
+    """The error for a description without runs."""
+    remedy = f"list the logs under runs and their columns under channels; 'vdyn init {step} LOG' writes both"
+    return InputError(Finding("runs", "no run is given", remedy=remedy))
 
 
 def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result | Failure:

@@ -125,7 +125,7 @@ def _open(path: Path) -> Iterator[BinaryIO]:
     try:
         raw = open_regular(path)
     except FileNotFoundError:
-        raise InputError(Finding(str(path), "no such file", remedy=similar_files(path))) from None
+        raise InputError(Finding(str(path), "no such file", remedy=similar_files(path, "check its name"))) from None
     except IsADirectoryError:
         raise folder_as_log(path) from None
     except PermissionError:

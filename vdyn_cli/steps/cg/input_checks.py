@@ -15,6 +15,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_windows import LOADS, pitch_angle
 from vdyn_cli.steps.cg.spec import CgSpec
+from vdyn_cli.steps.contract import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -32,7 +33,7 @@ def ready_runs(spec: CgSpec, logs: Sequence[Log]) -> tuple[Log, ...]:
     InputError : no runs, runs too short or without acceleration, no pitch, or a sign that contradicts physics.
     """
     if not logs:
-        raise InputError(Finding("runs", "no run is given", remedy="list accelerate-and-brake runs under runs"))
+        raise no_runs("cg")
     findings: list[Finding] = []
     ready = []
     for log in logs:

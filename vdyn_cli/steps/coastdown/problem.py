@@ -13,7 +13,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression, Unknown
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
@@ -48,7 +48,7 @@ from vdyn_cli.steps.coastdown.segments import CoastSegment, coast_segment, split
 from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected, usable
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.coastdown.speed_gain import contradicted_gain, with_speed_gain
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, no_runs, unpublished
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades, with_grades
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile, span_of
@@ -192,7 +192,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     InputError : a parameter is missing, or a sign convention contradicts physics. ResultError : no segment is left.
     """
     if not logs:
-        raise InputError(Finding("runs", "no run is given", remedy="list at least one log under runs"))
+        raise no_runs("coastdown")
     given = known_parameters(spec, logs, known)
     drive = drive_signal(spec.settings, logs)
     raise_all(f for log in logs for f in sign_findings(log, drive))

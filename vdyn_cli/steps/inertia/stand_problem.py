@@ -17,7 +17,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import too_little
@@ -122,7 +122,7 @@ def prepare_stand(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> 
         what = "a wheel on a stand and a pendulum are two tests"
         raise InputError(Finding("pendulum", what, "", "write a separate description for each"))
     if not logs:
-        raise InputError(Finding("runs", "no run is given", "", "list at least one log under runs"))
+        raise no_runs("inertia")
     raise_all(dict.fromkeys(f for log in logs for f in _sign_doubts(log)))
     windows = tuple(drive_windows(log, spec.settings.window.value, {}, FREE_WHEEL) for log in logs)
     raise_all(f for run in windows for f in (too_little(run) or _steady_torque(run)))

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
+from vdyn_cli.steps.contract import no_runs
 from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
 from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
@@ -145,7 +146,7 @@ def drive_segments(
     InputError : an input has gaps or another clock than the speed, a clock has gaps, or a log is too short.
     """
     if not logs:
-        raise InputError(Finding("runs", "no run is given", remedy="list at least one log under runs"))
+        raise no_runs("validate")
     raise_all(f for log in logs for f in _problems(log))
     found: list[DriveSegment] = []
     findings: list[Finding] = []
