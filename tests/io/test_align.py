@@ -16,6 +16,7 @@ from vdyn_cli.io.reader import Column
 from vdyn_cli.io.tied_channels import ChannelTie
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Given
 
 
 def align(reference: Log, other: Log, channel: str) -> tuple[float, float]:
@@ -203,3 +204,38 @@ def test_real_wheel_speed_and_satellite_speed(shared_data: Path) -> None:
     # The delays around three loggers must add up to zero.
     around = align(bus, wheel, "speed")[0] + align(wheel, gnss, "speed")[0] - delay
     assert abs(around) < 0.03
+
+
+def clocked(folder: Path, name: str, begin: float, length: float, date: str = "") -> Log:
+    """A log with its clock as times of day, of a speed that depends on the time of day alone."""
+    time = begin + np.arange(0.0, length, 0.1)
+    speed = 20.0 + 3.0 * np.sin(0.2 * time) + np.sin(0.71 * time)
+    rows = [
+        f"{date}{int(t // 3600):02d}:{int(t % 3600 // 60):02d}:{t % 60:06.3f},{v:.5f}"
+        for t, v in zip(time, speed, strict=True)
+    ]
+    (folder / name).write_text("\n".join(["UTC,v", *rows]) + "\n")
+    return read_csv(folder / name, {"time": Column("UTC", "s", "s"), "speed": Column("v", "m/s", "m/s")})
+
+
+@pytest.mark.parametrize("date", ["", "2026-05-01 "])
+@pytest.mark.parametrize("stated", [True, False])
+def test_times_of_day_of_two_loggers_are_one_clock(date: str, stated: bool, tmp_path: Path) -> None:
+    """The second logger began 5 s later: its first sample is not at the first one's."""
+    first = clocked(tmp_path, "gps.csv", 33125.0, 60.0, date)
+    second = clocked(tmp_path, "can.csv", 33130.0, 50.0)
+    second = replace(second, channels={"vehicle_speed": second["speed"]})
+    merged, (clock,) = merge(first, [second], None, [Given(0.0, 0.0) if stated else None])
+    both = np.isfinite(merged["vehicle_speed"])
+    assert both.sum() == pytest.approx(500, abs=2)
+    assert np.max(np.abs(merged["vehicle_speed"] - merged["speed"])[both]) < 0.01
+    assert clock.delay == pytest.approx(0.0, abs=0.01)
+
+
+def test_clocks_of_different_zones_are_aligned_by_their_channels(tmp_path: Path) -> None:
+    first = clocked(tmp_path, "gps.csv", 33125.0, 60.0)
+    second = replace(first, name="can.csv", begin=first.begin + 3600.0)
+    _, (clock,) = merge(first, [second])
+    assert clock.delay == pytest.approx(0.0, abs=1e-6)
+    with pytest.raises(InputError, match=r"does not overlap gps\.csv enough with the stated delay"):
+        merge(first, [second], None, [Given(0.0, 0.0)])

@@ -142,8 +142,8 @@ class Logger(Strict):
     reading: Reading = Field(Reading(), description="how this logger's files are written")
     delay: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
         None,
-        description="time of this logger's clock minus that of the first logger's, s, if known (0 s: same clock); if "
-        "not given, it is estimated",
+        description="time of this logger's clock minus that of the first logger's, s, if known (0 s: same clock; "
+        "times of day are compared as such, other times as the files state them); if not given, it is estimated",
     )
 
 

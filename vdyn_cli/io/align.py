@@ -12,6 +12,7 @@ from vdyn_cli.io.clock_policy import CLOCKS
 from vdyn_cli.io.quality.log_flags import SPEEDS, flags
 from vdyn_cli.io.sampled_signal import Signal
 from vdyn_cli.io.tied_channels import ChannelTie, related_channels, tie_of, ties
+from vdyn_cli.io.written_times import time_between
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -33,7 +34,7 @@ def merge(
     Parameters
     ----------
     reference : defines the clock; all its channels are kept.
-    others : each adds the channels that no earlier log has.
+    others : each adds the channels that no earlier log has. Times of day of both loggers are compared as such.
     align_on : channels that determine the delay; None: the pair with the smallest standard error of the delay.
     delays : known delay of each other logger, s; None where it is estimated. Empty: all are estimated.
 
@@ -50,7 +51,8 @@ def merge(
     merged = replace(reference, findings=(*reference.findings, *(f for log in others for f in log.findings)))
     step = float(np.median(np.diff(reference.time)))
     clocks = []
-    for other, delay in zip(others, delays or [None] * len(others), strict=True):
+    for own, delay in zip(others, delays or [None] * len(others), strict=True):
+        other = _from_one_origin(reference, own, delay is not None)
         found, differing = _clock(reference, other, align_on, delay)
         added, how = {}, {}
         at = found.stamp(reference.time)
@@ -64,6 +66,22 @@ def merge(
         merged = replace(merged, findings=(*merged.findings, *_clock_findings(found, how), *differing))
         clocks.append(found)
     return merged, tuple(clocks)
+
+
+def _from_one_origin(reference: Log, other: Log, stated: bool) -> Log:
+    """The other log with its times counted from the origin of the reference's, if both are times of day.
+
+    Without a stated delay, logs that then do not overlap keep their own: their clocks are of different zones, or wrong.
+    """
+    if not np.isfinite(reference.begin + other.begin):
+        return other
+    time = other.time + time_between(reference.begin, other.begin)
+    together = min(reference.time[-1], time[-1]) - max(reference.time[0], time[0])
+    if not stated and together < CLOCKS.least_overlap * min(reference.duration, other.duration):
+        return other
+    shift = time[0] - other.time[0]
+    samples = {n: (at + shift, values) for n, (at, values) in other.samples.items()}
+    return replace(other, time=time, samples=samples, begin=reference.begin)
 
 
 def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -> tuple[ClockDifference, list[Finding]]:

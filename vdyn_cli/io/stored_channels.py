@@ -349,7 +349,7 @@ def _on_its_clock(
     log = _rising(
         time, channels, mapping["time"], options, LogSource(columns, partial(file.line, clock), (), file.row), name
     )
-    return replace(log, findings=(*findings, *log.findings))
+    return replace(log, findings=(*findings, *log.findings), begin=clock.begin)
 
 
 def _rising(

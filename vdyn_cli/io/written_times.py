@@ -11,6 +11,7 @@ from vdyn_cli.quantities.arrays import Array
 
 _LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
+_LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
 _CHUNK = 100_000
 _LONGEST_STEP = 1.0  # s; a clock in s with longer steps may skip 60 to 99
 _MOST_STEPS = 5.0  # median steps, largest step at a full minute
@@ -117,6 +118,13 @@ def _days(dates: object) -> Array:
         else:
             days[date] = float(day.value // (10**9 * 86400))
     return series.map(days).where(series.notna(), 0.0).to_numpy(float)
+
+
+def time_between(first: float, second: float) -> float:
+    """Time from ``first`` to ``second``, s; for times of day without a date, the value within half a day."""
+    if min(first, second) > _LONGEST_DAY:
+        return second - first
+    return (second - first + 0.5 * _DAY) % _DAY - 0.5 * _DAY
 
 
 def since_first(seconds: Array) -> Array:

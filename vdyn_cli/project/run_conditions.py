@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.written_times import time_between
 from vdyn_cli.project.run_direction import LoggedDirection
-from vdyn_cli.project.station_log import REDUCED, StationLog, clock_zero, time_between
+from vdyn_cli.project.station_log import REDUCED, StationLog, clock_zero
 from vdyn_cli.quantities.quantity import from_si
 
 _AIR = {"temperature": ("degC", "K", 1), "pressure": ("kPa", "Pa", 2), "humidity": ("%", "", 0)}

@@ -13,13 +13,12 @@ import numpy as np
 from vdyn_cli.io.channel_survey import ChannelFacts, recordings
 from vdyn_cli.io.file_units import is_unit
 from vdyn_cli.io.reader import ChannelInfo
+from vdyn_cli.io.written_times import time_between
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 REDUCED = r"baro\w*( pressure)?"  # a pressure that may be reduced to sea level
-_DAY = 86400.0  # s
 _SECOND_CLOCK = 0.05  # relative difference of duration of a second clock of a log, which may be recorded more slowly
-_LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
 # Names of a station's columns, preferred ones first: a pressure reduced to sea level and a direction from magnetic
 # north are used only without the other.
 _NAMES: Mapping[str, tuple[str, tuple[str, ...]]] = {
@@ -152,13 +151,6 @@ def _second_clock(facts: ChannelFacts, clock: ChannelFacts) -> float | None:
 
 def _since_1970(time: float) -> bool:
     return 9e8 <= time <= 4e9
-
-
-def time_between(first: float, second: float) -> float:
-    """Time from ``first`` to ``second``, s; for times of day without a date, the value within half a day."""
-    if min(first, second) > _LONGEST_DAY:
-        return second - first
-    return (second - first + 0.5 * _DAY) % _DAY - 0.5 * _DAY
 
 
 def _columns(facts: Sequence[ChannelFacts]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -49,6 +50,8 @@ class Log:
     source : only for a log from a reader, whose channels still have the file's units and signs; else None.
     samples : original samples, on this clock, of channels that were interpolated linearly from another logger; not of
         channels replaced since. Of a part of a log, those of the whole log.
+    begin : zero of a clock recorded as times of day: s since 1970, or since midnight if no date is stated; NaN for
+        other clocks.
 
     Notes
     -----
@@ -67,6 +70,7 @@ class Log:
     findings: tuple[Finding, ...] = ()
     source: LogSource | None = None
     samples: Mapping[str, Samples] = field(default_factory=dict)
+    begin: float = math.nan
 
     def __post_init__(self) -> None:
         time = _frozen(self.time)

@@ -97,9 +97,10 @@ class CsvReader:
         raise_all(rows.problems)
         raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
         columns = {channel: layout.header[at] for channel, at in position.items()}
+        begin = numbers.begins.get(position["time"], math.nan)
         logged = options.split_times is None and mapping["time"].unit == "s"
         if logged and (of_day := seconds_of_digits(raw["time"], columns["time"])) is not None:
-            raw["time"] = since_first(of_day)
+            raw["time"], begin = since_first(of_day), float(of_day[np.isfinite(of_day)][0])
             what = "channel 'time' is read as hours, minutes and seconds in digits, hhmmss.ss"
             findings.append(Finding(f"{name}, column '{columns['time']}'", what, minor=True))
         place = f"{name}, column '{columns['time']}'"
@@ -107,7 +108,7 @@ class CsvReader:
         numbers.columns.clear()
         source = LogSource(columns, written.line_of, written.problems)
         every = (*findings, *rows.findings, *written.findings)
-        return Log(name, written.time, written.channels, every, source)
+        return Log(name, written.time, written.channels, every, source, begin=begin)
 
 
 CSV = CsvReader()

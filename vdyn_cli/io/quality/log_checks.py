@@ -29,6 +29,7 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False, win
     ------
     InputError : with the problems of the file and of every required channel.
     """
+    begin = log.begin
     log = log if instants else split_by_rate(log)
     others = list(log.source.others) if log.source else []
     problems: list[Finding] = []
@@ -37,7 +38,7 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False, win
     while others:  # each channel of a large file is freed as soon as it is converted
         found.append(_checked(others.pop(0), mapping, problems, window))
     raise_all(dict.fromkeys(problems))
-    return on_one_clock(found[0], found[1:])
+    return replace(on_one_clock(found[0], found[1:]), begin=begin)
 
 
 def _checked(
