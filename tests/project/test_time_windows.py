@@ -36,7 +36,7 @@ def described(folder: Path, window: str, begin: float = BEGIN) -> Path:
         ("from_time: 19 s", "from_time: 1759480019 s"),
         ("to_time: 60 s", "to_time: 1759480060 s"),
         ("from_time: 1759480050 s, to_time: 1759480020 s", "exchange them"),
-        ("from_time: 1759481000 s", "between 1759480000 s and 1759480089.9 s"),
+        ("from_time: 1759481000 s", "spans 1759480000 s to 1759480089.9 s"),
     ],
 )
 def test_a_time_on_another_clock_is_refused(window: str, remedy: str, tmp_path: Path) -> None:
