@@ -8,6 +8,7 @@ import pytest
 from vdyn_cli.engine.lead import LEAD, read_ahead
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.io.align import on_one_clock
+from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.input_torque import DriveInputs, denoised
@@ -193,6 +194,15 @@ def test_a_torque_of_a_slower_logger_keeps_its_corners(kind: str) -> None:
     near = np.abs(times[:, None] - KNOTS[1:-1]).min(axis=1) < 0.1
     error = values[near] - np.interp(times[near], KNOTS, [0, 0, 300, 300, 20, 20, 250, 180])
     assert np.sqrt(np.mean(error**2)) < 1.5
+
+
+def test_the_run_time_of_a_window_counts_from_the_start_of_its_log() -> None:
+    log = Log("a.csv", TIME, {"speed": np.full(TIME.size, 10.0), "drive_torque": np.full(TIME.size, 30.0)})
+    segments, _ = drive_segments([log], [RunConditions()], Segmentation("road_load", length=5.0))
+    starts = [drive.start["run_time"] for drive in DriveInputs(tuple(segments), road_load("torque")).drives]
+    assert starts == pytest.approx([s.time[0] for s in segments])
+    assert len(starts) >= 3
+    assert starts[-1] > 5.0
 
 
 def paused(rate: int, ramp: float, seed: int, smooth: bool = False) -> tuple[np.ndarray, np.ndarray]:

@@ -101,7 +101,7 @@ class DriveInputs:
         }
         inputs = {n: everything[n] for n in self.model.inputs}
         context = {"heading": s.heading, "temperature": s.temperature, RUN_START: s.run_start}
-        return Drive(s.time, inputs, {}, self.air(s.temperature), context, torques.corners)
+        return Drive(s.time, inputs, {"run_time": s.since}, self.air(s.temperature), context, torques.corners)
 
 
 def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float) -> SegmentTorques:
