@@ -198,7 +198,7 @@ def test_too_few_are_never_given_a_name(runs: int, tmp_path: Path) -> None:
     assert told["causes"] == told["extended"] == []
     (test,) = told["next_test"]
     assert test["runs"] >= 8
-    assert "coasts" in test["manoeuvre"]
+    assert "coast-downs" in test["manoeuvre"]
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
