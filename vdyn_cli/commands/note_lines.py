@@ -8,7 +8,7 @@ from vdyn_cli.quantities.result_schema import FindingEntry
 
 
 def note_lines(findings: Sequence[FindingEntry]) -> Iterator[str]:
-    """The lines of the findings with a heading; doubts are told even where they are minor. Nothing if there is none."""
+    """A heading and the findings, of the minor ones only the doubts; nothing where there is none."""
     shown = [f for f in findings if f.doubt or not f.minor]
     if shown:
         yield "\nNotes"

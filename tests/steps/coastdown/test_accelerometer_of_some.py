@@ -1,4 +1,4 @@
-"""An accelerometer that fails in one run is told, since the others' are then not used either."""
+"""An accelerometer that fails in one run disables those of the others, with a warning."""
 
 from __future__ import annotations
 

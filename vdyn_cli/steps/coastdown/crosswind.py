@@ -55,7 +55,7 @@ def widened_by_crosswind(fit: RoadLoadFit, stated: float | None) -> tuple[Soluti
         what = f"the stated crosswind of {across:.1f} m/s adds about {two_digits(force)} N; the intervals include it"
         return wider, (Finding("runs", what),)
     what = (
-        f"no crosswind is stated: by the gusts, {across:.1f} m/s may blow across the road, which adds "
+        f"no crosswind is stated: the gusts suggest up to {across:.1f} m/s across the road, which adds "
         f"{two_digits(force)} N; the intervals include it"
         + (" (more is not allowed by UN R83 and WLTP)" if across == STRONGEST else "")
     )
