@@ -72,9 +72,11 @@ def test_its_size_is_found_and_the_curve_is_the_truths(hidden: Hidden) -> None:
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)
-    found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
-    # A slip that lags is taken to first order in the length, and in the mean of each bin.
-    assert found == pytest.approx(hidden.size, rel=1e-2 if hidden.plant == "tire_relaxation" else 5e-3)
+    found = result.amplitudes[next(iter(hidden.effect.unknowns))]
+    # A slip that lags is taken to first order in the length, and in the mean of each bin. The noise that is left is
+    # 2 % of a rolling resistance.
+    near = 1e-2 if hidden.plant == "tire_relaxation" else 5e-3
+    assert found.value == pytest.approx(hidden.size, rel=near, abs=found.std)
     for name in ("tire_B", "tire_C", "tire_D", "tire_longitudinal_stiffness"):
         assert result.parameters[name].value == pytest.approx(truth(hidden)[name], rel=5e-3), name
 
