@@ -9,6 +9,7 @@ from itertools import pairwise
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.written_times import time_between
+from vdyn_cli.project.logged_temperature import logged_temperature
 from vdyn_cli.project.run_direction import LoggedDirection
 from vdyn_cli.project.station_log import REDUCED, StationLog, clock_zero
 from vdyn_cli.quantities.quantity import from_si
@@ -20,7 +21,7 @@ _LONGEST_TEST = 86400.0  # s between the first and the last run
 
 @dataclass(frozen=True)
 class DayConditions:
-    """Further keys of each run, as text after its log, the station's values for ``environment``, and notes."""
+    """Further keys of each run, as text after its log, the logged values for ``environment``, and notes."""
 
     keys: tuple[str, ...]
     air: tuple[tuple[str, str], ...] = ()
@@ -50,7 +51,7 @@ def run_conditions(
             for own, start in zip(keys, starts, strict=True):
                 own.append(f"start: {start:.1f} s")
     if station is None:
-        return DayConditions(tuple(", ".join(("", *own)) for own in keys))
+        return DayConditions(tuple(", ".join(("", *own)) for own in keys), logged_temperature(logs))
     during, air, note = air_during(station, [(b, _length(facts)) for b, facts in zip(begins, logs, strict=True)])
     notes = [note]
     if during and len(during) == len(logs):

@@ -1,0 +1,45 @@
+"""A car's outside temperature fills the description's environment; other temperatures do not."""
+
+from __future__ import annotations
+
+import pytest
+
+from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.reader import ChannelInfo
+from vdyn_cli.project.logged_temperature import logged_temperature
+
+
+def channel(name: str, unit: str, lowest: float, highest: float) -> ChannelFacts:
+    return ChannelFacts(ChannelInfo(name, unit, 10.0, (0.0, 60.0)), name, "varies", 600, lowest, highest)
+
+
+def test_the_middle_of_all_logs_with_half_their_range() -> None:
+    logs = [
+        [channel("Ambient Temperature [°C]", "°C", 22.0, 28.0)],
+        [channel("Ambient Temperature [°C]", "°C", 25.0, 30.0)],
+    ]
+    ((name, text),) = logged_temperature(logs)
+    assert (name, text.split("  #")[0]) == ("temperature", "26 +- 4 degC")
+
+
+def test_fahrenheit_is_converted() -> None:
+    ((_, text),) = logged_temperature([[channel("outside_temp", "F", 68.0, 68.0)]])
+    assert text.startswith("20 +- 2 degC")
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        channel("Battery Temperature", "°C", 20.0, 22.0),
+        channel("Ambient Temperature Cabin", "°C", 20.0, 22.0),
+        channel("Ambient Temperature", "", 20.0, 22.0),
+        channel("Ambient Temperature", "°C", -60.0, 20.0),
+    ],
+    ids=["battery", "cabin", "no unit", "not connected"],
+)
+def test_what_is_not_the_air_is_left_to_the_user(facts: ChannelFacts) -> None:
+    assert logged_temperature([[facts]]) == ()
+
+
+def test_a_log_without_it_leaves_the_key_to_the_user() -> None:
+    assert logged_temperature([[channel("ambient temp", "degC", 20.0, 21.0)], []]) == ()
