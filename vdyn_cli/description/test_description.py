@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from vdyn_cli.description.quantity_field import Si, Strict, described, si
+from vdyn_cli.description.start_times import seconds_after_first
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 
@@ -174,7 +175,8 @@ class Run(Strict):
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
     start: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
         None,
-        description="start of this log after the start of the first log, s; if not given in any run: from the logs' "
+        description="start of this log after the start of the first log, s, or in every run its time of day, such as "
+        "10:08:14; if not given in any run: from the logs' "
         "times if they are from one clock, else the runs are assumed to follow each other in this order without a "
         "pause (logs of more than 10 min: separate trips)",
     )
@@ -284,3 +286,8 @@ class TestSpec(Strict):
         description="values that 'vdyn plan' assumes without logs, such as {speed_noise: 0.05 m/s, rate: 10 Hz}; "
         "'vdyn plan' lists every key with its value",
     )
+
+    @field_validator("runs", mode="before")
+    @classmethod
+    def _times_of_day(cls, value: Any) -> Any:
+        return seconds_after_first(value)

@@ -166,6 +166,8 @@ class _Walker:
             return self.mapping(node, location)
         if isinstance(node, yaml.SequenceNode):
             return [self.value(child, (*location, i)) for i, child in enumerate(node.value)]
+        if ":" in node.value and node.tag.endswith((":int", ":float")):
+            return node.value  # 10:08 is a time of day, not YAML 1.1's number 608
         return self.loader.construct_object(node)
 
     def mapping(self, node: yaml.MappingNode, location: Location) -> dict[str, Any]:
