@@ -57,6 +57,8 @@ def begun(
         (10.0, 5.0, 10.0, 0.05, 0.04, True),
         (20.0, 8.0, 2.0, 0.05, 0.04, False),
         (20.0, 8.0, 1.0, 0.05, 0.04, False),
+        (1.0, 0.0, 3.0, 0.0, 0.05, False),
+        (1.0, 8.0, 4.0, 0.05, 0.05, False),
     ],
 )
 def test_a_coast_begins_behind_the_release(
@@ -65,6 +67,11 @@ def test_a_coast_begins_behind_the_release(
     starts = begun(rate, accelerated, held, wander, noise, lines)
     assert min(starts) > -0.05
     assert max(starts) < 2.5
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.0])
+def test_a_sparse_log_that_begins_with_the_coast_is_whole(rate: float) -> None:
+    assert max(begun(rate, 0.0, 0.0, 0.0, 0.05)) == 0.0
 
 
 @pytest.mark.parametrize("accelerated", [0.0, 8.0])

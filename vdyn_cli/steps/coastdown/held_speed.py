@@ -25,7 +25,9 @@ HELD = 0.25  # share of DROP: drivers and cruise controls hold a speed within 0.
 STEADY = 1.0 / 3.0
 RELEASE = 1.0  # s, duration of releasing pedal and clutch; the release is known to a few tenths of it
 SHORTEST = 3.0  # s: shorter holds are those of any change of the pedal
-FEWEST_BINS = 5  # on either side of the release: the three unknowns of a piece, plus two
+# Bins before and after the release that is tried first and last; it must lie between these. A receiver of 1 Hz then
+# shows a release after 3 s of held speed: three samples for the two unknowns before it, five for those after it.
+FEWEST_HELD, FEWEST_FALLING = 2, 5
 
 
 def released(log: Log, smooth: Array, top: int, end: int) -> int:
@@ -75,7 +77,7 @@ def _breakpoint(time: Array, speed: Array, latest: float) -> float | None:
     time, speed : (n,) s and m/s. latest : s, last release that is tried.
     """
     best, fit = np.inf, None
-    tried = [k for k in range(FEWEST_BINS, time.size - FEWEST_BINS) if time[k] <= latest]
+    tried = [k for k in range(FEWEST_HELD, time.size - FEWEST_FALLING) if time[k] <= latest]
     for k in tried:
         after = np.maximum(time - time[k], 0.0)
         design = np.column_stack([np.ones_like(time), time - time[k], after, after**2])
