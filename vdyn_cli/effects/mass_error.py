@@ -1,8 +1,18 @@
 from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 
+def _stated_force(mass: Law, s: Signals, q: Signals) -> Number:
+    """The stated mass, by whose weight a rolling resistance in N was divided."""
+    return mass(s.but(value=s.value / (1.0 + q.mass_error)))
+
+
+def _coasted(drag_area: Law, s: Signals, q: Signals) -> Number:
+    return drag_area(s.but(value=s.value * (1.0 + q.mass_error)))
+
+
 @effect(
     on="parameters",
+    also={"road_load_mass": _stated_force, "coasted_drag_area": _coasted},
     unknowns=Quantity("mass_error", "", "share by which the true mass exceeds the given one", "", -0.15, 0.15),
     reference="weighing without crew, fuel or equipment: two people and equipment are 10 % of a car",
     label="a wrong mass",
@@ -19,6 +29,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def mass_error(parameters: Law, s: Signals, q: Signals) -> Number:
     """A vehicle that is heavier or lighter than described.
 
-    M (1 + q), kg, wherever mass enters: inertia, weight on the tires, slope.
+    M (1 + q), kg, wherever mass enters: inertia, weight on the tires, slope. A road load that is stated in N does not
+    change; a drag area from coast-downs with this mass, m^2, changes as the mass does, and their rolling resistance per
+    weight not at all.
     """
     return parameters(s.but(mass=s.mass * (1.0 + q.mass_error)))

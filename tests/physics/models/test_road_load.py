@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from vdyn_cli.effects import candidates
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.quantities.log import Log
@@ -97,6 +98,24 @@ def test_specific_force_is_blind_to_slope_but_for_the_turning_parts() -> None:
         return float(simulator(drive).outputs["acceleration"][0])
 
     assert force(0.03) - force(0.0) == pytest.approx(GRAVITY * 0.03 * 88.0 / 1676.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("resistances", "rolling", "drag"), [("coefficients", 1.1, 1.0), ("forces", 1.0, 1.0), ("coasted", 1.1, 1.1)]
+)
+def test_a_wrong_mass_changes_only_the_forces_that_depend_on_it(resistances, rolling, drag) -> None:
+    """(M + mr) V' = -Rr - Fd: 10 % more mass, with each force multiplied by what the way of stating it requires."""
+    model = road_load(resistances=resistances)
+    values = {**PAPER, **NOTHING, "rotating_mass": 40.0, "mass_error": 0.1}
+    context = {"heading": 0.0, "temperature": 293.15}
+    inputs = {"grade": 0.0, "wind_speed": 0.0, "elapsed": 0.0}
+    drive = Drive(np.linspace(0.0, 1e-3, 2), inputs, {"speed": 20.0}, context=context)
+    (effect,) = [one for one in candidates() if one.name == "mass_error"]
+    speed = Simulator(model, values, effects=(effect,))(drive).outputs["speed"]
+    tires = PAPER["rolling_resistance"] * PAPER["mass"] * GRAVITY
+    air = 0.5 * PAPER["air_density"] * PAPER["drag_area"] * 400.0
+    rate = -(rolling * tires + drag * air) / (1.1 * PAPER["mass"] + 40.0)
+    assert np.diff(speed)[0] / 1e-3 == pytest.approx(rate, rel=1e-4)
 
 
 LBF, MPH = 4.4482216152605, 0.44704  # N, m/s

@@ -85,6 +85,24 @@ def test_tires_that_hardly_slip_are_no_finding(tmp_path: Path) -> None:
     assert diagnosed(tmp_path, car, drives(car, 60), seed=60).verdict == "adequate"
 
 
+@pytest.mark.slow  # a diagnosis of 5 s
+def test_a_wrong_mass_beside_a_road_load_in_newtons_is_not_taken_for_rotating_mass_alone(tmp_path: Path) -> None:
+    """Coast-downs measured F0 and F2 in N: another mass changes only the inertia, as rotating mass does."""
+    validated(tmp_path, CAR, drives(CAR, 11), seed=11)
+    path = tmp_path / "test.yaml"
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    vehicle, weight = description["vehicle"], CAR.mass * 9.80665
+    del vehicle["rolling_resistance"], vehicle["drag_area"]
+    vehicle["road_load_f0"] = f"{CAR.rolling * weight} +- {0.0002 * weight} N"
+    vehicle["road_load_f2"] = f"{0.5 * CAR.density * CAR.drag_area} +- {0.006 * CAR.density} N/(m/s)^2"
+    vehicle["mass"] = f"{CAR.mass / 1.08} +- 4 kg"
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    found = execute("validate", path).result.diagnosis
+    assert found is not None
+    (answers,) = found.ambiguous
+    assert {"mass_error", "rotating_mass"} <= set(answers)
+
+
 @pytest.mark.slow  # a diagnosis of 3 s
 def test_gears_that_take_their_share_under_recuperation_are_no_finding(tmp_path: Path) -> None:
     """The stated efficiency holds in both directions: the wheels then give more force than the torque shows."""

@@ -12,7 +12,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.validate.prior import parameter_prior
+from vdyn_cli.steps.validate.prior import parameter_prior, resistances
 
 VEHICLE = vehicle("front", "axle").parameters
 
@@ -61,6 +61,15 @@ def test_a_stated_road_load_stands_for_tires_and_air() -> None:
     # The force is stated, not its share of the weight: a heavier car has a smaller one.
     i, j = (found.names.index(n) for n in ("mass", "rolling_resistance"))
     assert found.correlation[i, j] < -0.999
+    assert resistances(known) == "forces"
+
+
+@pytest.mark.parametrize(("source", "expected"), [("given", "coefficients"), ("coastdown", "coasted")])
+def test_coast_downs_give_a_drag_area_that_is_proportional_to_the_mass(source: str, expected: str) -> None:
+    both = {
+        n: Estimate.given(PARAMETERS[n], v, 0.0, source) for n, v in (("rolling_resistance", 0.01), ("drag_area", 0.6))
+    }
+    assert resistances(Parameters(both)) == expected
 
 
 def test_the_front_half_of_the_wheelbase_follows_from_the_rear_half() -> None:

@@ -20,10 +20,15 @@ from vdyn_cli.quantities.constants import GRAVITY
 FORWARD = 1.0
 
 DriveSignal = Literal["coasting", "torque", "force"]
+Slopes = Literal["known", "sensed", "elevated", "both"]
+Resistances = Literal["coefficients", "forces", "coasted"]
 
 CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
 DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency", "recuperation_loss")
-ROAD = ("position", "accelerometer_slope", "elevation_slope")
+SENSED, ELEVATED = "accelerometer_slope", "elevation_slope"
+SLOPES: dict[Slopes, tuple[str, ...]] = {
+    "known": (), "sensed": (SENSED,), "elevated": (ELEVATED,), "both": (SENSED, ELEVATED)
+}  # fmt: skip
 ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
@@ -32,9 +37,9 @@ def road_load(
     driven: DriveSignal = "coasting",
     accelerometer: bool = False,
     located: bool = False,
-    sensed: bool = False,
-    elevated: bool = False,
+    slopes: Slopes = "known",
     specific_force: bool = False,
+    resistances: Resistances = "coefficients",
 ) -> Model:
     """The longitudinal model.
 
@@ -47,14 +52,15 @@ def road_load(
     ----------
     driven : measured drive: "coasting" (F = 0), "torque" (input drive_torque, N m) or "force" (input drive_force, N).
     accelerometer : the resistances are then computed from the measured speed (input ``speed``), and a second output is
-        the specific force f = (1 + k) (V' + g sin(grade)) + zero. M f + mr V' = F - Fd - Rr does not contain the slope,
-        so unknown hills hardly affect it. road_slope is the mean slope beyond the grade, uphill on the way out.
+        the specific force f = (1 + k) (V' + g sin(grade)) + zero; M f + mr V' = F - Fd - Rr does not contain the slope.
+        road_slope is the mean slope beyond the grade, uphill on the way out.
     located : the input ``position`` (m) increases in the direction of driving, and heading times position is the road's
-        coordinate, on which the grade then depends. It is an input and not the integral of the simulated speed, whose
-        error would shift the hills.
-    sensed, elevated : an accelerometer (input ``accelerometer_slope``) or a logged elevation (input
-        ``elevation_slope``) gives the slope beyond the known grade.
+        coordinate, on which the grade then depends. It is an input: integrating a wrong speed would shift the hills.
+    slopes : whether an accelerometer ("sensed", input ``accelerometer_slope``), a logged elevation ("elevated", input
+        ``elevation_slope``) or both give the slope beyond the known grade.
     specific_force : a second output is the specific force V' + g sin(grade) of the simulated motion.
+    resistances : stated as "coefficients" (an error of the mass changes the rolling resistance in N), as "forces" in N
+        (no change), or "coasted": from decelerations times the stated mass (the drag area changes as well).
 
     Returns
     -------
@@ -62,14 +68,13 @@ def road_load(
 
     Notes
     -----
-    Assumes that the car rolls forward: friction keeps its sign where the simulated speed becomes negative.
-    Inputs: grade, wind_speed (m/s), elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back,
-    0 unknown), temperature (K). wind_variance (m^2/s^2) is the variance of gusts, which increases the mean drag. The
-    state run_time (s since the log's start) starts at zero unless the drive's start states it. A located car's context
-    also has road_begin and road_end (m), the range of the runs.
+    Assumes that the car rolls forward: friction keeps its sign below zero speed. Inputs: grade, wind_speed (m/s),
+    elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back, 0 unknown), temperature (K); of a
+    located car also road_begin and road_end (m), the range of the runs. wind_variance (m^2/s^2) is the variance of
+    gusts, which increases the mean drag. The state run_time (s since the log's start) starts at zero unless stated.
     Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
     """
-    road = [n for n, there in zip(ROAD, (located, sensed, elevated), strict=True) if there]
+    road = [*(["position"] if located else []), *SLOPES[slopes]]
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         state = e.state("speed", 15.0)
@@ -79,7 +84,7 @@ def road_load(
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
         force = _drive_force(e, u, driven, speed)
-        rate = (force - _resistance(e, u, speed, grade) - e(climb, mass=e.p.mass, grade=grade)) / (
+        rate = (force - _resistance(e, u, speed, grade, resistances) - e(climb, mass=e.p.mass, grade=grade)) / (
             e.p.mass + e.p.rotating_mass
         )
         e.integrate(speed=rate)
@@ -117,19 +122,21 @@ def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number
     return e("drive_force", value=u.drive_force) if driven == "force" else 0.0
 
 
-def _resistance(e: ModelBuilder, u: Signals, speed: Number, grade: Number) -> Number:
+def _resistance(e: ModelBuilder, u: Signals, speed: Number, grade: Number, stated: Resistances) -> Number:
     """Sum of all resistances except the slope, N."""
     p = e.p
+    mass = e("road_load_mass", value=p.mass) if stated == "forces" else p.mass
+    drag_area = e("coasted_drag_area", value=p.drag_area) if stated == "coasted" else p.drag_area
     day = {"elapsed": u.elapsed, "run_time": e.state("run_time"), "speed": speed}
     wind = e("wind_speed", value=u.wind_speed)
-    drag = e(air, air_density=p.air_density, drag_area=p.drag_area, wind=wind, **day)
+    drag = e(air, air_density=p.air_density, drag_area=drag_area, wind=wind, **day)
     day |= {"sense": FORWARD, "share": 1.0}
-    drag = drag + e(gust_drag, air_density=p.air_density, drag_area=p.drag_area, wind_variance=p.wind_variance)
+    drag = drag + e(gust_drag, air_density=p.air_density, drag_area=drag_area, wind_variance=p.wind_variance)
     tires = e(
         rolling,
         rolling_resistance=p.rolling_resistance,
         rolling_speed=p.rolling_speed,
-        load=p.mass * GRAVITY / sqrt(1.0 + grade**2),
+        load=mass * GRAVITY / sqrt(1.0 + grade**2),
         **day,
     )
     spin = e(driveline, driveline_drag=0.0, driveline_viscous=0.0, **day)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.physics.models.road_load import Slopes
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades
@@ -32,6 +33,13 @@ class DriveRoads:
     def inputs(self) -> tuple[str, ...]:
         """Names of the channels with the slopes."""
         return ((SENSED_SLOPE,) if self.sensed else ()) + ((ELEVATION_SLOPE,) if self.elevated else ())
+
+    @property
+    def measured(self) -> Slopes:
+        """Which sensors measured the slopes, for the model."""
+        if self.sensed and self.elevated:
+            return "both"
+        return "sensed" if self.sensed else "elevated" if self.elevated else "known"
 
     def channels(self, logs: Sequence[Log]) -> tuple[Log, ...]:
         """The logs with these slopes, each (n,) and uphill positive, as additional channels."""

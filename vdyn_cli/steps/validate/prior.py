@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vdyn_cli.inference import Unknown
+from vdyn_cli.physics.models.road_load import Resistances
 from vdyn_cli.physics.models.vehicle_defaults import Completed, complete
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
@@ -50,6 +51,7 @@ FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior m
 LEAST = 0.02  # lower bound of a positive parameter over its prior mean
 NEAR = 5.0  # standard deviations about the prior mean, bounds of a point of linearization
 TURNING_SHARE = 0.035  # rotating mass of the wheels over the mass, where no inertia is given
+COASTED = "coastdown"  # the step that estimates both resistances from decelerations and the stated mass
 DERIVED = ("cg_to_front", "drag_area")  # derived exactly from given parameters
 STEP = 1e-3  # standard deviations, step of the numerical derivatives of derived parameters
 ALMOST = 1e-6  # least eigenvalue of a correlation matrix, so that it can be inverted
@@ -104,6 +106,14 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
         assumed["rotating_mass"] = f"{100 * TURNING_SHARE:.1f} % of the mass, typical for wheels"
     return _propagated(known, wanted, full, assumed)
+
+
+def resistances(known: Parameters) -> Resistances:
+    """How the rolling resistance and the drag area of a car on the road were determined (``road_load``)."""
+    if "rolling_resistance" not in known:
+        return "forces"
+    sources = {known[n].source for n in ("rolling_resistance", "drag_area") if n in known}
+    return "coasted" if sources == {COASTED} else "coefficients"
 
 
 def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) -> ParameterPrior:

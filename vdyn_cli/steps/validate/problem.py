@@ -50,7 +50,7 @@ from vdyn_cli.steps.validate.open_road import road_findings
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts
 from vdyn_cli.steps.validate.posterior import posterior
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
-from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, with_accepted_effects
+from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, resistances, with_accepted_effects
 from vdyn_cli.steps.validate.result import result
 from vdyn_cli.steps.validate.segments import (
     RUN_START,
@@ -148,9 +148,12 @@ class ValidateProblem(SimulatedProblem):
         """The model that simulates the drives; its laws can read the start time of the run."""
         s = self.spec.settings
         if s.model == "road_load":
-            sensed, elevated = bool(self.roads.sensed), bool(self.roads.elevated)
             compared = "acceleration" in _sensors(self).channels
-            return _timed(road_load("torque", sensed=sensed, elevated=elevated, specific_force=compared))
+            return _timed(
+                road_load(
+                    "torque", slopes=self.roads.measured, specific_force=compared, resistances=resistances(self.known)
+                )
+            )
         if has_two_motors(self.spec, self.logs) and s.differential == "locked":
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
