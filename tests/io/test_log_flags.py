@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tests.io.test_channel_quality import LEGITIMATE, drive
 from vdyn_cli.io.quality.log_flags import flags
+from vdyn_cli.io.quality.regular_segments import rounded_line
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 
@@ -101,6 +102,20 @@ def test_a_straight_line_in_one_channel_is_found() -> None:
     ((channel, test, first, stop),) = found(channels)
     assert (channel, test) == ("acceleration", "straight_line")
     assert abs(first - 700) + abs(stop - 900) <= 3
+
+
+SCATTERED = (102, 101, 99.5, 98, 96.5, 94.5, 93, 91.5, 90.5, 88.5, 87.5, 86, 84.5, 83, 82, 80.5, 79.5)
+IDLING = (-0.5, 0, 0, 0, 0, -0.5, 0, -0.5, 0, -0.5, 0, 0, 0, 0, 0.5, 0)
+
+
+@pytest.mark.parametrize("values", [SCATTERED, IDLING])
+def test_a_slow_torque_in_coarse_steps_is_no_rounded_line(values: tuple[float, ...]) -> None:
+    """Each value lies within a quantum of a line, but the steps between them differ by more than rounding does."""
+    torque = np.array(values)
+    rows = np.arange(torque.size, dtype=float)
+    assert not rounded_line((0.1 * rows, rows), torque, 0.5)
+    filled = np.round(np.interp(rows, rows[[0, 6, -1]], [102.0, 97.3, 79.5]) / 0.5) * 0.5
+    assert rounded_line((0.1 * rows, rows), filled, 0.5)
 
 
 def test_a_parked_car_is_at_rest_and_not_frozen() -> None:

@@ -22,6 +22,7 @@ from vdyn_cli.io.quality.regular_segments import (
     merged,
     nearly_straight,
     quantum,
+    rounded_line,
     spans,
     straight,
 )
@@ -72,6 +73,10 @@ class _Sampled:
         tolerance = QUALITY.flat_step * self.resolution
         by_rows = straight(np.arange(self.time.size, dtype=float), self.values, tolerance)
         return by_rows | straight(self.time, self.values, tolerance)
+
+    def places(self, a: int, b: int) -> tuple[Array, Array]:
+        """Times and row numbers of a segment, over either of which a logger may interpolate."""
+        return self.time[a:b], np.arange(a, b, dtype=float)
 
     @cached_property
     def resting(self) -> Continuation:
@@ -344,6 +349,7 @@ def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, s
             and np.ptp(values[a:b]) > 0.0
             and channel.breaks_off(a, b)
             and _on_chord(channel, a, b)
+            and rounded_line(channel.places(a, b), values[a:b], channel.resolution)
         ):
             yield a, b, "straight_line", f"follows a straight line for {time[b - 1] - time[a]:.3g} s"
 
@@ -351,7 +357,7 @@ def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, s
 def _on_chord(channel: _Sampled, a: int, b: int) -> bool:
     """Whether most of a segment lies on one chord: it may bend once, at a true value among interpolated ones."""
     v = channel.values[a:b]
-    for place in (channel.time[a:b], np.arange(a, b, dtype=float)):
+    for place in channel.places(a, b):
         line = v[0] + (place - place[0]) / (place[-1] - place[0]) * (v[-1] - v[0])
         if np.mean(np.abs(v - line) <= 2.0 * channel.resolution) > 0.5:
             return True

@@ -81,6 +81,11 @@ class QualityPolicy:
         1.0, "quanta", "distance from the chord of six values, up to which they are on a straight line",
         "The value and each end of the chord are rounded by at most half a quantum.",
     )  # fmt: skip
+    line_bends: float = threshold(
+        0.1, "of the samples", "of a segment whose steps differ by more than a quantum, up to which it is a line",
+        "Rounded equal steps differ by at most one quantum; only a true value among interpolated ones bends the line. "
+        "Noise of 0.4 quanta makes a fifth of all steps differ by more.",
+    )  # fmt: skip
     standing_speed: float = threshold(
         0.5, "m/s", "below which the car is at standstill, so that a constant channel is not a fault",
         "Wheel speed sensors give no pulses below some 2 km/h.",

@@ -46,6 +46,22 @@ def straight(place: Array, values: Array, tolerance: float) -> Mask:
     return np.concatenate([np.zeros(LINE, dtype=bool), good])
 
 
+def rounded_line(places: Sequence[Array], values: Array, resolution: float) -> bool:
+    """Whether a segment can be a rounded line: equal steps, rounded, differ by at most one quantum.
+
+    Coarse values with little noise scatter by two quanta, as a slow torque in steps of 0.5 N m does.
+
+    Parameters
+    ----------
+    places : (n,) times, and row numbers, either of which may be evenly stepped. values : (n,). resolution : quantum.
+    """
+    shares = []
+    for place in places:
+        level = values - np.polyval(np.polyfit(place - place[0], values, 1), place - place[0])
+        shares.append(np.mean(np.abs(np.diff(level, 2)) > 1.5 * resolution))
+    return bool(min(shares) <= QUALITY.line_bends)
+
+
 def spans(flags: Mask) -> Spans:
     """First index, and index after the last, of each segment of true flags (n,)."""
     edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
