@@ -20,6 +20,8 @@ from vdyn_cli.quantities.result_schema import ResultDocument
 from vdyn_cli.report.cut_table import cut_sentence, cut_table
 from vdyn_cli.steps import load_step
 
+SPLIT = (("20 s", "25 s"), ("29 s", "30 s"))
+
 
 def frozen_sweep(root: Path, folder: Path, **keys: object) -> Path:
     """The tire sample with one log whose vehicle speed is frozen for two seconds."""
@@ -103,6 +105,20 @@ def test_a_drive_is_split_at_a_long_cut_of_its_torque_and_a_short_one_is_bridged
     assert found.logs[1].time[0] > 25.0
     assert np.isfinite(found.logs[1]["drive_torque"]).all()
     assert len(found.quality.ledger) == 2
+
+
+def test_a_part_with_fewer_rows_than_the_step_needs_is_left_out(root: Path, tmp_path: Path) -> None:
+    """At 10 Hz the 4 s between two cuts have 40 rows; a drive needs 50."""
+    path = described(tmp_path, root, "validate")
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    (run,) = description["runs"] = description["runs"][:1]
+    lines = (root / "sample_logs" / run["log"]).read_text(encoding="utf-8").splitlines()
+    rate = 0.1 / float(np.diff([float(x.split(",")[0]) for x in lines[-50:]]).mean())
+    (tmp_path / "slow.csv").write_text("\n".join([lines[0], *lines[1 :: round(rate)]]) + "\n", encoding="utf-8")
+    run |= {"log": "slow.csv", "cuts": [{"channel": "drive_torque", "from": a, "to": b} for a, b in SPLIT]}
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    found = gather(load_step("validate"), path)
+    assert [round(log.time[0]) for log in found.logs] == [0, 30]
 
 
 @pytest.mark.parametrize(("cut", "left"), [([40, 41], 0), ([40, 41, 42], 0), ([40, 41, 42, 43, 44, 45], 6)])

@@ -23,8 +23,8 @@ def split_runs(step: Step, spec: S, cut: Sequence[CutLog], ready: Callable[[Log]
     """The description and logs with a separate run for each part between long cuts, and short cuts interpolated.
 
     Runs are split at cuts longer than ``longest_bridge`` of the step's complete and unbroken channels; parts shorter
-    than ``shortest_part`` are left out. Shorter cuts of complete channels are interpolated linearly. All other cuts
-    remain missing samples.
+    than ``shortest_part``, or with fewer rows than the step needs, are left out. Shorter cuts of complete channels are
+    interpolated linearly. All other cuts remain missing samples.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def split_runs(step: Step, spec: S, cut: Sequence[CutLog], ready: Callable[[Log]
     """
     runs, logs = [], []
     for run, one in zip(spec.runs, cut, strict=True):
-        parts = _parts(one, (*step.complete, *step.unbroken))
+        parts = _parts(one, (*step.complete, *step.unbroken), step.fewest_rows)
         for start, stop in parts:
             part = one.between(start, stop)
             findings = one.log.findings if (start, stop) == parts[0] else ()
@@ -82,7 +82,7 @@ def _counted(samples: int) -> str:
     return f"{samples} cut samples are" if samples > 1 else "1 cut sample is"
 
 
-def _parts(one: CutLog, unbroken: Sequence[str]) -> list[tuple[float, float]]:
+def _parts(one: CutLog, unbroken: Sequence[str], fewest: int) -> list[tuple[float, float]]:
     """First and last time of each part of a run; empty if it is not split."""
     time = one.log.time
     holes = [hole for hole in _joined(one) if _breaks(hole, one, unbroken)]
@@ -91,7 +91,7 @@ def _parts(one: CutLog, unbroken: Sequence[str]) -> list[tuple[float, float]]:
     parts, begin = [], 0
     for start, stop in [*holes, (np.inf, np.inf)]:
         end = int(np.searchsorted(time, start, "left"))
-        if end - begin >= 2 and time[end - 1] - time[begin] >= QUALITY.shortest_part:
+        if end - begin >= fewest and time[end - 1] - time[begin] >= QUALITY.shortest_part:
             parts.append((float(time[begin]), float(time[end - 1])))
         begin = max(begin, int(np.searchsorted(time, stop, "right")))
     return parts

@@ -333,6 +333,7 @@ class Step:
     complete : channels that must have a value in every row: short cuts are interpolated linearly, and the run is split
         at long ones. All other cut samples reach the step as missing values (NaN), which it leaves out.
     unbroken : further channels at whose long cuts the run is split.
+    fewest_rows : samples of a part of a split run, with fewer of which it is left out.
     situations : tags of the candidate effects (``effects.SITUATIONS``, or the step's own); empty: every effect whose
         laws its model calls.
     reads : keys of the vehicle and the air that the step reads in addition to ``needs``; None: any of them.
@@ -359,6 +360,7 @@ class Step:
     diagnosable: Diagnosable | None = None
     complete: tuple[str, ...] = ()
     unbroken: tuple[str, ...] = ()
+    fewest_rows: int = 2
     situations: frozenset[str] = frozenset()
     reads: tuple[str, ...] | None = None
     run_keys: tuple[str, ...] | None = None
