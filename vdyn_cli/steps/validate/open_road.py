@@ -179,11 +179,10 @@ def _holding(
     context = {"heading": 0.0, "temperature": temperature, RUN_START: 0.0}
     seen = []
     for torque in (0.0, TEST_TORQUE):
-        inputs = {**dict.fromkeys(setup.model.inputs, 0.0), "elapsed": WARM, "run_time": WARM, "drive_torque": torque}
+        inputs = {**dict.fromkeys(setup.model.inputs, 0.0), "elapsed": WARM, "drive_torque": torque}
         inputs = {n: inputs[n] for n in setup.model.inputs}
-        drive = Drive(
-            np.array([0.0, INSTANT]), inputs, {"speed": speed}, setup.point.car.inputs.air(temperature), context
-        )
+        air = setup.point.car.inputs.air(temperature)
+        drive = Drive(np.array([0.0, INSTANT]), inputs, {"speed": speed, "run_time": WARM}, air, context)
         one = simulator(drive, [solution.values[n] for n in names])
         seen.append((float(one.outputs["speed"][-1] - speed), one.sensitivities["speed"][-1]))
     (coasting, coast_slopes), (pulled, pull_slopes) = seen
