@@ -42,6 +42,7 @@ def test_what_the_user_states_decides():
     assert judge(strategy, limits=Limits(output=0.05, noise=1.0, stated=True)).verdict == "adequate"
 
 
+@pytest.mark.slow
 def test_an_unexplained_remainder_of_trivial_size_leaves_the_model_adequate():
     campaign = replace(SMALL, hidden={"bump": 0.1})
     strategy = open_strategy(campaign.setup(*CATALOGUE))

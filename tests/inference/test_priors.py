@@ -10,6 +10,7 @@ import pytest
 from vdyn_cli.inference import Regression, Rows, Unknown, solve
 
 
+@pytest.mark.slow
 def test_zeros_known_only_by_their_prior_widen_the_interval() -> None:
     """y = level + zero of the run + noise: the level cannot be better than the zeros' spread over root of runs."""
     rng = np.random.default_rng(1)

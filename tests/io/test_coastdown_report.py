@@ -89,7 +89,9 @@ def test_wrong_levels_are_refused_and_the_right_ones_named(
     assert "[100 km/h, 90 km/h, 80 km/h, 70 km/h, 60 km/h]" in str(caught.value)
 
 
-@pytest.mark.parametrize("files", [{"report.csv": TWO}, {"high.csv": TWO[:1], "low.csv": TWO[1:]}])
+@pytest.mark.parametrize(
+    "files", [{"report.csv": TWO}, pytest.param({"high.csv": TWO[:1], "low.csv": TWO[1:]}, marks=pytest.mark.slow)]
+)
 def test_init_drafts_a_description_that_finds_the_truth(files: dict[str, list[np.ndarray]], tmp_path: Path) -> None:
     for name, groups in files.items():
         (tmp_path / name).write_text(report(groups, 16 // len(files) + 1))

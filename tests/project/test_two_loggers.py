@@ -85,6 +85,7 @@ def test_check_lists_the_clocks(described: Path) -> None:
     assert abs(pair.delay) < 4.0 * pair.delay_std
 
 
+@pytest.mark.slow
 def test_two_channels_are_named_by_a_list(described: Path) -> None:
     named = described.with_name("named.yaml")
     named.write_text(TEXT + "align_on: [speed, acceleration]\n")

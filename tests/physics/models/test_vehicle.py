@@ -195,6 +195,7 @@ def test_a_moving_start_rolls_freely() -> None:
     assert np.ptp(found.outputs["speed"]) / 0.2 == pytest.approx(-expected / inertia, rel=0.05)
 
 
+@pytest.mark.slow
 def test_torques_of_the_sides_are_those_of_the_axle(tipped_in: Simulated) -> None:
     """With half-shafts alike the side gears stand still against each other, as do two motors."""
     alike = {

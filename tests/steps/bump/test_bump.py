@@ -88,6 +88,7 @@ def bound() -> dict[str, float]:
     return plant.information(VEHICLE, SEED).bound()
 
 
+@pytest.mark.slow
 def test_springs_dampers_and_tires_are_recovered_near_the_bound(bound: dict[str, float]) -> None:
     result = run()
     for name, truth in plant.truth(VEHICLE).items():
@@ -245,6 +246,7 @@ def test_cg_to_rear_serves_as_well() -> None:
     assert found["cg_to_front"].std == 2e-3
 
 
+@pytest.mark.slow
 def test_an_effect_can_be_added_and_is_found() -> None:
     data = BumpData(logs(effects={"asymmetric_damping": 0.3}))
     plain = STEP.estimate(SPEC, data, known())

@@ -97,6 +97,7 @@ def test_a_car_that_does_not_pitch_has_height_and_position_without_inertia() -> 
         assert low < getattr(vehicle, name) < high < low + 0.05, name
 
 
+@pytest.mark.slow
 def test_the_uncertainty_of_given_numbers_is_carried_over() -> None:
     vehicle = random_vehicle(3)
     data = logs(vehicle, 3)
@@ -106,6 +107,7 @@ def test_the_uncertainty_of_given_numbers_is_carried_over() -> None:
 
 
 # Where the rear is not weighed, the heave's noise is held after three rounds: it then depends a little on the start.
+@pytest.mark.slow
 @pytest.mark.parametrize(("loads", "share"), [(("front_load", "rear_load"), 0.01), (("front_load",), 0.1)])
 def test_a_fit_ends_at_the_same_values_wherever_it_begins(loads: tuple[str, ...], share: float) -> None:
     vehicle = random_vehicle(5)

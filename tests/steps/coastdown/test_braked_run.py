@@ -18,7 +18,9 @@ def braked(case: Case) -> Case:
     return Case(case.vehicle, case.day, (case.runs[0], slower, *case.runs[2:]))
 
 
-@pytest.mark.parametrize("window", [("100 km/h", "20 km/h"), ("50 km/h", "20 km/h")])
+@pytest.mark.parametrize(
+    "window", [("100 km/h", "20 km/h"), pytest.param(("50 km/h", "20 km/h"), marks=pytest.mark.slow)]
+)
 def test_a_braked_run_is_out_whatever_the_window(window: tuple[str, str]) -> None:
     case = drive(3, drawn_day("clean", 3))
     assert len(estimated(case, False, speed_window=window).fit.runs) == len(case.runs)

@@ -127,12 +127,14 @@ def test_an_accelerometer_takes_the_slope_out(seed: int) -> None:
         assert seeing.parameters[name].std < 0.75 * blind.parameters[name].std
 
 
+@pytest.mark.slow
 def test_an_accelerometer_on_a_flat_road_does_no_harm() -> None:
     blind, seeing = (solve_day(REFERENCE, 7, FELT, channels=c) for c in (("speed",), ("speed", "acceleration")))
     for name in MAIN:
         assert seeing.parameters[name].value == pytest.approx(blind.parameters[name].value, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_known_grade_is_reckoned_with() -> None:
     runs = coast.campaign(REFERENCE, 8, coast.DAY, {"road_grade": 0.004})
     logs = [

@@ -258,6 +258,7 @@ def test_a_cause_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
     assert made["road_load_f1"]["value"] > 0.5 * vehicle.mass * 9.80665 * 2e-4
 
 
+@pytest.mark.slow
 def test_a_stricter_level_is_kept(tmp_path: Path) -> None:
     path = described(tmp_path, {"headwind": 2.0})
     made = document(path, "--level", "1e-5")

@@ -29,6 +29,7 @@ def half(interval: tuple[float, float]) -> float:
     return 0.5 * (interval[1] - interval[0])
 
 
+@pytest.mark.slow
 def test_the_gusts_show_the_mean_wind(fits: tuple[RoadLoadFit, RoadLoadFit]) -> None:
     calm, windy = (likely_crosswind(fit) for fit in fits)
     assert calm < 1.2

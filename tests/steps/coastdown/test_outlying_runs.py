@@ -60,6 +60,7 @@ def test_a_step_of_the_force_is_found_at_its_run() -> None:
     assert np.mean([f.force for f in right]) == pytest.approx(45.0, abs=2.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trend", ["none", "warming", "steady rise"])
 def test_no_step_is_found_where_there_is_none(trend: str) -> None:
     random = np.random.default_rng(2)

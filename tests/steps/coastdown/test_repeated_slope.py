@@ -66,7 +66,7 @@ def test_places_that_one_direction_did_not_pass_have_no_known_hill() -> None:
     assert not np.any(hill[20:])
 
 
-@pytest.mark.parametrize("seed", [3, 5])
+@pytest.mark.parametrize("seed", [3, pytest.param(5, marks=pytest.mark.slow)])
 def test_runs_over_steep_hills_are_used_where_the_position_is_logged(seed: int) -> None:
     case = hilly(seed)
     found = estimated(case, True)
@@ -75,6 +75,7 @@ def test_runs_over_steep_hills_are_used_where_the_position_is_logged(seed: int) 
         assert found.parameters[name].value == pytest.approx(case.truth[name], rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 5])
 def test_a_braked_run_on_such_a_road_is_left_out(seed: int) -> None:
     case = hilly(seed)

@@ -37,6 +37,7 @@ def test_an_undulating_road_is_no_gust_and_no_resistance() -> None:
     assert all(covers(result, case, name) for name in MAIN)
 
 
+@pytest.mark.slow
 def test_the_way_back_is_found_on_the_road_of_the_way_out() -> None:
     case = messy_day.drive(4, ROUGH)
     turn = prepared(case, position=False).problem.placed.turn  # type: ignore[attr-defined]
@@ -44,6 +45,7 @@ def test_the_way_back_is_found_on_the_road_of_the_way_out() -> None:
     assert turn == pytest.approx(starts["back"] - starts["out"], abs=100.0)
 
 
+@pytest.mark.slow
 def test_a_level_road_widens_the_interval_a_little() -> None:
     case = messy_day.drive(4, replace(SHORT, rms=0.0))
     fit = prepared(case, position=False).problem.placed  # type: ignore[attr-defined]
@@ -54,6 +56,7 @@ def test_a_level_road_widens_the_interval_a_little() -> None:
         assert with_road.solution.std[name] < 1.75 * without.solution.std[name]
 
 
+@pytest.mark.slow
 def test_a_profile_over_the_logged_position_can_be_published() -> None:
     case = messy_day.drive(5, replace(ROUGH, rms=0.003))
     effect = next(e for e in catalogue() if e.name == "grade_profile")

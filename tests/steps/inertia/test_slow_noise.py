@@ -85,6 +85,7 @@ def test_a_run_too_short_for_blocks_stays_as_it_is() -> None:
     assert with_slow_acceleration(runs, drives, plant.known(HEAVY)) == runs
 
 
+@pytest.mark.slow
 def test_a_noisy_accelerometer_makes_no_wheel_lighter() -> None:
     found = []
     for seed in range(1, 7):

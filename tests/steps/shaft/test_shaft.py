@@ -276,6 +276,7 @@ def test_the_fit_without_effects_is_made_once(monkeypatch: pytest.MonkeyPatch) -
     assert len(fits) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "count"), [(0.0, 2), (0.4, 1)])
 def test_a_free_law_over_a_rate_needs_a_rate_less_noisy_than_its_knots(noise: float, count: int) -> None:
     """Noisy readings choose their knot by their noise: clean logs were then told to lack a law over the rate."""

@@ -106,7 +106,14 @@ def test_the_gradient_is_that_of_the_cost() -> None:
         assert gradient[i] == pytest.approx((above - below) / (2 * step), rel=2e-3)
 
 
-@pytest.mark.parametrize("names", [CHANNELS, ("shaft_torque", "twist"), ("shaft_torque", "motor_speed", "wheel_speed")])
+@pytest.mark.parametrize(
+    "names",
+    [
+        CHANNELS,
+        pytest.param(("shaft_torque", "twist"), marks=pytest.mark.slow),
+        pytest.param(("shaft_torque", "motor_speed", "wheel_speed"), marks=pytest.mark.slow),
+    ],
+)
 def test_stiffness_and_damping_from_whatever_was_logged(names: tuple[str, ...]) -> None:
     for seed in (1, 2):
         vehicle = random_vehicle(seed)
@@ -122,6 +129,7 @@ def test_stiffness_and_damping_from_whatever_was_logged(names: tuple[str, ...]) 
             assert std[1] < 2.5 * bound["shaft_damping_left"]
 
 
+@pytest.mark.slow
 def test_plain_least_squares_loses_damping_to_the_noise_of_the_rate() -> None:
     lost, kept = [], []
     for seed in range(1, 5):

@@ -68,6 +68,7 @@ def test_a_value_without_a_standard_deviation_is_held() -> None:
     assert estimated({"priors": {"tire_E": 0.25}}).parameters["tire_E"].value == pytest.approx(0.25, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_value_of_a_parameter_file_is_no_prior() -> None:
     told = estimated({}, given("tire_C", CAR.tire_C + 0.1, 0.002, source="tire"))
     assert told.parameters["tire_C"].value == pytest.approx(estimated({}).parameters["tire_C"].value)

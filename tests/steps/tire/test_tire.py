@@ -41,7 +41,7 @@ def run(vehicle: Vehicle, seed: int, **options: object) -> Result:
     return STEP.estimate(SPEC, logs(vehicle, seed, **options), known(vehicle))
 
 
-@pytest.mark.parametrize("seed", [1, 4, 9])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (4, 9))])
 def test_the_curve_is_recovered_near_the_bound(seed: int) -> None:
     vehicle = random_vehicle(seed)
     result = run(vehicle, seed)
@@ -74,6 +74,7 @@ def test_least_squares_on_noisy_slip_flattens_the_curve_and_this_does_not() -> N
     assert slope.interval95[0] < vehicle.tire_longitudinal_stiffness < slope.interval95[1]
 
 
+@pytest.mark.slow
 def test_a_peak_out_of_reach_leaves_the_slope_alone() -> None:
     vehicle = random_vehicle(7)
     result = run(vehicle, 7, peak=False)
@@ -86,6 +87,7 @@ def test_a_peak_out_of_reach_leaves_the_slope_alone() -> None:
     assert set(result.withheld) == set(SHAPE)
 
 
+@pytest.mark.slow
 def test_the_radius_deviation_is_carried_into_the_slope() -> None:
     vehicle = random_vehicle(2)
     wrong = vehicle.but(wheel_radius=vehicle.wheel_radius * 1.02)
@@ -164,6 +166,7 @@ def test_the_curve_without_effects_is_fitted_once(monkeypatch: pytest.MonkeyPatc
     assert len(fits) == 1
 
 
+@pytest.mark.slow
 def test_zeros_of_the_force_that_scatter_between_sweeps_are_not_in_the_curve() -> None:
     vehicle = random_vehicle(2)
     plain = logs(vehicle, 2)
@@ -179,6 +182,7 @@ def test_zeros_of_the_force_that_scatter_between_sweeps_are_not_in_the_curve() -
     assert low < vehicle.tire_D < high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 3])
 def test_intervals_hold_every_curve_that_sweeps_to_the_peak_do_not_reject(seed: int) -> None:
     vehicle = Vehicle(tire_B=9.5, tire_C=1.435, tire_D=0.93, tire_E=0.25)

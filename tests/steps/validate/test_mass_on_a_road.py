@@ -110,6 +110,7 @@ def test_gears_that_take_their_share_under_recuperation_are_no_finding(tmp_path:
     assert diagnosed(tmp_path, car, drives(car, 8), seed=8).verdict == "adequate"
 
 
+@pytest.mark.slow
 def test_a_speed_of_driven_wheels_is_named(tmp_path: Path) -> None:
     logs = dict(drives(CAR, 9))
     logs["speed"] = logs["wheel"]
@@ -127,6 +128,7 @@ def test_a_wrong_zero_of_the_accelerometer_is_named(tmp_path: Path) -> None:
     assert set(answers) == {"accelerometer_offset", "accelerometer_tilt"}
 
 
+@pytest.mark.slow
 def test_a_small_zero_of_the_accelerometer_is_no_finding(tmp_path: Path) -> None:
     assert diagnosed(tmp_path, CAR, drives(CAR, 7), seed=7, zero=0.02).verdict == "adequate"
 
@@ -168,6 +170,7 @@ def test_a_late_torque_is_found(tmp_path: Path) -> None:
     assert {"torque_delay", "speed_delay"} <= named
 
 
+@pytest.mark.slow
 def test_a_latency_that_changes_no_prediction_is_a_note(tmp_path: Path) -> None:
     found = _late(20, tmp_path)
     assert found.verdict == "adequate"
@@ -196,6 +199,7 @@ def test_more_drag_is_named_alone_beside_a_filtered_speed(tmp_path: Path) -> Non
     assert "is part of the fit" in found.sentence
 
 
+@pytest.mark.slow
 def test_a_zero_beyond_its_plausible_range_is_stated_where_the_drives_are_missed(tmp_path: Path) -> None:
     hub = replace(CAR, ratio=1.0)
     logs = dict(drives(hub, 12, 4, 150.0))

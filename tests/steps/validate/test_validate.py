@@ -46,6 +46,7 @@ def numbers(result: Result) -> Any:
     return result.extra["validation"]
 
 
+@pytest.mark.slow
 def test_with_the_true_parameters_every_output_stays_within_its_band(right: Result) -> None:
     found = numbers(right)
     assert found["verdict"] == "inside"
