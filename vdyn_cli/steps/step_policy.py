@@ -125,6 +125,10 @@ class StepPolicy:
         3.0, "standard errors", "from zero of the share of a logged elevation that decelerations show, to use it",
         "With less, a third of the grade would be noise of the elevation.",
     )  # fmt: skip
+    elevation_least: float = threshold(
+        0.5, "share of the grade", "by a logged elevation that decelerations must show, to use it",
+        "Below, most of the grade is drift of the elevation, which its error does not include.",
+    )  # fmt: skip
     grade_doubt: float = threshold(
         3.0, "standard errors", "from one of the share of a stated grade that decelerations show, to doubt the grade",
         "The confidence of other doubts about the data: by chance once in 400.",

@@ -183,7 +183,7 @@ def _over_common_law(
     column = np.array([ways.index(str(d)) for d in directions])
     constants = np.eye(len(ways))[np.repeat(column, [v.size for v in speeds])]
     design = np.column_stack([constants, np.concatenate(speeds) ** 2])
-    law = _least_absolute_deviations(design, np.concatenate(values))
+    law = least_absolute_deviations(design, np.concatenate(values))
     level = _levels(law[:-1], column, [v - law[-1] * u**2 for u, v in zip(speeds, values, strict=True)])
     found = []
     for segment, (time, speed, value), c, direction in zip(segments, seen, column, directions, strict=True):
@@ -233,8 +233,13 @@ def _places(segment: CoastSegment, direction: str | None, time: Array) -> Array 
     return first + heading * np.interp(time, log.time, cumulative_integral(log.time, log["speed"]))
 
 
-def _least_absolute_deviations(design: Array, values: Array) -> Array:
-    """Coefficients of least absolute deviations, by iteratively reweighted least squares."""
+def least_absolute_deviations(design: Array, values: Array) -> Array:
+    """Coefficients (k,) of least absolute deviations, by iteratively reweighted least squares.
+
+    Parameters
+    ----------
+    design : (n, k). values : (n,).
+    """
     weight = np.ones(values.size)
     for _ in range(ROUNDS):
         root = np.sqrt(weight)

@@ -6,7 +6,8 @@ Least squares over bins of 2 s of all runs together::
 
 b is one (a few per cent less because of the rotating mass) where the grade is correct, near zero where it belongs to
 another place, and minus one where its sign or the direction of the position is wrong. Its standard error comes from
-the jackknife over runs.
+the jackknife over runs. Bins far from a fit of least absolute deviations are left out: a driver who brakes at the same
+place in every run imitates a slope there.
 """
 
 from __future__ import annotations
@@ -16,23 +17,27 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.coastdown.braking import least_absolute_deviations
 from vdyn_cli.steps.coastdown.road_run import RoadRun
 from vdyn_cli.steps.elevation_grade import ElevationGrade
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 BIN = 2.0  # s, as the fit averages
 FEWEST_RUNS, FEWEST_BINS = 3, 5  # two runs have no scatter, and a run fits three unknowns
+FAR = 5.0  # robust standard deviations of a bin's deceleration: normal noise exceeds them once in two million
 
 
 def shown_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
     """Share b of the module's equation and its standard error; None where too few runs have a varying grade."""
-    parts = [p for run in runs if (p := _rows(run)) is not None]
+    parts = _without_brakes([p for run in runs if (p := _rows(run)) is not None])
     if len(parts) < FEWEST_RUNS:
         return None
-    normal = [(x.T @ x, x.T @ y) for x, y in parts]
+    about = [(x - x.mean(axis=0), y - y.mean()) for x, y in parts]
+    normal = [(x.T @ x, x.T @ y) for x, y in about]
     left, right = np.array([n[0] for n in normal]), np.array([n[1] for n in normal])
     try:
         whole = np.linalg.solve(left.sum(axis=0), right.sum(axis=0))[0]
@@ -44,20 +49,30 @@ def shown_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
 
 
 def _rows(run: RoadRun) -> tuple[Array, Array] | None:
-    """Columns (-g grade, V, V^2) and V' of a run, without their means; None where it has too few bins."""
+    """Columns (-g grade, V, V^2) and V' of a run in its bins; None where it has too few or a constant grade."""
     grade = run.inputs["grade"]
     if not isinstance(grade, np.ndarray):
         return None
     bins = cut(run.time, BIN, run.part)
-    if bins.time.size < FEWEST_BINS:
-        return None
     time, speed, slope = bins.time, bins.mean(run.speed), bins.mean(grade)
     step = np.diff(time)
     near = step < 2.0 * BIN
     change, middle = np.diff(speed) / step, 0.5 * (speed[1:] + speed[:-1])
     x = np.column_stack([-GRAVITY * 0.5 * (slope[1:] + slope[:-1]), middle, middle**2])[near]
-    y = change[near]
-    return (x - x.mean(axis=0), y - y.mean()) if y.size >= FEWEST_BINS else None
+    return (x, change[near]) if near.sum() >= FEWEST_BINS else None
+
+
+def _without_brakes(parts: Sequence[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+    """The rows of each run within ``FAR`` of the common law by least absolute deviations, of runs with enough."""
+    if not parts:
+        return []
+    runs = np.repeat(np.arange(len(parts)), [y.size for _, y in parts])
+    design = np.column_stack([np.concatenate([x for x, _ in parts]), np.eye(len(parts))[runs]])
+    values = np.concatenate([y for _, y in parts])
+    off = np.abs(values - design @ least_absolute_deviations(design, values))
+    usual = off <= FAR * NORMAL_FROM_MEDIAN * float(np.median(off))
+    kept = [usual[runs == k] for k in range(len(parts))]
+    return [(x[k], y[k]) for (x, y), k in zip(parts, kept, strict=True) if k.sum() >= FEWEST_BINS]
 
 
 def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
@@ -92,7 +107,7 @@ def scaled_grades(
     runs : the coasts in the logs, with these grades.
     """
     shown = shown_share(runs)
-    if shown is None or shown[0] < STEP_POLICY.elevation_shown * shown[1]:
+    if shown is None or shown[0] < max(STEP_POLICY.elevation_shown * shown[1], STEP_POLICY.elevation_least):
         return None
     steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
     what = (

@@ -211,7 +211,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     campaign = _campaign(spec, tuple(runs), drive, given, use)
     findings = (*by_elevation, *assumptions(known), *direction_findings(spec.runs, sloped, segments, use))
     findings += accelerometer_findings(segments)
-    if drive == "coasting":
+    if drive == "coasting" and not grades:  # a grade by elevation was compared before
         findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, sloped, known, campaign, selection, zeros, findings)
 
