@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.effect_estimates import unbounded
@@ -16,7 +17,11 @@ from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, unknowns_and_chang
 
 CLEARLY = 10.0  # reduction of the cost by which a probe must fit better than no effect
 PROBED = 2  # every second probe is tried
+# Standard deviations of an adjusted twist, beyond which a corner of the law is tried: readings near a closer one are
+# adjusted to the flank that suits their noise, so that any corner there fits better than a straight line.
+PROBE_NOISE = 3.0
 ROUNDS, SETTLED = 5, 0.3  # of readjusting the readings, until no unknown changes by more standard deviations
+LAW = 3  # unknowns of an effect's law at most; with more, it is a profile
 BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
 
 
@@ -47,9 +52,11 @@ def combined_regression(sides: Mapping[str, Regression]) -> Regression:
 
 
 def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
-    """The regression of one side with effects, its readings adjusted at the fit with all of them.
+    """The regression of one side with effects, its readings adjusted at the fit with those whose laws are smooth.
 
-    Where the runs do not determine that fit, the readings are adjusted at the last fit that they determine.
+    Profiles, and corners that no probe shows, are held at zero there: their fit would follow the noise of the readings,
+    from which readings adjusted at it would then depend. Where the runs do not determine the fit, the readings are
+    adjusted at the last fit that they determine.
 
     Parameters
     ----------
@@ -58,10 +65,12 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
     start = fit.unknowns_at(linear)
     probed = _probed(fit, linear)
     whole = replace(fit, extra=unbounded(probed))
+    rough = {u for effect in fit.effects if effect.probes or len(effect.unknowns) > LAW for u in effect.unknowns}
+    held = {u.name: 0.0 for u in probed if u.name in rough and not u.start}
 
     def step(at: Array) -> tuple[Array, float]:
         try:
-            solution = solve(whole.frozen_regression(at), tolerance=ARRIVED)
+            solution = solve(restricted(whole.frozen_regression(at), held), tolerance=ARRIVED)
         except ResultError:
             return at, 0.0
         return unknowns_and_change(whole, at, solution)
@@ -81,7 +90,8 @@ def _probed(fit: ShaftFit, linear: Solution) -> tuple[Unknown, ...]:
         at = names.index(amplitude)
         least = ShaftFit(fit.runs, (effect,)).fit_holding_effects(linear)[1] - CLEARLY
         most = max(float(np.ptp(run.twist)) for run in fit.runs) / 2
-        for probe in (p for p in effect.probes[::PROBED] if p < most):
+        resolved = PROBE_NOISE * max(run.twist_error(linear.values["shaft_stiffness"]) for run in fit.runs)
+        for probe in (p for p in effect.probes[::PROBED] if resolved < p < most):
             tried = replace(fit.extra[at], start=probe)
             try:
                 cost = ShaftFit(fit.runs, (effect,), (tried,)).fit_holding_effects(linear)[1]

@@ -221,7 +221,7 @@ class ShaftFit:
         values[::2] = simulated.outputs["shaft_torque"] - run.torque
         if about is not None:
             values[::2] += to_twist * (run.twist - twist) + to_rate * (run.rate - rate)
-        values[1::2] = run.linked(run.twist, run.rate - theta[zero])
+        values[1::2] = run.linked(run.twist, run.rate - theta[zero]) + run.bend
         return ReadingConditions(run, values, to_twist, to_rate)
 
     @cached_property
@@ -252,8 +252,9 @@ def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:
 def unknowns_and_change(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
     """All unknowns at a solution, and the largest change of a shared one from ``at``, in standard deviations."""
     later = fit.unknowns_at(solution)
-    std = np.array([solution.std[n] for n in solution.names])
-    return later, float(np.max(np.abs(later - at)[: std.size] / std))
+    free = [i for i, u in enumerate(fit.regression.shared) if u.name in solution.values]
+    std = np.array([solution.std[fit.regression.shared[i].name] for i in free])
+    return later, float(np.max(np.abs(later - at)[free] / std))
 
 
 def _plain_stiffness(runs: Sequence[ShaftReadings]) -> float:

@@ -17,7 +17,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.shaft.combined_regression import regression_with_effects
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
-from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
+from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
 from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
 
 UNIT = "N m/rad"
@@ -75,7 +75,9 @@ class ShaftSide:
 
     @cached_property
     def rate_noise(self) -> tuple[float, ...]:
-        """Standard deviation of the adjusted rate of each run, rad/s.
+        """Standard deviation of the adjusted rate of each run, rad/s; without a logged twist, of the readings.
+
+        Without a twist, only the torque would improve the rates, by the damping that is to be tested.
 
         Raises
         ------
@@ -84,7 +86,10 @@ class ShaftSide:
         fit = self._fit((), ())
         at = fit.unknowns_at(even_if_refused(lambda: self.linear))
         rates = (fit.adjusted(k, fit.regression.local(at, k))[1] for k in range(len(self.runs)))
-        return tuple(white_level(rate, run.time) for run, rate in zip(self.runs, rates, strict=True))
+        return tuple(
+            white_level(rate, run.time) if run.noise[1] < UNREAD_TWIST else run.noise[2]
+            for run, rate in zip(self.runs, rates, strict=True)
+        )
 
     def drawn_bar(self, effects: Sequence[Effect]) -> tuple[float, float] | None:
         """Prior (mean, std) of the bar's stiffness from the drawing, N m/rad, if an effect in series is in the law."""
