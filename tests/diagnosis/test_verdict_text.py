@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vdyn_cli.diagnosis.part_record import law_clause
-from vdyn_cli.diagnosis.verdict_text import amplitude_text, remainder_sentence
+from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence
 from vdyn_cli.effects import catalogue
 from vdyn_cli.quantities.diagnosis import FaultyPart, PartLaw
 from vdyn_cli.quantities.parameters import Estimate
@@ -26,6 +26,17 @@ def test_the_size_follows_the_label(effect: str, value: float, half: float, says
     (name, quantity), *_ = found.unknowns.items()
     size = Estimate(value, half / 2, (value - half, value + half), quantity.unit, quantity.meaning, effect)
     assert f"{found.label}{amplitude_text(found, {name: size})}" == says
+
+
+PLURAL = (
+    "accelerometer_slope", "asymmetric_damping", "brake_drag", "brake_drag_fading", "degressive_damping",
+    "elevation_slope", "progressive_spring", "rear_load_delay", "series_compliance", "tire_enveloping", "tire_warmup",
+    "wheel_force_gain",
+)  # fmt: skip
+
+
+def test_the_verb_agrees_with_every_label_of_the_catalogue() -> None:
+    assert tuple(e.name for e in catalogue() if is_plural(e.label)) == PLURAL
 
 
 def test_a_remainder_is_readable_and_small_only_where_it_is() -> None:

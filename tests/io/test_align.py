@@ -95,7 +95,7 @@ def test_a_pure_coast_down_says_how_little_it_knows() -> None:
         (lambda v: -v, "one logger has the opposite sign: add 'sign: -1' to its channel"),
         (lambda v: 3.6 * v, "check the unit"),
         (lambda v: np.full(v.size, 20.0), "is constant"),
-        (lambda v: np.full(v.size, np.nan), "is constant"),
+        (lambda v: np.full(v.size, np.nan), "has 0 readings: 20 are needed"),
         (lambda v: np.random.default_rng(1).normal(size=v.size), "do not match at any delay"),
     ],
 )

@@ -22,6 +22,8 @@ PLAIN = (1e-3, 1e5)  # amplitudes that read as plain numbers in a sentence
 SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
 MANY_TIMES = 1.5  # a scale that is off by more is also stated as a factor
 SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
+ARTICLES = ("a", "an", "the")
+AFTER_THE_NOUN = ("that", "with", "in", "of", "from", "between")  # words after the noun that a label is about
 CLAUSE = ("that", "another")  # after a label with one of these words, the amplitude stands in brackets
 
 
@@ -184,8 +186,13 @@ def _explained(judgment: Judgment) -> str:
 
 
 def is_plural(label: str) -> bool:
-    """Whether a label such as "brakes that drag" or "wheel loads with a wrong gain" is a plural."""
-    return any(word.endswith("s") and not word.endswith("ss") for word in label.split()[:2])
+    """Whether a label such as "rear wheel loads that are logged late" is a plural.
+
+    The noun is the last word before the first of ``AFTER_THE_NOUN``; a label with "a" or "the" counts as singular.
+    """
+    words = label.split()
+    noun = words[next((i for i, word in enumerate(words) if word in AFTER_THE_NOUN), len(words)) - 1]
+    return words[0] not in ARTICLES and noun.endswith("s") and not noun.endswith("ss")
 
 
 def _compensated(gain: HeldOutGain | None) -> str:

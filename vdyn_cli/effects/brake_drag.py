@@ -8,7 +8,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="brakes that drag",
     signature="A force that is the same at every speed and in both directions slows the car.",
     alike=("rolling_resistance", "driveline_drag", "torque_offset", "bearing_drag"),
-    confirm="Jack each wheel up and turn it by hand, or push the pads back and repeat two runs.",
+    confirm="Turn each jacked-up wheel with a torque wrench, before and after pushing its pads back. Then pump the "
+    "pedal until it is firm.",
     tags={"of_a_car", "open_road", "wheel_spin"},
 )
 def brake_drag(brake: Law, s: Signals, q: Signals) -> Number:

@@ -8,7 +8,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="a driveline that drags",
     signature="The drive force exceeds the road load by the same force at every speed.",
     alike=("brake_drag", "rolling_resistance", "torque_offset", "torque_gain"),
-    confirm="Coast down with the half-shafts removed, or turn the driven wheels on stands with a torque wrench.",
+    confirm="Turn the driven wheels on stands with a torque wrench; coast without half-shafts only if the hub bearings "
+    "need no stub axles.",
     tags={"of_a_car", "open_road"},
 )
 def driveline_drag(driveline: Law, s: Signals, q: Signals) -> Number:

@@ -35,6 +35,7 @@ STATE_DELAY = "state this logger's 'delay' if it is known (0 s: one clock)"
 _OTHERS = f"name other channels with 'align_on', or {STATE_DELAY}"
 _WIDTHS = (2.0, 8.0, 32.0, 128.0, 512.0)  # smoothing, in steps of the slower logger
 _BLOCKS = 16
+_LEAST_READINGS = 20  # below, two recordings can be similar by chance at some delay
 _ITERATIONS = 30
 _MOST_POINTS = 1 << 21  # of the coarse search
 _CHANGE = 1.0  # s over which the change of a speed is compared with an acceleration
@@ -177,7 +178,10 @@ def _signal(log: Log, channel: str) -> Signal:
         raise InputError(Finding(log.name, f"has no channel '{channel}' to align the loggers on", remedy=remedy))
     written = np.isfinite(log[channel])
     values = log[channel][written]
-    if values.size < 20 or np.ptp(values) == 0.0:
+    if values.size < _LEAST_READINGS:
+        what = f"channel '{channel}' has {values.size} readings: {_LEAST_READINGS} are needed to align the clocks"
+        raise InputError(Finding(log.name, what, remedy=_OTHERS))
+    if np.ptp(values) == 0.0:
         what = f"channel '{channel}' is constant: it cannot align the loggers' clocks"
         raise InputError(Finding(log.name, what, remedy=_OTHERS))
     return Signal(log.time[written], values)
