@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from vdyn_cli.commands.run_check import run_check
+from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.commands.schema import json_schema
-from vdyn_cli.quantities.errors import InputError, merge_lines
+from vdyn_cli.quantities.errors import InputError, ResultError, merge_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = 8
@@ -205,3 +206,14 @@ def test_one_error_of_many_lines_is_said_once(tmp_path: Path) -> None:
         run_check(path, (), "", quiet)
     (merged,) = merge_lines(error.value.findings, least=4)
     assert merged.where.endswith("coast.yaml:9, 11, 13, 15")
+
+
+def test_a_wrong_unit_of_the_description_is_no_reason_to_drive_again(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    path.write_text(path.read_text().replace("unit: km/h", "unit: m/s"))
+    document = checked(path, tmp_path, 0)
+    assert document["sentence"].startswith("Correct the description first: channel 'speed' is read in 'm/s'")
+    assert [(run["verdict"], len(run["why"])) for run in document["runs"]] == [("keep", 1)] * RUNS
+    with pytest.raises(ResultError) as refused:
+        write_step("coastdown", path, (), tmp_path / "out", None)
+    assert "the file states another unit 'km/h'" in refused.value.findings[0].what

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import log
 
 from vdyn_cli.diagnosis.diagnosis_record import interchangeable
 from vdyn_cli.diagnosis.effect_unknowns import bounds_of
@@ -13,6 +12,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.diagnosis import Detectable, Size
 from vdyn_cli.quantities.number_text import capitalized, decimals, two_digits
 from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.unit_mistakes import usual_mistake
 
 # These choose words, no verdict.
 SHOWN = 4  # effects named in one sentence
@@ -236,8 +236,8 @@ def _factor_text(effect: Effect, e: Estimate) -> str:
         return ""
     off = max(factor, 1.0 / factor)
     exact = max(half / factor, SAME_FACTOR)
-    apart, mistake = min((abs(log(factor / known)), what) for known, what in effect.mistakes)
-    usual = f": {mistake}?" if apart < min(exact, UNLIKE_FACTOR) else ""
+    mistake = usual_mistake(factor, effect.mistakes, min(exact, UNLIKE_FACTOR))
+    usual = f": {mistake}?" if mistake else ""
     if not usual and off < MANY_TIMES:
         return ""
     if effect.sensor:

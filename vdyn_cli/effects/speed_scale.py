@@ -1,4 +1,5 @@
 from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
+from vdyn_cli.quantities.unit_mistakes import SPEED_MISTAKES
 
 
 @effect(
@@ -13,14 +14,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
     # Units (km/h, mph, kn read as m/s or as each other: 1.15 to 3.6 times), pulses a turn, a gear ratio left out.
     possible={"speed_scale_error": (-0.93, 14.0)},
     mistakes=(
-        (3.6, "km/h read as m/s"),
-        (1 / 3.6, "m/s read as km/h"),
-        (2.23694, "mph read as m/s"),
-        (1 / 2.23694, "m/s read as mph"),
-        (1.60934, "km/h read as mph"),
-        (1 / 1.60934, "mph read as km/h"),
-        (1.94384, "kn read as m/s"),
-        (1 / 1.94384, "m/s read as kn"),
+        *SPEED_MISTAKES,
         (2.0, "a diameter taken for the wheel's radius, or half the pulses a turn"),
         (0.5, "a radius taken for the wheel's diameter, or twice the pulses a turn"),
     ),

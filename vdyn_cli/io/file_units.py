@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from vdyn_cli.io.reader import Column
@@ -93,6 +94,11 @@ def contradiction(where: str, channel: str, column: Column, stated: str) -> Find
     )
     found = UnitContradiction(where, what, channel=channel, read=column.unit, stated=unit)
     return found if column.of_run else replace(found, remedy=remedy, doubt=True)
+
+
+def wrong_units(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Those findings that state a contradiction of units, the likely cause of whatever else is wrong with a log."""
+    return tuple(f for f in findings if isinstance(f, UnitContradiction) and f.doubt)
 
 
 def unit_problem(column: Column, name: str) -> Finding | None:

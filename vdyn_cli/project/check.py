@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from vdyn_cli.description.yaml_source import load_yaml
+from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.check_policy import CHECK
 from vdyn_cli.project.description_checks import refuse_pipeline
@@ -73,7 +75,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         step=inputs.step.name,
         title=inputs.spec.title,
         good=all(r.verdict == "keep" for r in runs),
-        sentence=_sentence(runs, found, vehicle),
+        sentence=" ".join((*_wrong_description(inputs), _sentence(runs, found, vehicle))),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
@@ -94,6 +96,12 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         ],
     )
     return document, inputs
+
+
+def _wrong_description(inputs: Inputs) -> tuple[str, ...]:
+    """What must be corrected in the description before anything else about the runs is known."""
+    wrong = merge_similar(wrong_units(f for one in inputs.unsplit for f in one.log.findings))
+    return tuple(f"Correct the description first: {f.what}." for f in wrong)
 
 
 def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[Finding]) -> str:
@@ -169,6 +177,9 @@ def _checked(
     one, needed = inputs.unsplit[index], _needed(inputs.step)
     span = track.evaluated.get(index, (float(one.log.time[0]), float(one.log.time[-1])))
     lost, cuts = _lost(one, needed, span), [f for f in _flags(one) if f.decision == "cut"]
+    units = [_text(f) for f in wrong_units(one.log.findings)]
+    if units:  # a wrong description is no reason to drive again, and all else may follow from it
+        return _one_run(one, "keep", units, lost)
     repeat = [track.rejected[index]] if index in track.rejected else []
     if lost > CHECK.most_lost:
         worst = max((f for f in cuts if f.channel in (*needed, EVERY)), key=lambda f: f.samples)
@@ -189,13 +200,13 @@ def _checked(
     notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
     notes += _uneven(one)
     notes += [_flag_text(f) for f in _flags(one) if f.test in ("missing", "clock_gap")]
+    return _one_run(one, "repeat" if repeat else "keep", repeat or notes, lost)
+
+
+def _one_run(one: CutLog, verdict: Literal["keep", "repeat"], why: Sequence[str], lost: float) -> CheckedRun:
+    samples = int(one.log.time.size)
     return CheckedRun(
-        run=one.log.name,
-        verdict="repeat" if repeat else "keep",
-        why=repeat or notes,
-        duration=one.log.duration,
-        samples=int(one.log.time.size),
-        lost=lost,
+        run=one.log.name, verdict=verdict, why=list(why), duration=one.log.duration, samples=samples, lost=lost
     )
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.cut_changes import with_changes
 from vdyn_cli.project.exact_values import exact_values, implausible_rotating_mass
@@ -64,10 +65,11 @@ def execute(
         baseline, found = _estimated(inputs.step, inputs, level)
         result = within_physical_range(with_input_uncertainty(found, inputs))
     except InputError as error:
-        raise type(error)(*(_placed(f, inputs) for f in error.findings), *_data_faults(inputs)) from None
+        found_by_step = (_placed(f, inputs) for f in error.findings)
+        raise type(error)(*_wrong_units(inputs), *found_by_step, *_data_faults(inputs)) from None
     refused = tuple(_placed(f, inputs) for f in result.refused)
     if refused:
-        refused = (*refused, *(f for f in _data_faults(inputs) if f not in refused))
+        refused = tuple(dict.fromkeys((*_wrong_units(inputs), *refused, *_data_faults(inputs))))
     quality = with_changes(inputs, baseline)
     given = (*exact_values(inputs), *implausible_rotating_mass(inputs), *(() if level else _dropped_extension(inputs)))
     findings = (*inputs.findings, *given, *result.findings)
@@ -140,6 +142,11 @@ def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
     """Findings on failed sensors in the runs used, or in all runs if those are unknown."""
     logs = [log for log in inputs.logs if log.name in used] or inputs.logs
     return tuple(f for log in logs for f in log.findings if f.fault)
+
+
+def _wrong_units(inputs: Inputs) -> tuple[Finding, ...]:
+    """Units that contradict the logs' own: told before what follows from them."""
+    return wrong_units(f for log in inputs.logs for f in log.findings)
 
 
 def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:

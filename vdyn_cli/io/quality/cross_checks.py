@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.unit_mistakes import SPEED_MISTAKES, usual_mistake
 
 LEAST_DISTANCE = 20.0  # m, least distance over which position and speed are compared
 INTERVAL = 1.0  # s over which accelerations are compared
@@ -46,17 +48,22 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
         what = (
             f"{first} and {second} contradict each other: according to {second}, {first} is {ratio:.3g} times as large"
         )
-        turned = f"add 'sign: -1' to the channel {first}"
-        finding = Finding(
-            log.name, what, "", turned if ratio < 0 else "check units and scale of both channels", doubt=True
-        )
+        finding = Finding(log.name, what, remedy=_remedy(first, ratio), doubt=True)
         if refuse and off > QUALITY.refused_scale:
-            raise InputError(finding, *(f for f in log.findings if f.fault))
+            raise InputError(*wrong_units(log.findings), finding, *(f for f in log.findings if f.fault))
         findings.append(finding)
     findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
     findings += [f for left, right in SIDES if left in log and right in log for f in _dead(log, left, right)]
     findings += gain_change_findings(log)
     return replace(log, findings=(*log.findings, *findings)) if findings else log
+
+
+def _remedy(first: str, ratio: float) -> str:
+    """What to do about a channel that is ``ratio`` times as large according to another one."""
+    if ratio < 0.0:
+        return f"add 'sign: -1' to the channel {first}"
+    cause = "" if first == "acceleration" else usual_mistake(1.0 / ratio, SPEED_MISTAKES, QUALITY.refused_scale)
+    return f"check units and scale of both channels{f' ({cause}?)' if cause else ''}"
 
 
 def _dead(log: Log, left: str, right: str) -> list[Finding]:
