@@ -107,6 +107,14 @@ def test_a_road_beside_effects_is_level_on_average() -> None:
     assert np.mean(np.sum(layout.factor**2, axis=1)) == pytest.approx(1.0, abs=0.1)
 
 
+def test_a_published_slope_is_the_mean_slope_of_an_undulating_road() -> None:
+    """A random road with its own mean slope would leave the slope of 0 open by 0.1 %, a mean of so many waves."""
+    effect = next(e for e in catalogue() if e.name == "road_grade")
+    problem = prepared(messy_day.drive(4, ROUGH), position=True).problem
+    found = problem.publish((effect,), unknowns_of(effect)).amplitudes["road_grade"]
+    assert abs(found.value) < 3 * found.std < 6e-4
+
+
 def test_the_forces_of_open_answers_are_held() -> None:
     fit = FitSummary(runs=2, rms=0.1, unit="m/s", noise_floor=0.1, unknowns=("drag_area",))
 

@@ -18,7 +18,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign import Campaign
 from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
 from vdyn_cli.steps.coastdown.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows, RowNoise
-from vdyn_cli.steps.coastdown.shared_road import describes_road, independent_slopes, road_unknowns
+from vdyn_cli.steps.coastdown.shared_road import describes_mean_slope, describes_road, independent_slopes, road_unknowns
 from vdyn_cli.steps.coastdown.simulated_runs import SimulatedRuns
 from vdyn_cli.steps.coastdown.start_values import with_start_values
 
@@ -107,7 +107,11 @@ def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra:
     """
     hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
     hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
-    campaign = replace(campaign, level_road=campaign.level_road or any(describes_road(e) for e in effects))
+    campaign = replace(
+        campaign,
+        level_road=campaign.level_road or any(describes_road(e) for e in effects),
+        level_mean=campaign.level_mean or any(describes_mean_slope(e) for e in effects),
+    )
     layout = campaign.layout
     road = () if layout is None else road_unknowns(layout)
     unknowns = (*with_start_values(campaign), *road, *extra)
