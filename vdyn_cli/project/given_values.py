@@ -15,6 +15,7 @@ from vdyn_cli.physics.laws.atmosphere import air_density
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 CONTRADICTS = 3.0  # standard deviations between a value of the description and one of a parameter file
@@ -59,11 +60,20 @@ def given_parameters(vehicle: Vehicle) -> Parameters:
 
 
 def given_air(air: Environment) -> Parameters:
-    """The air's parameters in the description, and its density if both temperature and pressure are stated."""
+    """The air's parameters in the description, and its density if both temperature and pressure are stated.
+
+    The density's standard deviation is that of its differences by one standard deviation of each.
+    """
     stated = {"temperature": air.temperature, "pressure": air.pressure}
     estimates = {n: Estimate.given(PARAMETERS[n], g.value, g.std) for n, g in stated.items() if g is not None}
     if air.temperature is not None and air.pressure is not None:
-        humidity = air.humidity.value if air.humidity else 0.0
-        density = air_density(air.temperature.value, air.pressure.value, humidity)
-        estimates["air_density"] = Estimate.given(PARAMETERS["air_density"], density)
+        t, p, h = air.temperature, air.pressure, air.humidity or Given(0.0)
+        density = air_density(t.value, p.value, h.value)
+        moved = (
+            air_density(t.value + t.std, p.value, h.value),
+            air_density(t.value, p.value + p.std, h.value),
+            air_density(t.value, p.value, h.value + h.std),
+        )
+        std = float(np.hypot.reduce([other - density for other in moved]))
+        estimates["air_density"] = Estimate.given(PARAMETERS["air_density"], density, std)
     return Parameters(estimates)

@@ -27,7 +27,7 @@ ROAD_LOAD = {  # start, lower and upper bound, unit
 
 
 def known_parameters(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> dict[str, Given]:
-    """The known parameters in SI, completed with fixed ones, the rotating mass and the air density's uncertainty.
+    """The known parameters in SI, completed with fixed ones and the rotating mass.
 
     Raises
     ------
@@ -44,10 +44,6 @@ def known_parameters(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters
     efficiency = given.setdefault("driveline_efficiency", Given(1.0))
     given.setdefault("recuperation_loss", Given(0.0, RECUPERATION_STD if torque and efficiency.value < 1.0 else 0.0))
     given.setdefault("rotating_mass", _rotating_mass(given))
-    air = spec.environment
-    if air.temperature and air.pressure and not given["air_density"].std:
-        share = float(np.hypot(air.temperature.std / air.temperature.value, air.pressure.std / air.pressure.value))
-        given["air_density"] = Given(given["air_density"].value, share * given["air_density"].value)
     if fix.rolling_resistance:
         given["rolling_resistance"] = fix.rolling_resistance
     if fix.drag_area:
