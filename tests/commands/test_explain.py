@@ -34,8 +34,11 @@ def test_the_policy_lists_the_thresholds_of_the_diagnosis() -> None:
 
 def test_a_parameter_that_is_an_effect_too_has_both_explanations() -> None:
     text = explanation("wheel_radius")
+    assert "wheel_radius, a parameter" in text
+    assert "wheel_radius, a candidate effect" in text
     assert "effective rolling radius" in text
     assert "candidate in:" in text
+    assert "changes the model's parameters; visible" in text
 
 
 def test_a_misspelled_topic_gets_the_closest_names() -> None:

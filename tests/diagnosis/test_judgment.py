@@ -258,7 +258,7 @@ def test_causes_that_would_not_show_are_listed_with_what_they_would_bias() -> No
     assert verdict.verdict == "adequate"
     (unseen,) = verdict.untestable  # what has no trace at all biases nothing
     assert unseen.effect == "copy_of_bend"
-    assert unseen.because == "exactly collinear with the fitted parameters"
+    assert unseen.because == "exactly collinear with bend"
     assert unseen.size == pytest.approx(10.0)  # half of the plausible range
     assert unseen.would_bias == {"bend": pytest.approx(30.0)}
 

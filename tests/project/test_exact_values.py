@@ -17,7 +17,10 @@ def test_a_mass_without_its_uncertainty_is_noted_with_a_remedy_that_clears_it(ro
         path.write_text(text.replace("vehicle: vehicle.yaml", vehicle), encoding="utf-8")
         found = exact_values(gather(load_step("coastdown"), path))
         assert bool(found) is noted
-        assert all("mass and rotating_mass are taken as exact" in f.what and "+- 3 kg" in f.remedy for f in found)
+        assert all(
+            "mass = 1588 kg and rotating_mass = 60 kg, without an error" in f.what and "+- 3 kg" in f.remedy
+            for f in found
+        )
 
 
 def test_a_rotating_mass_out_of_proportion_is_doubted(root: Path, tmp_path: Path) -> None:

@@ -94,8 +94,8 @@ def _effect(effect: Effect) -> str:
     shows = "within a run" if effect.kind == "within_run" else "between runs only"
     keeps = "belongs to the vehicle" if effect.lasts else "belongs to the test"
     lines = [
-        f"{effect.name}: {effect.label}{fault}",
-        f"corrects the law {', '.join(effect.on)}; visible {shows}; {keeps}",
+        f"{effect.name}, a candidate effect: {effect.label}{fault}",
+        f"changes {_changed(effect)}; visible {shows}; {keeps}",
         "",
         inspect.cleandoc(effect.law.__doc__ or effect.summary),
         "",
@@ -107,6 +107,10 @@ def _effect(effect: Effect) -> str:
         f"source: {effect.reference}",
     ]
     return "\n".join(lines)
+
+
+def _changed(effect: Effect) -> str:
+    return "the model's parameters" if effect.on == ("parameters",) else f"the law {', '.join(effect.on)}"
 
 
 def _tested_in(effect: Effect) -> list[str]:
@@ -146,12 +150,17 @@ def _range(quantity: Quantity, nominal: float | None) -> str:
 
 
 def _quantity(quantity: Quantity) -> str:
+    kind = "parameter" if quantity.name in PARAMETERS else "channel"
     symbol = f" ({quantity.symbol})" if quantity.symbol else ""
-    lines = [f"{quantity.name}{symbol}: {quantity.meaning}", f"unit: {quantity.unit or '1'}"]
+    lines = [f"{quantity.name}, a {kind}{symbol}: {quantity.meaning}", f"unit: {quantity.unit or '1'}"]
     lines.append(f"accepted: {quantity.lower:g} to {quantity.upper:g} {quantity.unit}")
     if quantity.name in ESTIMATED_BY:
         lines.append(f"estimated by: vdyn {ESTIMATED_BY[quantity.name]}")
     return "\n".join(lines)
+
+
+def _optional(step: Step) -> str:
+    return f"; optional {', '.join(step.optional)}" if step.optional else ""
 
 
 def listing() -> str:
@@ -161,7 +170,7 @@ def listing() -> str:
     for step in found:
         lines += [
             f"  {step.name:<10} {steps.summary(step.name)}",
-            f"             reads {', '.join(step.required) or 'no log'}; optional {', '.join(step.optional) or 'none'}",
+            f"             reads {', '.join(step.required) or 'no log'}{_optional(step)}",
             f"             estimates {', '.join(step.gives) or 'no parameters'}",
         ]
     lines.append("candidate effects, with the steps that test them (see 'vdyn explain NAME')")

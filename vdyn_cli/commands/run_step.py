@@ -94,7 +94,7 @@ def tell_result(record: StepRecord, tell: Tell) -> None:
     }
     for spans, keys in wider.items():
         if spans:
-            tell(f"  {', '.join(keys)}: the interval includes the estimates with: {spans_text(spans)}")
+            tell(f"  {', '.join(keys)}: the interval is wider, since these data do not exclude {spans_text(spans)}")
     for key, why in result.withheld.items():
         tell(f"  {key:<30} withheld: {why}")
     if not result.refused:  # else the error states the reasons

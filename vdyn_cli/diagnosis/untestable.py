@@ -17,6 +17,7 @@ from vdyn_cli.quantities.diagnosis import NotTestable
 # These choose words and what is shown, no verdict.
 NOTICEABLE = 0.01  # standard deviations of a parameter: a smaller bias does not change its last published digit
 COLLINEAR = 1e-3  # visibility below which the text says "exactly collinear"
+NAMED = 3  # largest number of parameters that the text names as collinear with an effect
 DISTINCT = 0.9  # visibility above which the text does not mention collinearity
 
 
@@ -34,12 +35,12 @@ def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotT
             continue
         amplitude = POLICY.typical_share * largest_plausible(effect, unknown)
         moved = absorbed(base.system, model.base, sensitivity) * amplitude
-        bias = {
-            n: float(m)
-            for n, m in zip(model.base, moved, strict=True)
-            if n not in model.nuisances and abs(m) > NOTICEABLE * base.solution.std[n]
+        noticed = {
+            n: float(m) for n, m in zip(model.base, moved, strict=True) if abs(m) > NOTICEABLE * base.solution.std[n]
         }
-        because = _because(model, why, found.visibility[name])
+        bias = {n: m for n, m in noticed.items() if n not in model.nuisances}
+        like = " and ".join(bias) if bias == noticed and 0 < len(bias) <= NAMED else "the fitted parameters"
+        because = _because(model, why, found.visibility[name], like)
         unit = effect.unknowns[unknown].unit
         result.append(NotTestable(effect=name, because=because, size=amplitude, unit=unit, would_bias=bias))
     return tuple(result)
@@ -59,15 +60,15 @@ def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:
     )
 
 
-def _because(model: FullModel, why: Obstacle, visibility: float) -> str:
+def _because(model: FullModel, why: Obstacle, visibility: float, like: str) -> str:
     run, share = model.setup.run, f"{100 * visibility:.2g} % of its sensitivity"
     if why == "runs":
         fewest = fewest_runs(model.setup.level)
         return f"it varies between {run}s: {model.runs} {run}s are too few to test it (needed: {fewest})"
     if why == "collinear":
         if visibility <= COLLINEAR:
-            return "exactly collinear with the fitted parameters"
-        return f"collinear with the fitted parameters: only {share} is not"
+            return f"exactly collinear with {like}"
+        return f"collinear with {like}: only {share} is not"
     if visibility < DISTINCT:
         return f"only {share} is not collinear with the fitted parameters, which is below the noise"
     return "not detectable above the noise at any plausible amplitude"

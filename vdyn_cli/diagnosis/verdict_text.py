@@ -22,7 +22,6 @@ PLAIN = (1e-3, 1e5)  # amplitudes that read as plain numbers in a sentence
 SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
 MANY_TIMES = 1.5  # a scale that is off by more is also stated as a factor
 SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
-ARTICLES = ("a", "an", "the")
 AFTER_THE_NOUN = ("that", "with", "in", "of", "from", "between")  # words after the noun that a label is about
 CLAUSE = ("that", "another")  # after a label with one of these words, the amplitude stands in brackets
 
@@ -188,11 +187,11 @@ def _explained(judgment: Judgment) -> str:
 def is_plural(label: str) -> bool:
     """Whether a label such as "rear wheel loads that are logged late" is a plural.
 
-    The noun is the last word before the first of ``AFTER_THE_NOUN``; a label with "a" or "the" counts as singular.
+    The noun is the last word before the first of ``AFTER_THE_NOUN``; mass, radius and axis are no plurals.
     """
     words = label.split()
     noun = words[next((i for i, word in enumerate(words) if word in AFTER_THE_NOUN), len(words)) - 1]
-    return words[0] not in ARTICLES and noun.endswith("s") and not noun.endswith("ss")
+    return noun.endswith("s") and not noun.endswith(("ss", "us", "is"))
 
 
 def _compensated(gain: HeldOutGain | None) -> str:

@@ -36,7 +36,7 @@ def exact_values(inputs: Inputs) -> tuple[Finding, ...]:
     if "mass" not in exact:
         return ()
     value = known[exact[0]]
-    verb = "is" if len(exact) == 1 else "are"
-    what = f"{' and '.join(exact)} {verb} taken as exact: the intervals do not include their error"
+    stated = " and ".join(f"{n} = {known[n].value:g} {known[n].unit}" for n in exact)
+    what = f"{stated}, without an error: the intervals are too narrow, since estimates are proportional to the mass"
     remedy = f"state it, such as '{exact[0]}: {value.value:.6g} +- {0.002 * value.value:.1g} {value.unit}'"
     return (Finding("vehicle", what, remedy=remedy),)
