@@ -8,16 +8,27 @@ from types import MappingProxyType
 
 import numpy as np
 
+from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Solution, Unknown
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate
 
+LAW = 3  # unknowns at most of an effect that is a law: amplitude and shape parameters; with more, it is a profile
 NO_STD: Mapping[str, float] = MappingProxyType({})
 
 
 def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
     """The unknowns without their bounds, for a fit with all effects of which only the residuals are used."""
     return tuple(replace(u, lower=-np.inf, upper=np.inf) for u in extra)
+
+
+def unknowns_of_profiles(effects: Sequence[Correction]) -> dict[str, float]:
+    """The unknowns of free profiles among the effects, each with the value 0, for fits that hold them there.
+
+    Readings with noise in several channels are adjusted at a fit. With profiles in it, that fit follows the noise of
+    the readings, which then depend on it, and clean logs show errors.
+    """
+    return {n: 0.0 for effect in effects if len(effect.unknowns) > LAW for n in effect.unknowns}
 
 
 def effect_amplitudes(

@@ -12,7 +12,7 @@ from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
-from vdyn_cli.steps.effect_estimates import unbounded
+from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
 from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, unknowns_and_change
 
 CLEARLY = 10.0  # reduction of the cost by which a probe must fit better than no effect
@@ -21,7 +21,6 @@ PROBED = 2  # every second probe is tried
 # adjusted to the flank that suits their noise, so that any corner there fits better than a straight line.
 PROBE_NOISE = 3.0
 ROUNDS, SETTLED = 5, 0.3  # of readjusting the readings, until no unknown changes by more standard deviations
-LAW = 3  # unknowns of an effect's law at most; with more, it is a profile
 BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
 
 
@@ -65,8 +64,8 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
     start = fit.unknowns_at(linear)
     probed = _probed(fit, linear)
     whole = replace(fit, extra=unbounded(probed))
-    rough = {u for effect in fit.effects if effect.probes or len(effect.unknowns) > LAW for u in effect.unknowns}
-    held = {u.name: 0.0 for u in probed if u.name in rough and not u.start}
+    corners = {u for effect in fit.effects if effect.probes for u in effect.unknowns}
+    held = {u.name: 0.0 for u in probed if u.name in corners and not u.start} | unknowns_of_profiles(fit.effects)
 
     def step(at: Array) -> tuple[Array, float]:
         try:

@@ -10,6 +10,7 @@ from functools import cached_property
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
@@ -17,7 +18,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError, unpublished
-from vdyn_cli.steps.effect_estimates import unbounded
+from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
@@ -82,8 +83,8 @@ class TireProblem(SimulatedProblem):
     ) -> Regression:
         """The regression over all bins of all sweeps, with effects on the curve.
 
-        Slips are projected onto the curve of the fit with all effects, where the sweeps determine it (with priors on
-        ``unknowns`` they always do), else onto the curve without effects.
+        Slips are projected onto the curve of the fit with all effects except profiles, where the sweeps determine it
+        (with priors on ``unknowns`` they always do), else onto the curve without effects.
         """
         try:
             prior, values = self.baseline.fit.prior, self.baseline.solution.values
@@ -94,7 +95,9 @@ class TireProblem(SimulatedProblem):
         at: Mapping[str, float] = begin
         if unknowns:
             with suppress(ResultError):  # not determined: the slips stay on the curve without effects
-                at = solve(replace(fit, unknowns=unbounded(unknowns)).regression(begin)).values
+                profiles = unknowns_of_profiles(effects)
+                whole = replace(fit, unknowns=unbounded(unknowns)).regression(begin)
+                at = {**profiles, **solve(restricted(whole, profiles)).values}
         return fit.regression(at, begin)
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
