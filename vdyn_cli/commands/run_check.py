@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from vdyn_cli.commands.note_lines import note_lines
 from vdyn_cli.commands.standard_output import write_out
+from vdyn_cli.commands.tell import Tell
 from vdyn_cli.commands.text_columns import text_columns
 from vdyn_cli.project.channel_sources import logged_channels
 from vdyn_cli.project.check import check
@@ -16,8 +17,6 @@ from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPa
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.result_schema import ClockEntry
 from vdyn_cli.report.typography import run_name
-
-Tell = Callable[..., None]
 
 
 def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell) -> int:

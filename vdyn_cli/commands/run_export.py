@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
+from vdyn_cli.commands.tell import Tell
 from vdyn_cli.export import Differential, Driven, ExportOptions, make
 from vdyn_cli.export.parameter_file import read_parameter_file
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.quantities.errors import Finding, InputError
-
-Tell = Callable[..., None]
 
 
 # Seven parameters: the options of the command line

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from vdyn_cli.commands.explain import closest_topic
+from vdyn_cli.commands.tell import Tell
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.project.description_draft import draft_description
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.steps import load_step, names
-
-Tell = Callable[..., None]
 
 _MOST_NAMED = 6  # left-out logs to name; of the others the number is stated
 

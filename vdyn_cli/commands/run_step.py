@@ -10,6 +10,7 @@ from pathlib import Path
 
 from vdyn_cli.commands.section_file import section_lock, write_results
 from vdyn_cli.commands.standard_output import write_out
+from vdyn_cli.commands.tell import Tell
 from vdyn_cli.io.folder_lock import refuse_busy
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.result_document import StepRecord, to_json
@@ -17,7 +18,6 @@ from vdyn_cli.quantities.errors import merge_similar
 from vdyn_cli.report.parameter_table import spans_text
 from vdyn_cli.report.typography import estimate_text
 
-Tell = Callable[..., None]
 _LOG = logging.getLogger(__name__)
 
 

@@ -9,12 +9,13 @@ import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.arrays import Mask
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.area.pictures import BoxEdges, Pictures, box_edges
 from vdyn_cli.steps.area.result import area_budget, result_of
-from vdyn_cli.steps.area.silhouette import Mask, Silhouette, find_silhouette
+from vdyn_cli.steps.area.silhouette import Silhouette, find_silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
 from vdyn_cli.steps.contract import Problem
 

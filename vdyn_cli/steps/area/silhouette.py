@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
-
-Mask = NDArray[np.bool_]
+from vdyn_cli.quantities.arrays import Array, Mask
 
 EDGE = 4  # pixels on either side of the threshold's contour that may be blurred
 SMALLEST = 0.02  # share of the largest piece below which a piece is dirt

@@ -15,17 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
 from vdyn_cli.steps.coastdown.input_checks import HEADING
 from vdyn_cli.steps.coastdown.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.repeated_slope import PlacedExcess, repeated_slope
 from vdyn_cli.steps.coastdown.road_position import first_place
-from vdyn_cli.steps.coastdown.segments import (
-    CoastSegment,
-    Mask,
-    RejectedSegment,
-    groups,
-)
+from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, groups
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which a deceleration is averaged

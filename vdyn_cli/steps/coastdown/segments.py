@@ -14,13 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.held_speed import held_before, released
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-Mask = NDArray[np.bool_]
 
 FEWEST_SAMPLES = 20  # of a segment: fewer give neither an estimate of the speed's noise nor ten bins
 FEWEST_LEVELS = 3  # of a table of split times: two intervals are the fewest that show a force that changes with speed

@@ -17,8 +17,9 @@ from vdyn_cli.steps.inertia.moment_balance import DriveWindows
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-FEWEST_WINDOWS = 12  # of a run: three seconds
+FEWEST_WINDOWS = 12  # of a run: three seconds at the default width of a window
 WORK_WINDOW = 1.0  # s, over which work and kinetic energy are compared: ten times the largest clock offset
+FEWEST_WORK = 12  # such windows: the correlation of fewer is uncertain by more than 0.3
 ROLLING = 5.0  # rad/s of the wheel, above which the ratio of the speeds is accurate enough
 EASY = 0.1  # share of the largest torque, below which the tire's slip is negligible
 FEWEST_EASY = 50  # samples
@@ -35,57 +36,63 @@ def sign_doubts(log: Log) -> list[Finding]:
     ----------
     log : hub_torque (N m), hub_force_x, hub_force_z (N), wheel_speed (rad/s) and acceleration (m/s^2).
     """
-    empty = [name for name in INPUTS if not np.isfinite(log[name]).any()]
-    if empty:
-        remedy = "map another column, or leave the run out"
-        return [Finding(f"{log.name}, {name}", "the channel is empty", remedy=remedy) for name in empty]
+    if empty := empty_channels(log, INPUTS):
+        return empty
     findings = []
 
-    def flip(channel: str, what: str) -> None:
+    def wrong(channel: str, what: str) -> None:
         findings.append(wrong_sign(log.name, channel, what))
 
     if np.nanmedian(log["hub_force_z"]) < 0:
-        flip("hub_force_z", "the load is negative; it must be positive when the wheel stands on the road")
+        wrong("hub_force_z", "the load is negative; it must be positive when the wheel stands on the road")
     if np.nanmedian(log["wheel_speed"]) < 0:
-        flip("wheel_speed", "the wheel speed is negative throughout")
+        wrong("wheel_speed", "the wheel speed is negative throughout")
     about = {name: log[name] - np.nanmean(log[name]) for name in INPUTS}
     with_force = cosine(about["hub_torque"], about["hub_force_x"])
     with_acceleration = cosine(about["hub_torque"], about["acceleration"])
     if with_force < -STEP_POLICY.sign_correlation:
         if with_acceleration > 0:
-            flip("hub_force_x", "the force falls where the torque rises; it must be positive when the wheel drives")
+            wrong("hub_force_x", "the force falls where the torque rises; it must be positive when the wheel drives")
         else:
-            flip("hub_torque", "the torque is negative where the wheel drives the car")
+            wrong("hub_torque", "the torque is negative where the wheel drives the car")
     elif with_force > STEP_POLICY.sign_correlation and with_acceleration < -STEP_POLICY.sign_correlation:
         gained = np.gradient(log["wheel_speed"], log.time)
         if cosine(gained - np.nanmean(gained), about["acceleration"]) < 0:
-            flip("acceleration", "the car decelerates where the wheel speeds up")
+            wrong("acceleration", "the car decelerates where the wheel speeds up")
         else:
             for channel in ("hub_torque", "hub_force_x"):
-                flip(channel, "torque and force are negative where the wheel drives the car")
+                wrong(channel, "torque and force are negative where the wheel drives the car")
     elif not findings and with_force > STEP_POLICY.sign_correlation and _energy_falls(log):
         for channel in ("hub_torque", "hub_force_x"):
-            flip(channel, "torque and force do work on the car where its kinetic energy falls")
+            wrong(channel, "torque and force do work on the car where its kinetic energy falls")
     return findings
+
+
+def empty_channels(log: Log, names: Sequence[str]) -> list[Finding]:
+    """A finding for each of these channels that has no reading."""
+    remedy = "map another column, or leave the run out"
+    empty = [name for name in names if not np.isfinite(log[name]).any()]
+    return [Finding(f"{log.name}, {name}", "the channel is empty", remedy=remedy) for name in empty]
 
 
 def _energy_falls(log: Log) -> bool:
     """Whether the work of the hub torque and the change of the wheel's kinetic energy have opposite signs.
 
-    Correlation of the integral of T om and the change of om^2 over windows of a second. Clock offsets of a tenth of
-    that, vibrations and noise hardly change it, whereas they hide the correlation of samples.
+    Correlation r of the integral of T om and the change of om^2 over n windows of a second, by its statistic
+    t = r sqrt((n - 2)/(1 - r^2)). Clock offsets of a tenth of a window, vibrations and noise hardly change it, whereas
+    they hide the correlation of samples.
     """
     torque, speed = log["hub_torque"], log["wheel_speed"]
     good = np.isfinite(torque) & np.isfinite(speed)
     time, turn = log.time[good], speed[good]
     torque = torque[good] - np.median(torque[good])
     edges = np.unique(np.searchsorted(time, np.arange(time[0], time[-1], WORK_WINDOW))) if time.size else np.zeros(0)
-    if edges.size < FEWEST_WINDOWS:
+    if edges.size <= FEWEST_WORK:
         return False
     work = cumulative_integral(time, torque * turn)
     done, gained = np.diff(work[edges]), np.diff(turn[edges] ** 2)
     alike = cosine(done - done.mean(), gained - gained.mean())
-    return bool(alike * np.sqrt(done.size / max(1.0 - alike**2, 1e-9)) < -STEP_POLICY.work_correlation)
+    return bool(alike * np.sqrt((done.size - 2) / max(1.0 - alike**2, 1e-9)) < -STEP_POLICY.work_correlation)
 
 
 def too_little(run: DriveWindows) -> list[Finding]:

@@ -20,7 +20,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.inertia.drive_checks import too_little
+from vdyn_cli.steps.inertia.drive_checks import empty_channels, too_little
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.slow_noise import with_scatter
@@ -133,10 +133,8 @@ def prepare_stand(spec: InertiaSpec, logs: Sequence[Log], known: Parameters) -> 
 
 def _sign_doubts(log: Log) -> list[Finding]:
     """Findings on empty channels, and on a torque whose sign contradicts the wheel's acceleration."""
-    empty = [name for name in FREE_WHEEL.inputs if not np.isfinite(log[name]).any()]
-    if empty:
-        remedy = "map another column, or leave the run out"
-        return [Finding(f"{log.name}, {name}", "the channel is empty", remedy=remedy) for name in empty]
+    if empty := empty_channels(log, FREE_WHEEL.inputs):
+        return empty
     speed = log["wheel_speed"]
     good = np.isfinite(speed)
     edges = np.arange(log.time[0], log.time[-1], 0.25)

@@ -26,8 +26,6 @@ from vdyn_cli.steps.validate.impacts import impact_samples
 from vdyn_cli.steps.validate.road_slope import SENSED_SLOPE
 from vdyn_cli.steps.validate.segments import WHEELS, DriveSegment
 
-Mask = NDArray[np.bool_]
-
 TORQUES = ("shaft_torque_left", "shaft_torque_right")
 WIDTH = 0.5  # s, width of a bin of the common error: a sixteenth of a typical gust
 ROUGH = 2.0  # s, the same where the slope comes from the accelerometer, which does not resolve it more finely

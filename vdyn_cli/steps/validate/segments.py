@@ -9,10 +9,9 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.contract import no_runs
@@ -20,7 +19,6 @@ from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, st
 from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
 from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
 
-Mask = NDArray[np.bool_]
 ModelName = Literal["vehicle", "road_load"]
 
 FEWEST = 50  # samples of a drive

@@ -14,12 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.regimes import IDLE, pressed
-
-Mask = NDArray[np.bool_]
 
 SPAN = 1.0  # s over which accelerations are taken
 SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
