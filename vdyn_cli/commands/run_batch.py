@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from vdyn_cli.commands.run_pipeline import attempt_step
-from vdyn_cli.commands.run_step import Tell
 from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.step_processes import side_by_side
 from vdyn_cli.commands.tell import Tell

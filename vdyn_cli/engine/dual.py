@@ -69,7 +69,7 @@ def _slope_of_arc_tangent(f: Apply, y: Value, x: Value, numerator: Value) -> Val
 
 
 # Partial derivatives of v = op(x) as functions (f, x, v); ``f(op, ...)`` applies an operation.
-ONE: dict[int, Callable[[Apply, Value, Value], Value]] = {
+UNARY_SLOPES: dict[int, Callable[[Apply, Value, Value], Value]] = {
     ca.OP_SQ: lambda f, x, v: f(ca.OP_TWICE, x),
     ca.OP_INV: lambda f, x, v: f(ca.OP_NEG, f(ca.OP_SQ, v)),
     ca.OP_SQRT: lambda f, x, v: f(ca.OP_DIV, 0.5, v),
@@ -85,7 +85,7 @@ ONE: dict[int, Callable[[Apply, Value, Value], Value]] = {
     ca.OP_FABS: lambda f, x, v: f(ca.OP_SIGN, x),
 }
 # The same for v = op(x, y): derivatives to x and to y, as functions (f, x, y, v); None if zero or not needed.
-TWO: dict[int, tuple[Callable[..., Value], Callable[..., Value] | None]] = {
+BINARY_SLOPES: dict[int, tuple[Callable[..., Value], Callable[..., Value] | None]] = {
     ca.OP_MUL: (lambda f, x, y, v: y, lambda f, x, y, v: x),
     ca.OP_POW: (
         lambda f, x, y, v: f(ca.OP_MUL, y, f(ca.OP_POW, x, f(ca.OP_SUB, y, 1.0))),
@@ -100,11 +100,11 @@ TWO: dict[int, tuple[Callable[..., Value], Callable[..., Value] | None]] = {
     ca.OP_FMIN: (lambda f, x, y, v: _first_share(f, y, x), lambda f, x, y, v: _first_share(f, x, y)),
     ca.OP_COPYSIGN: (lambda f, x, y, v: f(ca.OP_MUL, f(ca.OP_SIGN, x), f(ca.OP_COPYSIGN, 1.0, y)), None),
 }
-FLAT = frozenset(
+ZERO_SLOPE = frozenset(
     (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR, ca.OP_NOT, ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL)
 )
 LINEAR = frozenset((ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_ASSIGN, ca.OP_IF_ELSE_ZERO))
-KNOWN = FLAT | LINEAR | ONE.keys() | TWO.keys() | {ca.OP_DIV}
+SUPPORTED = ZERO_SLOPE | LINEAR | UNARY_SLOPES.keys() | BINARY_SLOPES.keys() | {ca.OP_DIV}
 
 
 def tangent(algebra: Algebra, op: int, a: Sequence[Value], v: Value, t: Sequence[Tangents | None]) -> Tangents | None:
@@ -114,18 +114,18 @@ def tangent(algebra: Algebra, op: int, a: Sequence[Value], v: Value, t: Sequence
     ----------
     op : operation code of CasADi. a : its arguments. v : its value. t : tangents of each argument.
     """
-    if op in FLAT or all(tangents is None for tangents in t):
+    if op in ZERO_SLOPE or all(tangents is None for tangents in t):
         return None
     if op == ca.OP_DIV:
         moved = t[0] if t[1] is None else _linear(algebra, ca.OP_SUB, a, (t[0], algebra.scale(t[1], v)))
         return algebra.scale(moved, algebra.value(ca.OP_INV, a[1]))
     if op in LINEAR:
         return _linear(algebra, op, a, t)
-    if op in ONE:
-        return algebra.scale(t[0], ONE[op](algebra.value, a[0], v))
+    if op in UNARY_SLOPES:
+        return algebra.scale(t[0], UNARY_SLOPES[op](algebra.value, a[0], v))
     parts = [
         algebra.scale(tangents, slope(algebra.value, *a, v))
-        for tangents, slope in zip(t, TWO[op], strict=True)
+        for tangents, slope in zip(t, BINARY_SLOPES[op], strict=True)
         if tangents is not None and slope is not None
     ]
     return algebra.add(*parts) if len(parts) == 2 else next(iter(parts), None)
@@ -152,7 +152,7 @@ def refuse_unknown_operations(function: ca.Function) -> None:
     """Raise NotImplementedError where a law uses a function that engine/maths.py does not provide."""
     plain = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT)
     for op, _, _, _ in instructions(function):
-        if op not in plain and op not in KNOWN:
+        if op not in plain and op not in SUPPORTED:
             name = next((name for name in dir(ca) if name.startswith("OP_") and getattr(ca, name) == op), str(op))
             raise NotImplementedError(
                 f"{name[3:].lower()} has no derivative rule in engine/dual.py: use the functions of engine/maths.py"

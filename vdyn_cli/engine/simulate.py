@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vdyn_cli.engine.backend import Backend, build, chosen
-from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.drive import Drive, Simulated
 from vdyn_cli.engine.graph import refuse_unknown, trace
 from vdyn_cli.engine.integrator import Grid, GridReadings, Integrator, blocks, grid
@@ -21,6 +20,7 @@ from vdyn_cli.engine.kernel import Kernel, Seeds, in_groups
 from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.engine.shifted_reading import read_at
 from vdyn_cli.engine.window import Window
 from vdyn_cli.quantities.arrays import Array
 

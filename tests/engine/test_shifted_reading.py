@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.engine.effects import speed_delay, speed_scale
-from vdyn_cli.engine.clock import read_at
 from vdyn_cli.engine.maths import sin
 from vdyn_cli.engine.model import Model
+from vdyn_cli.engine.shifted_reading import read_at
 from vdyn_cli.engine.simulate import Drive, Simulator
 
 

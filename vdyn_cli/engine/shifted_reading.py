@@ -7,7 +7,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 
 
-# Seven arrays: three signals with their tangents on one time axis. Pairing them in objects would only add cost.
+# Seven arrays: three signals with their tangents on one time axis.
 def read_at(
     time: Array,
     value: Array,
@@ -42,17 +42,28 @@ def read_at(
     i = np.clip(np.searchsorted(time, inside, side="right") - 1, 0, time.size - 2)
     step = time[i + 1] - time[i]
     a = (inside - time[i]) / step
-    w = ((1 + 2 * a) * (1 - a) ** 2, a * (1 - a) ** 2 * step, a * a * (3 - 2 * a), a * a * (a - 1) * step)
-    d = ((6 * a * a - 6 * a) / step, (1 - a) * (1 - 3 * a), (6 * a - 6 * a * a) / step, a * (3 * a - 2))
+    value_weights = ((1 + 2 * a) * (1 - a) ** 2, a * (1 - a) ** 2 * step, a * a * (3 - 2 * a), a * a * (a - 1) * step)
+    slope_weights = ((6 * a * a - 6 * a) / step, (1 - a) * (1 - 3 * a), (6 * a - 6 * a * a) / step, a * (3 * a - 2))
     beyond = (at - inside) if known else np.zeros_like(at)
-    here = d[0] * value[i] + d[1] * slope[i] + d[2] * value[i + 1] + d[3] * slope[i + 1]
-    here = here if known else np.where(at == inside, here, 0.0)
-    seen = w[0] * value[i] + w[1] * slope[i] + w[2] * value[i + 1] + w[3] * slope[i + 1] + beyond * here
+    slope_there = (
+        slope_weights[0] * value[i]
+        + slope_weights[1] * slope[i]
+        + slope_weights[2] * value[i + 1]
+        + slope_weights[3] * slope[i + 1]
+    )
+    slope_there = slope_there if known else np.where(at == inside, slope_there, 0.0)
+    reading = (
+        value_weights[0] * value[i]
+        + value_weights[1] * slope[i]
+        + value_weights[2] * value[i + 1]
+        + value_weights[3] * slope[i + 1]
+        + beyond * slope_there
+    )
     if not tangents.shape[1]:
-        return seen, tangents
-    c = [(wk + beyond * dk)[:, None] for wk, dk in zip(w, d, strict=True)]
+        return reading, tangents
+    c = [(wk + beyond * dk)[:, None] for wk, dk in zip(value_weights, slope_weights, strict=True)]
     carried = c[0] * tangents[i] + c[1] * slope_tangents[i] + c[2] * tangents[i + 1] + c[3] * slope_tangents[i + 1]
-    return seen, carried + here[:, None] * shift_tangents
+    return reading, carried + slope_there[:, None] * shift_tangents
 
 
 def _slopes(time: Array, values: Array) -> Array:
