@@ -8,6 +8,7 @@ import numpy as np
 
 from vdyn_cli.inference import Unknown
 from vdyn_cli.physics.models.road_load import DRIVELINE, DriveSignal
+from vdyn_cli.quantities.constants import ROTATING_SHARE, ROTATING_SHARE_STD
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -15,7 +16,6 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.campaign import AccelerometerUse
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 
-ROTATING_SHARE, ROTATING_STD = 0.035, 0.01  # of the mass, for four wheels, where nothing is given
 SCALE_ERROR = 0.02  # standard deviation of the accelerometer's gain: the body pitches when the car accelerates
 RECUPERATION_STD = 1.0  # 1: the gears' loss; -1: a torque that holds the efficiency of driving
 PRIOR_REACH = 8.0  # prior standard deviations by which a value may move: beyond, the given value is wrong
@@ -62,7 +62,7 @@ def assumptions(known: Parameters) -> tuple[Finding, ...]:
         return ()
     what = (
         f"rotating_mass is not given: assumed {100 * ROTATING_SHARE:.1f} % (+- "
-        f"{100 * ROTATING_STD:.0f} %) of the mass, "
+        f"{100 * ROTATING_SHARE_STD:.0f} %) of the mass, "
         "typical for wheels"
     )
     remedy = (
@@ -120,4 +120,4 @@ def _rotating_mass(known: Mapping[str, Given]) -> Given:
         inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
         return Given(4 * inertia.value / radius**2, 4 * inertia.std / radius**2)
     mass = known["mass"].value
-    return Given(ROTATING_SHARE * mass, ROTATING_STD * mass)
+    return Given(ROTATING_SHARE * mass, ROTATING_SHARE_STD * mass)

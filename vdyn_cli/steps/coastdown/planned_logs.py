@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY, ROTATING_SHARE
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.coastdown.known_parameters import ROTATING_SHARE
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
 FINE = 0.05  # s, of the simulated motion: two steps a sample at 10 Hz

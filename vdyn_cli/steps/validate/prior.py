@@ -11,7 +11,7 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.physics.models.road_load import Resistances
 from vdyn_cli.physics.models.vehicle_defaults import Completed, complete
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY, ROTATING_SHARE
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -50,7 +50,6 @@ SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed", "re
 FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
 LEAST = 0.02  # lower bound of a positive parameter over its prior mean
 NEAR = 5.0  # standard deviations about the prior mean, bounds of a point of linearization
-TURNING_SHARE = 0.035  # rotating mass of the wheels over the mass, where no inertia is given
 COASTED = "coastdown"  # the step that estimates both resistances from decelerations and the stated mass
 DERIVED = ("cg_to_front", "drag_area")  # derived exactly from given parameters
 STEP = 1e-3  # standard deviations, step of the numerical derivatives of derived parameters
@@ -104,7 +103,7 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     known.require(*full.missing, where="validate")
     assumed = dict(full.assumed)
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
-        assumed["rotating_mass"] = f"{100 * TURNING_SHARE:.1f} % of the mass, typical for wheels"
+        assumed["rotating_mass"] = f"{100 * ROTATING_SHARE:.1f} % of the mass, typical for wheels"
     return _propagated(known, wanted, full, assumed)
 
 
@@ -203,7 +202,7 @@ def _road_load(v: Mapping[str, float]) -> dict[str, float]:
         inertia = 4 * v["wheel_inertia"] + v.get("driveline_inertia", 0.0)
         found["rotating_mass"] = inertia / v["wheel_radius"] ** 2
     elif "rotating_mass" not in v and "mass" in v:
-        found["rotating_mass"] = TURNING_SHARE * v["mass"]
+        found["rotating_mass"] = ROTATING_SHARE * v["mass"]
     return found
 
 
