@@ -77,7 +77,7 @@ def test_a_force_over_speed_that_no_law_has_is_found_as_the_resistance(tmp_path:
 
 
 @pytest.mark.slow  # half a minute of diagnosis each
-@pytest.mark.parametrize("axles", [("front", "rear"), ("rear",)])
+@pytest.mark.parametrize("axles", [("front", "rear"), pytest.param(("rear",), marks=pytest.mark.thorough)])
 def test_dry_friction_of_another_shape_is_found_in_its_damper(tmp_path: Path, axles: tuple[str, ...]) -> None:
     law = other_laws.friction_tanh(290.0)
     hidden = other_laws.Hidden({("damper", axle): law for axle in axles})
@@ -113,7 +113,8 @@ def test_asymmetric_dampers_are_named_where_front_and_rear_differ(tmp_path: Path
     assert [c["effect"] for c in diagnosis["causes"]] == ["asymmetric_damping"]
 
 
-@pytest.mark.slow  # a minute of diagnosis each
+@pytest.mark.slow  # half a minute of diagnosis
+@pytest.mark.thorough
 def test_struts_of_different_friction_are_one_cause_and_leave_the_springs_known(tmp_path: Path) -> None:
     laws = {("damper", "front"): other_laws.friction_tanh(160.0), ("damper", "rear"): other_laws.friction_tanh(90.0)}
     vehicle = random_vehicle(SEED)

@@ -38,11 +38,11 @@ def described(scenario: Scenario, folder: Path, differential: str) -> Path:
     return path
 
 
-MANY = [pytest.param(seed, marks=pytest.mark.thorough) for seed in range(7203, 7213)]  # twelve take 1.5 min
+MANY = [pytest.param(seed, marks=pytest.mark.thorough) for seed in range(7202, 7213)]  # twelve take 1.5 min
 
 
 @pytest.mark.slow  # whole diagnoses
-@pytest.mark.parametrize("seed", [7201, 7202, *MANY])
+@pytest.mark.parametrize("seed", [7201, *MANY])
 def test_drives_of_a_car_with_an_open_differential_show_no_error(seed: int, tmp_path: Path) -> None:
     path = described(Scenario("validate", {}, seed), tmp_path, "open")
     assert execute("validate", path).document["diagnosis"]["verdict"] in SILENT
