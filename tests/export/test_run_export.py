@@ -74,7 +74,7 @@ def test_missing_parameters_are_told_at_once_with_the_step_that_gives_them(tmp_p
         ({}, "xlsx", "there are c, fmu, tir, abc, fastsim, wltp, mat"),
         ({"name": "2cv"}, "c", "--name"),
         ({"name": "a/../b"}, "mat", "--name"),
-        ({"driven": "left"}, "c", "write front, rear, both"),
+        ({"driven": "left"}, "c", "write front or rear or both"),
     ],
 )
 def test_a_wrong_option(tmp_path, change, form, message):

@@ -167,7 +167,7 @@ def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root:
     (tmp_path / "coastdown.yaml").write_text(text)
     found = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
     assert [f.what for f in found] == [
-        "mass = 1588 is not used: a parameter file gives 1636, 17 standard deviations away"
+        "mass = 1588 kg is not used: a --known file of the step 'cg' gives 1636 kg, 17 standard deviations away"
     ]
     (tmp_path / "parameters.json").write_text(known_mass(1589.0))
     assert not gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings

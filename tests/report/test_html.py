@@ -258,8 +258,8 @@ def test_extension_shows_what_it_moved(coastdown: str) -> None:
 
 def test_where_it_was_wrong_is_drawn_before_and_after(coastdown: str) -> None:
     text = Outline(coastdown).text
-    assert "residual over runs, before the extension" in text
-    assert "residual over runs, after the extension" in text
+    assert "measured minus simulated, run by run, before the extension" in text
+    assert "measured minus simulated, run by run, after the extension" in text
     assert "Where the model is wrong" in text
     adequate = replace(examples.coastdown(diagnosed=False), diagnosis=Diagnosis(verdict="adequate", sentence="Good."))
     text = Outline(page_of(adequate)).text

@@ -33,11 +33,11 @@ def run_export(
         raise InputError(Finding("--name", what, name, "choose such a name, as in 'vehicle_1'"))
     axle = next((way for way in get_args(Driven) if way == driven), None)
     if axle is None:
-        raise InputError(Finding("--driven", "is not an axle", repr(driven), f"write {', '.join(get_args(Driven))}"))
+        raise InputError(Finding("--driven", "is unknown", repr(driven), f"write {' or '.join(get_args(Driven))}"))
     kind = next((kind for kind in get_args(Differential) if kind == differential), None)
     if kind is None:
-        remedy = f"write {', '.join(get_args(Differential))}"
-        raise InputError(Finding("--differential", "is not a differential", repr(differential), remedy))
+        remedy = f"write {' or '.join(get_args(Differential))}"
+        raise InputError(Finding("--differential", "is unknown", repr(differential), remedy))
     made = make(read_parameter_file(path), form, ExportOptions(name, axle, kind))
     for file, data in made.files.items():
         write_whole(folder / file, data)

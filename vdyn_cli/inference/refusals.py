@@ -69,9 +69,9 @@ def _undetermined(solved: Solved) -> list[Finding]:
     if rows:
         x = solved.point.x[:s]
         held = [f"{phrase(names, row)} = {float(row @ x):.4g}" for row in rows]
-        what = f"only {listed(held)} {'is' if len(held) == 1 else 'are'} determined, not {listed(members)} alone"
+        what = f"the data determine only {listed(held)}, not {listed(members)} separately"
     elif own:
-        what = f"{listed(members)} cannot be separated from {listed(own)} of the runs"
+        what = f"a change of {listed(members)} is canceled by a change of {listed(own)} in each run"
     else:
         what = f"the data do not determine {listed(members)}"
     free = " and ".join(names[i] for i in found.free)
@@ -115,8 +115,8 @@ def _at_bounds(solved: Solved) -> list[Finding]:
             if abs(x[i] - bound) <= near:
                 what = f"{regression.label(i)} lies at its {which} bound"
                 remedy = (
-                    "check signs, units and given values: a physical value lies inside the bounds. If these data do "
-                    "not determine the parameter, state its value"
+                    "a unit, a sign or a given value such as the mass is wrong, or these data do not determine the "
+                    "parameter: then state its value"
                 )
                 findings.append(Finding("fit", what, f"{bound:g} {u.unit}".strip(), remedy))
     return findings

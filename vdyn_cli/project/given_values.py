@@ -47,11 +47,11 @@ def contradicted_values(stated: Parameters, known: Parameters, source: YamlSourc
         used = known[name]
         apart, spread = abs(given.value - used.value), float(np.hypot(given.std, used.std))
         if apart > max(CONTRADICTS * spread, SAME * abs(given.value)):
-            what = f"{name} = {given.value:.5g} is not used: a parameter file gives {used.value:.5g}"
+            value, other = (f"{v:.5g} {given.unit}".strip() for v in (given.value, used.value))
+            what = f"{name} = {value} is not used: a --known file of the step '{used.source}' gives {other}"
             distance = f", {apart / spread:.0f} standard deviations away" if spread > 0 else ""
-            yield Finding(
-                source.where(("vehicle", name)), what + distance, "", "remove it from one of them", doubt=True
-            )
+            remedy = "delete this value, or leave that file out, whichever is wrong"
+            yield Finding(source.where(("vehicle", name)), what + distance, "", remedy, doubt=True)
 
 
 def given_parameters(vehicle: Vehicle) -> Parameters:

@@ -24,7 +24,7 @@ class ClockDifference:
         ``time`` where the delay is stated.
     delay, delay_std, at : s; the delay holds at the time ``at`` of the reference's clock.
     drift, drift_std : s/s.
-    corrected : whether the drift is corrected; else only the delay is.
+    corrected : true: delay and drift are removed; false: only the delay, because the drift is not significant.
     gain, offset : the logger's channel = gain x the reference's + offset.
     channels : names of the channels taken from this logger, resampled to the reference's clock.
     """

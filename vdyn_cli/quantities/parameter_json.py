@@ -95,7 +95,10 @@ def _of_refused(path: Path, document: Mapping[str, Any]) -> Finding:
     """The message for the JSON of a step whose result was not published."""
     step = _shown(document.get("step"))
     why = one_line(str(document.get("sentence"))[:200])
-    remedy = f"run 'vdyn {step}' on data that determine them, or leave this file out; its report shows where it fails"
+    report = path.with_suffix(".html").name
+    remedy = (
+        f"its report, {report}, says what the test lacked: run 'vdyn {step}' with better data, or leave this file out"
+    )
     return Finding(str(path), f"contains no parameters: the result of '{step}' was not published", why, remedy)
 
 
@@ -231,8 +234,10 @@ def _correlation(rows: Mapping[str, Any], where: str, problems: list[Finding]) -
         try:
             found[name] = {str(other): _number(value) for other, value in row.items() if value is not None}
         except (TypeError, AttributeError):
-            problems.append(Finding(f"{where}, correlation of '{_shown(name)}'", "is not a mapping of numbers"))
+            problems.append(
+                Finding(f"{where}, correlation of '{_shown(name)}'", "is not a mapping of numbers", remedy=_AGAIN)
+            )
             continue
         if not all(abs(value) <= 1.0 + ROUNDING for value in found[name].values()):
-            problems.append(Finding(f"{where}, correlation of '{_shown(name)}'", "lies outside -1 to 1"))
+            problems.append(Finding(f"{where}, correlation of '{_shown(name)}'", "lies outside -1 to 1", remedy=_AGAIN))
     return found

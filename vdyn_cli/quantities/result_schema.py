@@ -82,7 +82,7 @@ class Versions(BaseModel):
 
 
 class ProvenanceDocument(Entry):
-    """Origin of the result; the same inputs, settings and versions give the same bytes."""
+    """Origin of the result; the same inputs, settings and versions give identical files."""
 
     inputs: dict[str, str] = Field(description="sha256 of every file that was read, by its path or name")
     settings: dict[str, JsonValue] = Field({}, description="the test's description with all defaults, in SI units")
@@ -139,9 +139,11 @@ class ClockEntry(Entry):
     at: float = Field(description="time of the first logger for which the delay holds, s")
     drift: float = Field(description="change of the delay over time, s/s")
     drift_std: float = Field(description="standard error of the drift, s/s")
-    corrected: bool = Field(description="whether the drift is corrected; else it is not significant")
+    corrected: bool = Field(description="true: the drift is removed; false: it is not significant and left in")
     gain: float = Field(description="second channel over first, in SI units")
-    offset: float = Field(description="of the second channel, in its SI unit")
+    offset: float = Field(
+        description="constant by which the second channel exceeds gain times the first, in its SI unit"
+    )
     channels: list[str] = Field(description="channels that were resampled from the other logger")
 
 

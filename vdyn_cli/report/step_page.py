@@ -193,7 +193,7 @@ def _maps(grouped: Sequence[ChannelTraces], name: str) -> tuple[Plot, ...]:
     found = []
     for i, channel in enumerate(mapped):
         before = channel.before() if channel.extended else None
-        what = f"{typography.title(channel.name)}: residual over runs"
+        what = f"{typography.title(channel.name)}: measured minus simulated, run by run"
         limit = 0.0 if before is None else residual_map.limit(before)
         if before is not None:
             svg = residual_map.map_svg(before, f"{name}-map{i}-before", limit)

@@ -16,17 +16,29 @@ class ReferenceBox(Strict):
 
     width: Annotated[Given, Si("m", 0.05, 20)] = Field(description="true width, m")
     height: Annotated[Given, Si("m", 0.05, 20)] = Field(description="true height, m")
-    left: float | None = Field(None, description="left edge, pixels. Default: the edge of the picture")
-    top: float | None = Field(None, description="upper edge, pixels. Default: the edge of the picture")
-    right: float | None = Field(None, description="right edge, pixels. Default: the edge of the picture")
-    bottom: float | None = Field(None, description="lower edge, pixels. Default: the edge of the picture")
+    left: float | None = Field(
+        None,
+        description="column of its left edge, pixels from the left of the picture. Default: the edge of the picture",
+    )
+    top: float | None = Field(
+        None, description="row of its upper edge, pixels from the top of the picture. Default: the edge of the picture"
+    )
+    right: float | None = Field(
+        None,
+        description="column of its right edge, pixels from the left of the picture. Default: the edge of the picture",
+    )
+    bottom: float | None = Field(
+        None, description="row of its lower edge, pixels from the top of the picture. Default: the edge of the picture"
+    )
 
 
 class AreaSettings(Strict):
     """How the car is separated from its background, and where the camera stood."""
 
     threshold: Annotated[float, Field(gt=0, lt=1)] | Literal["auto"] = Field(
-        "auto", description="gray level between car and background, 0 black to 1 white; auto: Otsu's method"
+        "auto",
+        description="gray level between car and background, 0 black to 1 white; auto: the level that separates the two "
+        "best (Otsu's method)",
     )
     car: Literal["dark", "bright"] = Field(
         "dark", description="whether the car is darker or brighter than the background"

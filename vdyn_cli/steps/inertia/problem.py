@@ -220,7 +220,9 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     findings = [f for log in data.runs for f in log.findings]
     if "rolling_resistance" not in known:
         what = f"is not known: {ANY_TIRE.value} +- {ANY_TIRE.std} assumed (typical car tire)"
-        findings.append(Finding("rolling_resistance", what, "", "pass the coast-down's result with --known"))
+        findings.append(
+            Finding("rolling_resistance", what, "", "add the coast-down's result, '--known coastdown.json'")
+        )
     findings += radius_findings
     return InertiaProblem(spec, data, given, balance, tuple(findings))
 

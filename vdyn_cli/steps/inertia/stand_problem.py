@@ -142,8 +142,10 @@ def _sign_doubts(log: Log) -> list[Finding]:
     torque = log["hub_torque"] - np.nanmean(log["hub_torque"])
     there = np.isfinite(torque)
     mean = np.interp(edges[1:] - 0.125, log.time[there], torque[there])
-    if gained.size > 2 and cosine(gained - gained.mean(), mean) < -STEP_POLICY.sign_correlation:
-        return [wrong_sign(log.name, "hub_torque", "the wheel slows down where the torque rises")]
+    alike = cosine(gained - gained.mean(), mean) if gained.size > 2 else 0.0
+    if alike < -STEP_POLICY.sign_correlation:
+        what = "the wheel slows down while the torque is high"
+        return [wrong_sign(log.name, "hub_torque", what, f"correlation {alike:.2f}")]
     return []
 
 

@@ -69,7 +69,7 @@ def stand_result(
     )
     if budget.interval95[0] <= 0:
         what = "is not determined: its interval contains zero"
-        remedy = "spin the wheel up and down harder and more often"
+        remedy = "repeat with more spins, and with at least twice the torque"
         raise UnpublishedError((Finding("wheel_inertia", what, f"{budget.value:.3g} {UNIT}", remedy),), result)
     return result
 

@@ -79,7 +79,9 @@ def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> tuple[Finding, ...]:
     if not both_reached or abs(driving - braking) < STEP_POLICY.two_peaks * max(driving, braking):
         return ()
     what = "the largest friction differs between driving and braking, and one curve is fitted to both"
-    remedy = "write 'peaks: two' under settings, or check the zero of the force"
+    remedy = (
+        "set the zero of the force sensor and repeat; if the tire really differs, write 'peaks: two' under settings"
+    )
     return (Finding("settings.peaks", what, f"{driving:.3f} and {braking:.3f}", remedy),)
 
 

@@ -109,16 +109,20 @@ def _summary(v: Validation, names: tuple[str, ...]) -> FitSummary:
 
 
 def _unrecorded(logs: Sequence[Log], model: str) -> list[Finding]:
-    """Inputs assumed zero because they are not recorded."""
+    """Inputs that are taken as zero because they are not recorded."""
     missing = [n for n in ("brake_torque", "grade") if not all(n in log for log in logs)]
     if not missing:
         return []
-    also = "" if model == "vehicle" or "brake_torque" not in missing else "; map brake_torque, or use powered windows"
-    return [Finding("channels", f"{' and '.join(missing)} not recorded: assumed zero{also}", minor=True)]
+    unbraked = "brake_torque" in missing and model != "vehicle"
+    remedy = "map brake_torque, or write 'windows: {powered: true}' under settings" if unbraked else ""
+    return [Finding("channels", f"{' and '.join(missing)} not recorded: taken as zero", "", remedy, minor=True)]
 
 
 def document(v: Validation) -> dict[str, Any]:
-    """``validation`` of the result's JSON: errors by output and regime, posterior of each parameter, and the noise."""
+    """``validation`` of the result's JSON: errors by output and regime, posterior of each parameter, and the noise.
+
+    The key ``strain`` is the pull of a parameter; the verdict ``strained`` means that a pull is large.
+    """
     outputs = {}
     for name, test in v.tests.items():
         error = v.errors(name)

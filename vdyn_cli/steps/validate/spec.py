@@ -42,13 +42,13 @@ class GainSettings(Strict):
     """Standard deviations of sensors' gains, the same in all drives."""
 
     speed: Annotated[Given, Si("", 0, 0.2)] = Field(
-        Given(0.0005), description="relative standard deviation of the speed sensor's gain"
+        Given(0.0005), description="relative standard deviation of the speed sensor's gain; 0.001 is 0.1 %"
     )
     shaft_torque: Annotated[Given, Si("", 0, 0.2)] = Field(
-        Given(0.001), description="relative standard deviation of the shaft torque sensors' common gain"
+        Given(0.001), description="relative standard deviation of the shaft torque sensors' common gain; 0.001 is 0.1 %"
     )
     acceleration: Annotated[Given, Si("", 0, 0.2)] = Field(
-        Given(0.01), description="relative standard deviation of the accelerometer's gain"
+        Given(0.01), description="relative standard deviation of the accelerometer's gain; 0.01 is 1 %"
     )
 
 
