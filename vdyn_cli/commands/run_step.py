@@ -87,6 +87,8 @@ def tell_result(record: StepRecord, tell: Tell) -> None:
         tell(f"note: {finding}", detail=finding.minor)
     for warning in result.fit.warnings:
         tell(f"warning: {warning}")
+    if result.parameters:  # in a description, the number after +- is one standard deviation
+        tell(f"  {'':<30} value ± half of the 95 % interval")
     for key, estimate in result.parameters.items():
         tell(f"  {key:<30} {estimate_text(estimate)}")
     wider = {
