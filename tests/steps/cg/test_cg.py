@@ -14,6 +14,7 @@ from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.cg.input_checks import ready_runs
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
 from vdyn_cli.steps.cg.load_fit import LoadFit
 from vdyn_cli.steps.cg.load_windows import cut_windows
@@ -154,6 +155,15 @@ def test_a_sign_that_contradicts_physics_is_refused_with_the_line_to_add(channel
     with pytest.raises(InputError, match=says) as caught:
         STEP.estimate(SPEC, turned, known(vehicle))
     assert "sign: -1" in str(caught.value)
+
+
+def test_the_noise_of_a_gyro_has_no_sign() -> None:
+    """A kart hardly pitches: the integrated noise of its gyro fell with the acceleration in one run of four."""
+    vehicle = random_vehicle(1)
+    log, noise = logs(vehicle, 1)[0], np.random.default_rng(0)
+    for _ in range(20):
+        still = log.with_channels(pitch_rate=0.01 * noise.standard_normal(log.time.size))
+        ready_runs(SPEC, (still,))
 
 
 def test_the_trap_is_real() -> None:

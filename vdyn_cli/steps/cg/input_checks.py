@@ -22,6 +22,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 SHORTEST = 2.0  # s: a run must contain a squat and a dive of half a second each, with their onset and decay
 FEWEST_SAMPLES = 10  # of an acceleration that can be compared with its noise
 BLOCK = 0.5  # s: at least half a period of the body's heave, so that means are nearly independent
+WALK = 3.0  # standard deviations of a random walk, which chance hardly reaches
 WEAK = "acceleration and braking are too weak"
 
 
@@ -136,6 +137,17 @@ def carried_at_rest(log: Log) -> tuple[float, float]:
     return float(found[0]), float(np.sqrt(left @ left / (count - free) * inverse[0, 0]))
 
 
+def _pitches(log: Log, pitch: Array) -> bool:
+    """Whether the pitch (n,) exceeds ``WALK`` times the integrated noise of its rate: level * step * (n / 6)^0.5, rad.
+
+    That noise is a random walk, which correlates with any slow channel; (n / 6)^0.5 is its scatter about its mean.
+    """
+    if "pitch" in log:
+        return bool(_exceeds_noise(pitch, log.time))
+    level, step = white_level(log["pitch_rate"], log.time), float(np.median(np.diff(log.time)))
+    return float(np.nanstd(pitch)) > WALK * level * step * (log.time.size / 6) ** 0.5
+
+
 def _correlation(a: Array, b: Array) -> float:
     return cosine(a - np.nanmean(a), b - np.nanmean(b))
 
@@ -162,7 +174,7 @@ def _errors(log: Log) -> list[Finding]:
     if gains_load:
         what = "the front axle gains load when the car accelerates: acceleration must be positive forward"
         return [wrong_sign(log.name, "acceleration", what)]
-    if _correlation(acceleration, pitch) < -STEP_POLICY.sign_correlation:
+    if _correlation(acceleration, pitch) < -STEP_POLICY.sign_correlation and _pitches(log, pitch):
         what = "the nose dips when the car accelerates: pitch must be positive nose-up (else the inertia is wrong)"
         return [wrong_sign(log.name, "pitch_rate", what)]
     return []
