@@ -12,6 +12,7 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, even_if_refused, solve
+from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
@@ -29,7 +30,7 @@ from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
-from vdyn_cli.steps.effect_estimates import unbounded
+from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -151,7 +152,8 @@ class CgProblem(SimulatedProblem):
             alone = self._best_with_one(fit)
             if alone[1] < STEP_POLICY.balance_noise:
                 return alone[0]
-        found = self._nearly_fitted(replace(fit, effect_unknowns=unbounded(fit.effect_unknowns)))
+        whole = replace(fit, effect_unknowns=unbounded(fit.effect_unknowns))
+        found = self._nearly_fitted(whole, unknowns_of_profiles(fit.effects))
         at, misfit = (fit.unknowns_at(found[0]), found[1]) if found else (fit.unknowns_at(self._first), np.inf)
         enough = STEP_POLICY.balance_noise * misfit if heaves else STEP_POLICY.balance_misfit
         if (_unexplained(self.fit, even_if_refused(lambda: self.baseline)) if heaves else misfit) < enough:
@@ -178,15 +180,15 @@ class CgProblem(SimulatedProblem):
                 at, misfit = fit.unknowns_at(found[0]), found[1]
         return at, misfit
 
-    def _nearly_fitted(self, fit: LoadFit) -> tuple[Solution, float] | None:
+    def _nearly_fitted(self, fit: LoadFit, held: Mapping[str, float] = NO_VALUES) -> tuple[Solution, float] | None:
         """A fit with effects in a few rounds, for noise and true channels, and its misfit; None where it fails.
 
-        It starts at the fit without effects.
+        It starts at the fit without effects; unknowns in ``held`` keep these values.
         """
         try:
             solution = self._first
             for _ in range(ROUNDS):
-                balance = fit.regression(fit.unknowns_at(solution))
+                balance = restricted(fit.regression(fit.unknowns_at(solution)), held)
                 solution = solve(balance, tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
             return solution, _unexplained(fit, solution)
         except ResultError:
