@@ -161,7 +161,7 @@ def test_the_noise_of_a_gyro_has_no_sign() -> None:
     """A kart hardly pitches: the integrated noise of its gyro fell with the acceleration in one run of four."""
     vehicle = random_vehicle(1)
     log, noise = logs(vehicle, 1)[0], np.random.default_rng(0)
-    for _ in range(20):
+    for _ in range(100):
         still = log.with_channels(pitch_rate=0.01 * noise.standard_normal(log.time.size))
         ready_runs(SPEC, (still,))
 

@@ -138,14 +138,14 @@ def carried_at_rest(log: Log) -> tuple[float, float]:
 
 
 def _pitches(log: Log, pitch: Array) -> bool:
-    """Whether the pitch (n,) exceeds ``WALK`` times the integrated noise of its rate: level * step * (n / 6)^0.5, rad.
+    """Whether the pitch (n,), rad, exceeds ``WALK`` times the noise that its integration adds: level step (n / 6)^0.5.
 
-    That noise is a random walk, which correlates with any slow channel; (n / 6)^0.5 is its scatter about its mean.
+    That noise is a random walk, which correlates with any slow channel by chance; (n / 6)^0.5 is that of its scatter about its mean.
     """
     if "pitch" in log:
-        return bool(_exceeds_noise(pitch, log.time))
+        return _exceeds_noise(pitch, log.time)
     level, step = white_level(log["pitch_rate"], log.time), float(np.median(np.diff(log.time)))
-    return float(np.nanstd(pitch)) > WALK * level * step * (log.time.size / 6) ** 0.5
+    return bool(np.nanstd(pitch) > WALK * level * step * (log.time.size / 6) ** 0.5)
 
 
 def _correlation(a: Array, b: Array) -> float:
