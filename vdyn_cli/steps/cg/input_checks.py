@@ -140,12 +140,15 @@ def carried_at_rest(log: Log) -> tuple[float, float]:
 def _pitches(log: Log, pitch: Array) -> bool:
     """Whether the pitch (n,), rad, exceeds ``WALK`` times the noise that its integration adds: level step (n / 6)^0.5.
 
-    That noise is a random walk, which correlates with any slow channel by chance; (n / 6)^0.5 is that of its scatter about its mean.
+    It is a random walk, which correlates with any slow channel by chance; (n / 6)^0.5 is its scatter about its mean.
     """
     if "pitch" in log:
         return _exceeds_noise(pitch, log.time)
-    level, step = white_level(log["pitch_rate"], log.time), float(np.median(np.diff(log.time)))
-    return bool(np.nanstd(pitch) > WALK * level * step * (log.time.size / 6) ** 0.5)
+    rate = log["pitch_rate"]
+    if np.count_nonzero(np.isfinite(rate)) < FEWEST_SAMPLES:
+        return False
+    walk = white_level(rate, log.time) * float(np.median(np.diff(log.time)) * np.sqrt(rate.size / 6))
+    return float(np.nanstd(pitch)) > WALK * walk
 
 
 def _correlation(a: Array, b: Array) -> float:
