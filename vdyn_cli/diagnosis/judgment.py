@@ -7,8 +7,9 @@ unknown       no candidate model suffices, or the one that does is refuted: by i
 ambiguous     several suffice; these data cannot discriminate between them
 named         one effect (or one set of effects) suffices; data_fault if it is a sensor error
 
-Which candidate models suffice: ``accepted_models`` in model_selection. ``diagnose`` has the verdict revised twice:
-``with_part`` (part_judgment) names a law of the part at fault if that explains more than the candidates, and
+Which candidate models suffice: ``accepted_models`` in model_selection. ``diagnose`` has the verdict revised three
+times: ``with_part`` (part_judgment) names a law of the part at fault if that explains more than the candidates,
+``with_nuisance_effects`` judges sensor errors that the baseline contains, such as the latency of a logger, and
 ``extended`` (extension) replaces or withdraws an answer that the step's exact model does not confirm.
 """
 
