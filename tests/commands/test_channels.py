@@ -89,7 +89,7 @@ def test_one_log_that_cannot_be_read_hides_no_other(tmp_path: Path) -> None:
     text, problems = channels_table(*paths)
     assert "v [m/s]" in text
     assert "run_2.csv: 2 channels" in text
-    assert [(p.where, p.what) for p in problems] == [("run_0.csv", "contains no numbers, at most a header")]
+    assert [(p.where, p.what) for p in problems] == [("run_0.csv", "has no rows of data")]
 
 
 def test_logs_of_one_name_are_told_with_their_folders(tmp_path: Path) -> None:

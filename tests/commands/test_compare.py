@@ -80,7 +80,7 @@ def test_files_that_cannot_be_compared_are_input_errors(tmp_path: Path) -> None:
     other = write(tmp_path / "other.json", {"mass": entry(1500.0, 1.0, "kg")})
     with pytest.raises(InputError, match="no parameter in common"):
         run_compare(one, other, as_json=False)
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="does not exist"):
         run_compare(one, tmp_path / "missing.json", as_json=False)
     refused = write(tmp_path / "refused.json", {}, refused="the parameters are not determined")
     with pytest.raises(InputError, match="contains no parameters"):

@@ -68,8 +68,8 @@ def test_what_is_no_file_or_may_not_be_read(tmp_path: Path, monkeypatch: pytest.
     [
         ("", "the file is empty"),
         ("\ufeff\r\n", "the file is empty"),
-        ("t,v [m/s]\n", "contains no numbers, at most a header"),
-        ("t,v [m/s]\n\n\n", "contains no numbers, at most a header"),
+        ("t,v [m/s]\n", "has no rows of data"),
+        ("t,v [m/s]\n\n\n", "has no rows of data"),
         ("x,ID,Name\n0,a,b\n1,a,b\n", "contains no table with two columns of numbers"),
         ("t,v [m/s]\n0,1\n", "fewer than two rows of data"),
         ("t,v [m/s]\n1,1\n1,2\n1,3\n", "the time is constant"),

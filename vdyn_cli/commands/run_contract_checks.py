@@ -60,5 +60,6 @@ def _all_checks(name: str, example: Path | None, known: tuple[Path, ...]) -> Map
 
 def _given(example: Path | None, name: str, kind: str) -> Path:
     if example is None:
-        raise InputError(Finding(name, "needs an example", remedy=f"write 'vdyn test-plugin {name} {kind}'"))
+        remedy = f"write 'vdyn test-plugin {name} {kind}'"
+        raise InputError(Finding(name, f"is tested on a {kind}, and none is named", remedy=remedy))
     return example

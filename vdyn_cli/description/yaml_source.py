@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
-from vdyn_cli.quantities.input_file import read_regular
+from vdyn_cli.quantities.input_file import read_regular, unreadable
 
 Location = tuple[str | int, ...]
 
@@ -117,7 +117,7 @@ def _read_text(path: Path) -> tuple[str, str]:
     except OSError as error:
         if error.errno == errno.EFBIG:
             raise InputError(Finding(str(path), "is too large for a test description", str(error.strerror))) from None
-        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}")) from None
+        raise unreadable(path, error) from None
     except UnicodeDecodeError:
         raise InputError(Finding(str(path), "is not UTF-8 text", remedy="save the file as UTF-8")) from None
 

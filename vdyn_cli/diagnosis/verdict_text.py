@@ -118,7 +118,7 @@ def _immaterial(
     """The sentence on a significant finding that does not matter: first its size, then a possible effect."""
     text = f"No model error that matters: a deviation is significant ({p_text(judgment.detection.p_value)}) but small"
     if judgment.immaterial is None:
-        return f"{text}: free profiles change neither the output nor the parameters by more than the limits."
+        return f"{text}: even free profiles change the output and the parameters by less than what matters."
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.immaterial.effects)
     verb = "come" if len(judgment.immaterial.effects) > 1 or is_plural(named) else "comes"
     what = "would explain it" if judgment.immaterial_suffices else f"{verb} closest to it"

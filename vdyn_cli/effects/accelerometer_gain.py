@@ -4,7 +4,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
 @effect(
     on="acceleration",
     unknowns=Quantity(
-        "accelerometer_gain_error", "", "share by which the accelerometer reads too much", "e", -0.3, 0.3
+        "accelerometer_gain_error", "", "share by which the accelerometer reads too high", "e", -0.3, 0.3
     ),
     reference="gain error of inertial sensors: 1 to 3 %; more with a wrong range or sensitivity in the logger",
     label="an accelerometer with a wrong gain",

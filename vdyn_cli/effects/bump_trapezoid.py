@@ -11,7 +11,7 @@ from vdyn_cli.engine.maths import fmax, fmin
     nominal={"bump_flat_share": 0.4},
     reference="flat tops of 0.3 to 0.6 of the width: trapezoid bumps of parking lots and test tracks",
     label="a bump that is closer to a trapezoid than described",
-    signature="On the bump the loads stay high for longer than simulated, with corners at the edges of its top.",
+    signature="On the bump the loads stay high for longer than simulated and change abruptly at its edges.",
     alike=("bump_width_error", "bump_height_error", "tire_enveloping"),
     confirm="Measure the bump's profile, and give it as 'profile'.",
     tags={"bump_crossing", "test_only"},

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="hub_torque",
-    unknowns=Quantity("hub_torque_gain", "", "share by which the hub's torque reads too much", "g", -0.1, 0.1),
+    unknowns=Quantity("hub_torque_gain", "", "share by which the hub's torque reads too high", "g", -0.1, 0.1),
     reference="wheel force sensors: 0.1 to 0.5 % between the gains of torque and force",
     label="a hub torque with a wrong gain",
     signature="The torque residual is proportional to the torque and to the longitudinal force.",

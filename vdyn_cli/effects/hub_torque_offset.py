@@ -8,7 +8,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="a hub torque with a wrong zero",
     signature="The torque residual is the same at every speed and torque, in every run.",
     alike=("brake_drag", "bearing_drag", "rolling_resistance"),
-    confirm="Jack the wheel up, turn it by hand both ways and read the torque.",
+    confirm="Jack the wheel up, turn it by hand both ways and read the torque; the mean of both is the zero.",
     tags={"of_a_car", "sensor", "wheel_spin"},
 )
 def hub_torque_offset(hub_torque: Law, s: Signals, q: Signals) -> Number:

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="speed",
-    unknowns=Quantity("speed_error", "", "share by which the speed channel reads too much", "ev", -0.1, 0.1),
+    unknowns=Quantity("speed_error", "", "share by which the speed channel reads too high", "ev", -0.1, 0.1),
     reference="a worn or pumped-up tire: 1 to 3 %; a speedometer's lead: up to 10 % (UN Regulation 39)",
     label="a speed with a gain error",
     signature="The delay between front and rear axle differs from wheelbase over speed by a constant factor.",

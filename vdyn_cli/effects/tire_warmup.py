@@ -19,8 +19,8 @@ from vdyn_cli.engine.maths import exp
 def tire_warmup(rolling: Law, s: Signals, q: Signals) -> Number:
     """Tires with a higher rolling resistance while they are cold.
 
-    Rr = frr Fz (1 + k exp(-t/T)), N, Fz the load, N, and t, s, since the first run of the day began: ``elapsed``, where
-    that is the time since the run began with ``run_start`` added. T is 600 s where the data do not determine it.
+    Rr = frr Fz (1 + k exp(-t/T)), N, Fz the load, N; t: seconds since the first run of the day began. T is 600 s where
+    the data do not determine it.
     """
     cold = exp(-(s.elapsed + s.__dict__.get("run_start", 0.0)) / q.tire_warmup_time)
     return rolling(s.but(rolling_resistance=s.rolling_resistance * (1.0 + q.tire_warmup * cold)))

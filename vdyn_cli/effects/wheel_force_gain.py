@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="wheel_force",
-    unknowns=Quantity("wheel_force_gain", "", "share by which all wheel loads read too much", "g", -0.1, 0.1),
+    unknowns=Quantity("wheel_force_gain", "", "share by which all wheel loads read too high", "g", -0.1, 0.1),
     reference="wheel force sensors: 0.1 % of full scale, crosstalk of the longitudinal force up to 1 %",
     label="wheel loads with a wrong gain",
     signature="The relative error of every load is the same; at rest the sum of the loads differs from the weight.",

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
-from vdyn_cli.quantities.input_file import open_regular
+from vdyn_cli.quantities.input_file import open_regular, unreadable
 
 _NO_LOGS = ("", ".yaml", ".yml", ".json", ".html")
 TEMPORARY = ".vdyn-tmp"  # ending of files that are being written
@@ -114,7 +114,7 @@ def sha256(path: Path) -> str:
             while piece := file.read(1 << 20):
                 digest.update(piece)
     except OSError as error:
-        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}")) from None
+        raise unreadable(path, error) from None
     return digest.hexdigest()
 
 

@@ -172,16 +172,18 @@ def impossible_clock(log: Log) -> Iterator[Finding]:
     """
     duration, where = log.duration, f"{log.name}, channel 'time'"
     usual = duration / max(log.time.size - 1, 1)
-    what = f"the log lasts {duration:.3g} s, with a sample every {usual:.3g} s"
-    remedy = _unit_of_time(duration > LONGEST or usual > COARSEST)
-    if not SHORTEST <= duration <= LONGEST or not FINEST <= usual <= COARSEST:
-        yield Finding(where, f"{what}: impossible for a road test", remedy=remedy)
-        return
+    limits = (("the log lasts", duration, SHORTEST, LONGEST), ("the mean step is", usual, FINEST, COARSEST))
+    for what, value, low, high in limits:
+        if not low <= value <= high:
+            got = f"{what} {value:.3g} s; a road test has {low:g} to {high:g} s"
+            yield Finding(where, got, remedy=_unit_of_time(value > high))
+            return
     for name in ("speed", "vehicle_speed"):
         values = log[name][np.isfinite(log[name])] if name in log else np.empty(0)
         change = float(np.subtract(*np.quantile(values, (0.9, 0.1)))) if values.size else 0.0
         if change > MOST_ACCELERATION * duration:
-            what = f"the log lasts {duration:.3g} s, in which '{name}' changes by {change:.3g} m/s"
+            rate = f"{change / duration:.3g} m/s^2, more than any car's {MOST_ACCELERATION:g} m/s^2"
+            what = f"'{name}' changes by {change:.3g} m/s in {duration:.3g} s: {rate}"
             yield Finding(where, what, remedy="check the units of time and speed")
 
 

@@ -8,12 +8,21 @@ import stat
 from pathlib import Path
 from typing import BinaryIO
 
+from vdyn_cli.quantities.errors import Finding, InputError
+
 _KINDS = {
     stat.S_IFIFO: "a named pipe",
     stat.S_IFCHR: "a device",
     stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
 }
+
+
+def unreadable(path: Path, error: OSError) -> InputError:
+    """The message on a file that the system does not let a program read."""
+    denied = isinstance(error, PermissionError)
+    remedy = "close the program that uses the file, or check its permissions" if denied else ""
+    return InputError(Finding(str(path), f"cannot be read: {error.strerror or error}", remedy=remedy))
 
 
 def open_regular(path: Path) -> BinaryIO:

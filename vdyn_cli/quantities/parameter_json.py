@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
-from vdyn_cli.quantities.input_file import read_regular
+from vdyn_cli.quantities.input_file import read_regular, unreadable
 from vdyn_cli.quantities.law_definition import LawDefinition
 from vdyn_cli.quantities.parameters import FORMAT, Estimate, Parameters
 from vdyn_cli.quantities.quantity import Quantity, UnitError, to_si
@@ -110,9 +110,10 @@ def one_line(text: str) -> str:
 def _bytes(path: Path) -> bytes:
     try:
         return read_regular(path, MOST_BYTES)
+    except FileNotFoundError:
+        raise InputError(Finding(str(path), "does not exist", remedy=_WRITTEN)) from None
     except OSError as error:
-        remedy = _WRITTEN if isinstance(error, FileNotFoundError) else ""
-        raise InputError(Finding(str(path), f"cannot be read: {error.strerror}", remedy=remedy)) from None
+        raise unreadable(path, error) from None
 
 
 def _mapping(document: Mapping[str, Any], key: str, path: Path, problems: list[Finding]) -> Mapping[str, Any]:

@@ -189,7 +189,7 @@ def test_gaps_and_missing_values_are_left_out(car: tuple[Vehicle, tuple[Log, ...
 def test_logs_that_cannot_serve_are_refused(car: tuple[Vehicle, tuple[Log, ...]]) -> None:
     vehicle, (log, *_) = car
     cases = {
-        "is too short": log.between(5.0, 6.0),
+        "every channel has readings: 12 are needed": log.between(5.0, 6.0),
         "wheel speed is constant within its noise": log.with_channels(wheel_speed=np.full(log.time.size, 40.0)),
         "the channel is empty": log.with_channels(hub_force_x=np.full(log.time.size, np.nan)),
     }

@@ -104,9 +104,9 @@ def test_what_is_no_swing_is_refused() -> None:
     noise = np.random.default_rng(2).standard_normal(time.size)
     with pytest.raises(ResultError, match="free swing"):
         free_swing(Recording("gyro.csv", "angular_rate", time, noise, "compound"))
-    with pytest.raises(ResultError, match="too short"):
+    with pytest.raises(ResultError, match="30 samples: "):
         free_swing(Recording("gyro.csv", "angular_rate", time[:30], noise[:30], "compound"))
-    with pytest.raises(ResultError, match="too short for a period"):
+    with pytest.raises(ResultError, match="swings of"):
         free_swing(Recording("gyro.csv", "angular_rate", time[:900], np.sin(5.0 * time[:900]), "compound"))
     with pytest.raises(ResultError, match="too large"):
         free_swing(Recording("gyro.csv", "angular_rate", time, 573 * np.sin(5.0 * time), "torsional"))

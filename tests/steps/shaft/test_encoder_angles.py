@@ -90,7 +90,7 @@ def test_no_torque_is_no_twist_wherever_the_encoders_count_from() -> None:
 def test_a_wrong_gear_ratio_is_named_with_the_right_one() -> None:
     with pytest.raises(InputError, match=r"write 'gear_ratio: 9\.7'") as error:
         STEP.estimate(spec(9.6), (angles(),), Parameters())
-    assert "motor_angle over wheel_angle is not the gear ratio" in str(error.value)
+    assert "motor_angle and wheel_angle have the ratio" in str(error.value)
 
 
 def test_one_angle_alone_gives_no_twist() -> None:

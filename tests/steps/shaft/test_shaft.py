@@ -193,7 +193,7 @@ def test_what_cannot_serve_is_refused_with_the_line_to_change() -> None:
             shaft_torque=-data["shaft_torque"]
         ),
         "constant within its noise": still,
-        "too short": data.between(0.0, 0.1),
+        "readings in every channel: 200 are needed": data.between(0.0, 0.1),
     }
     for message, bad in cases.items():
         with pytest.raises(InputError, match=message):

@@ -156,18 +156,19 @@ def transposed_report(runs: Sequence[ReportedRun], levels: Levels, name: str) ->
         distances; the remedy states the levels that fit.
     """
     likely = written_levels(likely_levels(runs))
-    fits = f"; the distances of the runs fit {likely}" if likely else ""
     count = len(runs[0].times)
     parts = [levels[i:j] for i in range(len(levels)) for j in range(i + 1, len(levels) + 1)]
     alike = [part for part in parts if sum(len(group) - 1 for group in part) == count]
     if not alike:
         what = f"states no speed levels: each row has {count} times between levels"
         got = f"levels for {sum(len(g) - 1 for g in levels)} times" if levels else ""
-        raise InputError(Finding(name, what, got, f"write 'levels' under reading{fits}"))
+        fits = f"'levels: {likely}', which fits the distances of the runs," if likely else "'levels'"
+        raise InputError(Finding(name, what, got, f"write {fits} under reading"))
     wrong = [_contradiction(runs, part) for part in alike]
     if all(wrong):
         what, got = wrong[0]
-        raise InputError(Finding(name, what, got, f"correct 'levels'{fits}"))
+        remedy = f"write 'levels: {likely}', which fits the distances of the runs" if likely else "correct 'levels'"
+        raise InputError(Finding(name, what, got, remedy))
     table = [[SPEED, *(r.name for r in runs)]]
     column = 0
     for group in alike[[bool(w) for w in wrong].index(False)]:

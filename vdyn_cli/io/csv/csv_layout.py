@@ -411,6 +411,4 @@ def _no_table(
     if any(_is_value(f) for r in records for f in r.fields):
         remedy = "export it with a column of times beside the values, below a line of their names"
         return InputError(Finding(name, "contains no table with two columns of numbers", got, remedy))
-    return InputError(
-        Finding(name, "contains no numbers, at most a header", got, "export the log again, with its data")
-    )
+    return InputError(Finding(name, "has no rows of data", got, "export the log again, with its data"))

@@ -147,7 +147,7 @@ def _problems(
     if long:
         lines = lines_of([c.row for c in long], line_of)
         what = f"{len(long)} row(s) longer than the header's {len(layout.header)} columns (line {lines})"
-        remedy = "quote cells that contain the delimiter; a decimal comma needs another delimiter"
+        remedy = "quote cells that contain the delimiter; if numbers have decimal commas, export with ';'"
         problems.append(Finding(f"{name}:{line_of(long[0].row)}", what, repr(long[0].text[:40]), remedy))
     return tuple(problems)
 

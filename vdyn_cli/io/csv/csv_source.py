@@ -14,7 +14,7 @@ from typing import BinaryIO, cast
 
 from vdyn_cli.io.files import folder_as_log, similar_files
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.quantities.input_file import open_regular
+from vdyn_cli.quantities.input_file import open_regular, unreadable
 
 BLOCK = 1 << 20  # bytes; a few blocks are small compared with the channels, and larger ones are not faster
 _LONGEST_LINE = 64 << 20
@@ -147,7 +147,7 @@ def _chunks(path: Path, stream: BinaryIO, size: int) -> Iterator[bytes]:
             what = f"the gzip file is damaged or incomplete after {done} unpacked bytes"
             raise InputError(Finding(str(path), what, remedy="copy or export the file again")) from None
         except OSError as error:
-            raise InputError(Finding(str(path), f"cannot be read: {error.strerror or error}")) from None
+            raise unreadable(path, error) from None
         if not chunk:
             return
         done += len(chunk)

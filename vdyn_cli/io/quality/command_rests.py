@@ -131,7 +131,7 @@ def contradicted_rests(
             and edges[k] > max(QUALITY.rest_apart * _others(edges, k), QUALITY.least_rest_edge * usual)
             and not _followed(rest, tie)
         ):
-            why = f"jumps to 0 N m by {rest.entered:.3g} N m and back by {rest.left:.3g} N m"
+            why = f"jumps from {-rest.entered:.3g} N m to 0 and back to {rest.left:.3g} N m; the acceleration does not"
             yield rest.first, rest.stop, "dropout", why
         elif any(abs(jump) > usual and _missed(at, jump, tie) for at, jump in rest.jumps):
             jump = max(rest.entered, rest.left, key=abs)

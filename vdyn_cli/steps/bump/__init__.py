@@ -8,8 +8,8 @@ Heave z and pitch th (nose-up) of the sprung body, heights zf, zr of the axles, 
     Fz = max(0, F0 + Kt (u - zt))                 no tension: the wheel lifts off
 
 The road u is a bump, which the rear axle reaches one wheelbase after the front axle: haversine
-A/2 (1 - cos(2 pi x/lambda)), half sine A sin(pi x/lambda), or a measured profile. Kf, Kr, Cf, Cr are rates of an axle
-at the wheels, Kt is the stiffness of its two tires.
+A/2 (1 - cos(2 pi x/lambda)), half sine A sin(pi x/lambda), or a measured profile. Kf, Kr (N/m) and Cf, Cr (N s/m) are
+rates at the wheels, Kt (N/m) is the stiffness of the tires, each the sum of left and right.
 
 Simulated and measured axle loads, and vertical acceleration and pitch rate where they are logged, are compared over
 all runs at once, each channel weighted by its noise (setting ``rear_weight``: the paper's weighting of the two loads).

@@ -17,6 +17,7 @@ from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
+LEAST_SPRUNG = 0.3  # share of the mass; cars have 0.8 to 0.95, and less than a third means a wrong unit
 USUAL_LEVER = Given(0.30, 0.08)  # m, height of the center of gravity above the wheel centers: 0.45 to 0.7 minus 0.3
 USUAL_INDEX = (0.4, 1.6)  # Is / (Ms lf lr): half and twice that of cars, which is between 0.7 and 1
 
@@ -109,9 +110,11 @@ def _refuse_impossible(found: Mapping[str, Given]) -> None:
     """Raise InputError where the sprung mass is too small or the center of gravity is not between the axles."""
     findings = []
     sprung, to_front = sprung_body(*(found[n].value for n in BODY_OF))
-    if sprung <= 0.3 * found["mass"].value:
-        got = f"{sprung:.0f} kg of {found['mass'].value:.0f} kg"
-        findings.append(Finding("vehicle", "the sprung mass is too small", got, "check the unsprung masses"))
+    if sprung <= LEAST_SPRUNG * found["mass"].value:
+        what = (
+            f"the sprung mass is {sprung:.0f} kg of {found['mass'].value:.0f} kg: less than {100 * LEAST_SPRUNG:.0f} %"
+        )
+        findings.append(Finding("vehicle", what, "", "check the mass and the unsprung masses"))
     elif not 0.05 < to_front / found["wheelbase"].value < 0.95:
         got = f"{found['cg_to_front'].value:.2f} m behind the front axle, wheelbase {found['wheelbase'].value:.2f} m"
         what = "the center of gravity does not lie between the axles"

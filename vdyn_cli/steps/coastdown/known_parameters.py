@@ -63,7 +63,7 @@ def assumptions(known: Parameters) -> tuple[Finding, ...]:
     what = (
         f"rotating_mass is not given: assumed {100 * ROTATING_SHARE:.1f} % (+- "
         f"{100 * ROTATING_SHARE_STD:.0f} %) of the mass, "
-        "typical for wheels"
+        "typical for wheels; motors add to it"
     )
     remedy = (
         "add 'rotating_mass: <number> kg' under vehicle: sum of J/r^2 of the wheels and all parts that turn with them"

@@ -87,7 +87,7 @@ class FitQuality:
         for name, (size, limit, words) in unphysical(self.fit).items():
             unit = "" if name == ROUGHNESS else " m/s"
             verb = "exceeds" if size > limit else "reaches"
-            what = f"fitted {words}: {size:.2g}{unit} rms {verb} the limit {limit:.2g}{unit}: unmodeled force likely"
+            what = f"fitted {words}: {size:.2g}{unit} rms {verb} the limit {limit:.2g}{unit}: another force is likely"
             remedy = (
                 "check for braking; inspect the residual force over speed and over runs; log position, wind and drive "
                 "torque"

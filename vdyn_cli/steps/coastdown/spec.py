@@ -9,6 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from vdyn_cli.description.quantity_field import Si, Strict, si
 from vdyn_cli.description.test_description import TestSpec
+from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
@@ -53,8 +54,8 @@ class Road(Strict):
 
     roughness: Annotated[Given, Si("", 0, 0.1)] | None = Field(
         None,
-        description="least standard deviation of the road's slope that the intervals include, m/m; 0: level road. "
-        "Estimated from the runs where it is not given",
+        description="unevenness of the road: least standard deviation of its slope that the intervals include, m/m; 0: "
+        f"level road, {SOURCES['roughness'].typical:g} is usual. Estimated from the runs where it is not given",
     )
     profile: str | None = Field(
         None,
@@ -68,7 +69,10 @@ class CoastdownSettings(Strict):
     """Which parts of the logs are fitted, with which model and noise."""
 
     speed_window: list[Speed] | None = Field(
-        None, min_length=2, max_length=2, description="highest and lowest speed of the fitted part, m/s"
+        None,
+        min_length=2,
+        max_length=2,
+        description="highest and lowest speed of the fitted part, m/s. Default: the whole coast",
     )
     windows: Windows = Field(
         "auto",

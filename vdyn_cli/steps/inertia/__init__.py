@@ -9,9 +9,9 @@ The wheel's speed is never differentiated: the noise of a differentiated speed b
 half at 1 kHz on the sample drives, and smoothing changes the bias without removing it. Each run has its own zero of the
 torque, within the sensors' data sheets.
 
-There are two sources of error. Since a is nearly r om', only Jw + mw r^2 is observable: an error of 2 kg in mw is
-0.19 kg m^2. And Jw is the small difference of two large torques: 1 mm of r, or 0.5 % between the gains of torque and
-force, changes it by a sixth or more. Stated standard deviations of mw, r and frr ("20.0 +- 0.1 kg") are propagated.
+There are two sources of error. First, a is nearly r om', so that only Jw + mw r^2 is observable: an error of 2 kg in mw
+is 0.19 kg m^2. Second, Jw is the small difference of two large torques: 1 mm of r, or 0.5 % between the gains of torque
+and force, changes it by a sixth or more. Stated standard deviations of mw, r and frr ("20.0 +- 0.1 kg") are propagated.
 
 The period T of small oscillations of the suspended wheel gives its inertia::
 

@@ -99,8 +99,8 @@ def too_little(run: DriveWindows) -> list[Finding]:
     """Findings on a run with fewer than ``FEWEST_WINDOWS`` windows, or with a speed that is constant within noise."""
     remedy = "repeat steps of throttle and brake for half a minute"
     if run.first.size < FEWEST_WINDOWS:
-        got = f"{run.first.size} windows in which the wheel turns and every channel has readings"
-        return [Finding(run.log.name, "is too short", got, remedy)]
+        what = f"has {run.first.size} windows in which the wheel turns and every channel has readings"
+        return [Finding(run.log.name, f"{what}: {FEWEST_WINDOWS} are needed", "", remedy)]
     spin = float(np.std(run.gained / run.duration))
     noise = run.noise.speed * float(np.sqrt(2.0 * np.mean(run.duration**-2.0)))  # of two readings of the speed
     if not exceeds_noise(spin, noise, run.first.size):

@@ -192,8 +192,8 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
     """
     name, remedy = recording.name, "record at least ten free swings"
     if recording.time.size < FEWEST_SAMPLES:
-        got = f"{recording.time.size} samples"
-        raise ResultError(Finding(name, "the recording is too short", got, remedy))
+        what = f"the recording has {recording.time.size} samples: {FEWEST_SAMPLES} are needed"
+        raise ResultError(Finding(name, what, "", remedy))
     frequency = _strongest(recording)
     early = recording.time <= _faded(recording, 1 / frequency)
     recording = replace(recording, time=recording.time[early], values=recording.values[early])
@@ -203,8 +203,8 @@ def _first_guess(recording: Recording) -> tuple[Recording, DecayingSine]:
         raise ResultError(Finding(name, "the recording contains no free oscillation", "no clear period", remedy))
     swings = float(recording.time[-1] - recording.time[0]) * frequency
     if swings < FEWEST_SWINGS:
-        got = f"{swings:.1f} swings of {1 / frequency:.3g} s"
-        raise ResultError(Finding(name, "the recording is too short for a period", got, remedy))
+        what = f"the recording has {swings:.1f} swings of {1 / frequency:.3g} s: {FEWEST_SWINGS:g} are needed"
+        raise ResultError(Finding(name, what, "", remedy))
     w = 2 * np.pi * frequency
     if recording.channel == "angular_rate":  # rate = w (sine cos - cosine sin)
         cosine, sine = -sine / w, cosine / w

@@ -52,9 +52,9 @@ def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
     if drift <= WRONG_RATIO * abs(slope[1]) * float(np.ptp(log["shaft_torque"][good])):
         return []
     seen = gear_ratio * (1.0 + slope[2])
-    what = "motor_angle over wheel_angle is not the gear ratio, so that the twist drifts with the wheel angle"
+    what = f"motor_angle and wheel_angle have the ratio {seen:.6g}, not {gear_ratio:g}: the twist drifts with the angle"
     remedy = f"write 'gear_ratio: {seen:.6g}' under settings, or the ratio of the numbers of teeth"
-    return [Finding(log.name, what, f"{seen:.6g} against {gear_ratio:g}", remedy)]
+    return [Finding(log.name, what, "", remedy)]
 
 
 def unwrapped(angle: Array) -> Array:

@@ -179,8 +179,8 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
             break
         samples = np.count_nonzero(np.all([np.isfinite(log[name]) for name in used], axis=0))
         if samples < FEWEST_SAMPLES:
-            got = f"{samples} samples with readings in every channel"
-            findings.append(Finding(log.name, "the log is too short", got, f"at least {FEWEST_SAMPLES}"))
+            what = f"has {samples} samples with readings in every channel: {FEWEST_SAMPLES} are needed"
+            findings.append(Finding(log.name, what, "", "log longer or faster, or leave the run out"))
             continue
         readings = ShaftReadings.of(log, ratio)
         doubts = [*speed_ratio_doubts(log, ratio), *_too_gentle(readings), *_wrong_sign(readings, "twist" in log)]
@@ -217,8 +217,8 @@ def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
     if abs(seen / ratio - 1) < STEP_POLICY.ratio_agreement:
         return []
     remedy = f"write 'gear_ratio: {seen:.4g}' under settings" if seen > 0 else "add 'sign: -1' to one of the speeds"
-    what = "motor_speed over wheel_speed is not the gear ratio"
-    return [Finding(log.name, what, f"{seen:.4g} against {ratio:g}", remedy)]
+    what = f"motor_speed and wheel_speed have the ratio {seen:.4g}, not the gear ratio {ratio:g}"
+    return [Finding(log.name, what, "", remedy)]
 
 
 def _turned(time: Array, speed: Array) -> float:

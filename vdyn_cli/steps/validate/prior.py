@@ -103,7 +103,7 @@ def parameter_prior(known: Parameters, names: tuple[str, ...]) -> ParameterPrior
     known.require(*full.missing, where="validate")
     assumed = dict(full.assumed)
     if "rotating_mass" in wanted and not {"rotating_mass"} & known.keys() and "wheel_inertia" not in known:
-        assumed["rotating_mass"] = f"{100 * ROTATING_SHARE:.1f} % of the mass, typical for wheels"
+        assumed["rotating_mass"] = f"{100 * ROTATING_SHARE:.1f} % of the mass, typical for wheels; motors add to it"
     return _propagated(known, wanted, full, assumed)
 
 

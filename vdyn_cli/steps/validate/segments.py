@@ -175,7 +175,8 @@ def _problems(log: Log) -> list[Finding]:
     hole = int(np.argmax(steps))
     if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
         what = f"no samples for {steps[hole]:.2g} s: the torque is unknown"
-        remedy = "cut the run with from_time and to_time"
+        before, after = log.time[hole], log.time[hole + 1]
+        remedy = f"write 'to_time: {before:.6g} s', and list the log once more with 'from_time: {after:.6g} s'"
         found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
     for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
         if name in log:
@@ -198,8 +199,11 @@ def _gaps(log: Log, name: str) -> list[Finding]:
     inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
     missing = np.flatnonzero(~there[inside]) + inside.start
     if (missing.size and there.mean() > MOSTLY) or np.max(np.diff(at)) > 3 * usual + 0.02:
-        first = float(log.time[missing[0]]) if missing.size else float(at[int(np.argmax(np.diff(at)))])
-        what = f"{missing.size} value{'s are' if missing.size != 1 else ' is'} missing, the first at {first:.2f} s"
+        gap = int(np.argmax(np.diff(at)))
+        what = f"no values from {at[gap]:.2f} to {at[gap + 1]:.2f} s"
+        if missing.size:
+            count = f"{missing.size} value{'s are' if missing.size != 1 else ' is'}"
+            what = f"{count} missing, the first at {log.time[missing[0]]:.2f} s"
         remedy = "fill the gaps in the log, or cut the run with from_time and to_time"
         return [Finding(where, f"{what}: an input must be complete", "", remedy)]
     return []
