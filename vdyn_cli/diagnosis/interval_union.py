@@ -18,7 +18,7 @@ import numpy as np
 from vdyn_cli.diagnosis.unexplained import Bias, half_widths
 from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.constants import NORMAL95
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import UNEXPLAINED, Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 GROWN = 1.02  # least growth of the half width; less is invisible in the two published digits
@@ -41,9 +41,6 @@ class OpenAnswer:
     parameters: Mapping[str, Estimate]
     bias: Mapping[str, float] = field(default_factory=dict)
     probability: float | None = None
-
-
-UNEXPLAINED = "unexplained"  # marks an interval widened by an unexplained residual
 
 
 def widened(published: Parameters, answers: Sequence[OpenAnswer]) -> Parameters:

@@ -16,12 +16,11 @@ from vdyn_cli.diagnosis.probable_answers import probable_answers
 from vdyn_cli.diagnosis.strategy import Strategy
 from vdyn_cli.diagnosis.unexplained import unexplained_biases
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.parameters import BASELINE, Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.interval_text import with_wider_intervals
 
-BASELINE = "baseline"
 NO_RESULTS: Mapping[tuple[str, ...], Result] = MappingProxyType({})
 HOLD_ALL = "The intervals include every answer that the diagnosis leaves open."
 HOLD_REMAINDER = "The intervals include the bias by the unexplained residual."

@@ -17,7 +17,9 @@ _NO_LOGS = ("", ".yaml", ".yml", ".json", ".html")
 TEMPORARY = ".vdyn-tmp"  # ending of files that are being written
 
 
-def similar_files(path: Path, otherwise: str = "write its path relative to the folder of the description") -> str:
+def remedy_for_missing_file(
+    path: Path, otherwise: str = "write its path relative to the folder of the description"
+) -> str:
     """The remedy for a file that does not exist: the files of its folder with a similar name, or ``otherwise``."""
     try:
         return did_you_mean(path.name, [p.name for p in path.parent.iterdir()], otherwise)
@@ -123,7 +125,7 @@ def digest_of(content: str | bytes) -> str:
     return hashlib.sha256(content.encode("utf-8") if isinstance(content, str) else content).hexdigest()
 
 
-def folder_as_log(path: Path) -> InputError:
+def folder_error(path: Path) -> InputError:
     """The error for a folder given as a log; the remedy says how to name the logs in it."""
     kinds = Counter(p.suffix for p in path.iterdir() if p.is_file() and p.suffix not in _NO_LOGS)
     usual = max(kinds, key=lambda suffix: kinds[suffix], default="")

@@ -15,7 +15,7 @@ import numpy as np
 from vdyn_cli.io.clock_unit import clock_unit
 from vdyn_cli.io.column_names import closest_names, positions
 from vdyn_cli.io.file_units import contradiction, contradicts, stated_unit, unit_problem
-from vdyn_cli.io.files import folder_as_log
+from vdyn_cli.io.files import folder_error
 from vdyn_cli.io.reader import Column, ReadOptions, Recorded, UnitFrom, channel_info, clock_seconds, is_clock, rises
 from vdyn_cli.io.sample_times import check_rising
 from vdyn_cli.io.split_times import split_instants
@@ -120,7 +120,7 @@ def refuse_missing(path: Path) -> None:
         remedy = "check the path; it is relative to the folder of the description"
         raise InputError(Finding(str(path), "no such file", remedy=remedy))
     if path.is_dir():
-        raise folder_as_log(path)
+        raise folder_error(path)
 
 
 def read_stored(file: StoredFile, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:

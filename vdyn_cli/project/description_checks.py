@@ -13,7 +13,7 @@ from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates
 from vdyn_cli.io.file_units import unit_problem
-from vdyn_cli.io.files import similar_files
+from vdyn_cli.io.files import remedy_for_missing_file
 from vdyn_cli.project.channel_sources import channel_maps, logged_channels, needed_channel
 from vdyn_cli.project.run_reading import column_of, log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
@@ -30,7 +30,7 @@ def missing_logs(source: YamlSource) -> list[Finding]:
         named = [run.get("log"), *(run.get("logs") or [])] if isinstance(run, dict) else []
         for name in named:
             if isinstance(name, str) and not (source.path.parent / name).exists():
-                remedy = similar_files(source.path.parent / name)
+                remedy = remedy_for_missing_file(source.path.parent / name)
                 found.append(Finding(source.where(("runs", i)), f"the log {name} does not exist", "", remedy))
     return found
 

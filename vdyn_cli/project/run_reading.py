@@ -14,7 +14,7 @@ from vdyn_cli.description.test_description import Channel, Logger, Run, TestSpec
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.align import AlignOn, merge
 from vdyn_cli.io.file_units import unit_problem
-from vdyn_cli.io.files import similar_files
+from vdyn_cli.io.files import remedy_for_missing_file
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.held_values import with_held_interpolated
 from vdyn_cli.io.log_formats import read_log
@@ -83,7 +83,7 @@ def read_run(
         called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
         file = source.path.parent / name
         if not os.path.exists(file):  # Path.exists raises for a folder without permission
-            problems.append(Finding(place, f"the log {name} does not exist", "", similar_files(file)))
+            problems.append(Finding(place, f"the log {name} does not exist", "", remedy_for_missing_file(file)))
             continue
         if "time" not in columns:  # reported with the channels
             continue

@@ -21,6 +21,10 @@ class MissingParameterError(InputError):
     """A step needs a parameter that is neither under ``vehicle`` nor in a ``--known`` file."""
 
 
+# Entries of ``Estimate.spans`` that are not effects: the baseline's value, and a bias by an unexplained residual.
+BASELINE, UNEXPLAINED = "baseline", "unexplained"
+
+
 @dataclass(frozen=True)
 class Estimate:
     """One parameter's value with its uncertainty, in SI units.

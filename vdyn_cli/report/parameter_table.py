@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from string import ascii_lowercase
 
-from vdyn_cli.quantities.parameters import Estimate, wider_than_value
+from vdyn_cli.quantities.parameters import BASELINE, UNEXPLAINED, Estimate, wider_than_value
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
 
 # Entries of ``Estimate.spans`` that are not effects, in words; the verdict is then undecided.
-OPEN = {"baseline": "the baseline", "unexplained": "a bias that no effect explains"}
+OPEN = {BASELINE: "the baseline", UNEXPLAINED: "a bias that no effect explains"}
 Symbol = tuple[tuple[str, str], ...]  # base and subscript of each part
 
 

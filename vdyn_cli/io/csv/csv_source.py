@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from vdyn_cli.io.files import folder_as_log, similar_files
+from vdyn_cli.io.files import folder_error, remedy_for_missing_file
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.input_file import open_regular, unreadable
 
@@ -125,9 +125,11 @@ def _open(path: Path) -> Iterator[BinaryIO]:
     try:
         raw = open_regular(path)
     except FileNotFoundError:
-        raise InputError(Finding(str(path), "no such file", remedy=similar_files(path, "check its name"))) from None
+        raise InputError(
+            Finding(str(path), "no such file", remedy=remedy_for_missing_file(path, "check its name"))
+        ) from None
     except IsADirectoryError:
-        raise folder_as_log(path) from None
+        raise folder_error(path) from None
     except PermissionError:
         raise InputError(Finding(str(path), "is not readable (permission denied)", remedy=f"chmod +r {path}")) from None
     except (OSError, ValueError) as error:

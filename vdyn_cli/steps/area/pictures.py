@@ -86,9 +86,9 @@ def box_edges(box: ReferenceBox, photo: Array) -> BoxEdges:
         got = f"left {left:g}, top {top:g}, right {right:g}, bottom {bottom:g} in {columns} x {rows}"
         raise InputError(Finding("box", "does not lie in the picture", got, "pixels count from the upper left corner"))
     edges = BoxEdges(left, top, right, bottom)
-    across, down = box.width.value / edges.across, box.height.value / edges.down
-    if not 1 / ALIKE < across / down < ALIKE:
-        got = f"{1000 * across:.3g} mm per pixel across, {1000 * down:.3g} mm down"
+    scale_x, scale_y = box.width.value / edges.across, box.height.value / edges.down  # m per pixel
+    if not 1 / ALIKE < scale_x / scale_y < ALIKE:
+        got = f"{1000 * scale_x:.3g} mm per pixel across, {1000 * scale_y:.3g} mm down"
         remedy = "pixels are square: check width and height of the box, and its edges in the picture"
         raise InputError(Finding("box", "its size and its edges contradict each other", got, remedy))
     return edges
