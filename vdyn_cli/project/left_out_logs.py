@@ -96,6 +96,8 @@ def why_left_out(
     needed : channels that must be the same columns in all runs.
     falling : the channel that must decrease in a run; empty: none. drive : channels that drive the car; if all logs
         have one, ``falling`` is not required.
+
+    A test that leaves out every log is not applied: the draft then lists them, and the user decides.
     """
     unlike = [_unlike(log, usual, needed) for log in logs]
     reasons = [why or _doubtful(log, logs[:k], needed) for k, (log, why) in enumerate(zip(logs, unlike, strict=True))]
@@ -137,9 +139,14 @@ def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[
             return (
                 f"{name} is recorded from {start:.4g} to {stop:.4g} s only: add from_time and to_time to use that part"
             )
-    own = _values(log)
-    same = next((other for other in before if own and (own <= _values(other) or own >= _values(other) > set())), None)
+    same = next((other for other in before if _is_copy(log, other)), None)
     return f"the same recording as {same.name}{same.window}" if same else ""
+
+
+def _is_copy(log: GuessedLog, other: GuessedLog) -> bool:
+    """Whether all varying channels of one of the logs are also in the other."""
+    own, others = _values(log), _values(other)
+    return bool(own) and bool(others) and (own <= others or own >= others)
 
 
 def _values(log: GuessedLog) -> frozenset[tuple[float, ...]]:
