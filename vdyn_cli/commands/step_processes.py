@@ -36,13 +36,19 @@ Attempt = Callable[[Task, Mapping[str, StepOutcome]], StepOutcome]
 def side_by_side(
     tasks: Sequence[Task], jobs: int, attempt: Attempt, known: Mapping[str, StepOutcome]
 ) -> Iterator[tuple[StepOutcome, float]]:
-    """Yield the outcome of each other step and its time, s, when it ends; no process outlives the caller.
+    """Yield the outcome of each step that is not ``known``, and its time, s, when it ends.
+
+    No process outlives the caller.
 
     Parameters
     ----------
     tasks : all steps. known : outcomes of those that need not run.
     jobs : number of steps to run in parallel.
     attempt : (task, outcomes of the steps that have ended) -> outcome; must be picklable.
+
+    Raises
+    ------
+    ValueError : steps come after each other in a circle, or after one that is neither a task nor known.
     """
     outcomes = dict(known)
     waiting = [task for task in tasks if task.name not in outcomes]
@@ -59,6 +65,8 @@ def side_by_side(
                 started.start()
                 sender.close()  # otherwise the end of the process would not close the pipe
                 running[receiver] = task, started, time.perf_counter()
+            if not running:
+                raise ValueError(f"steps wait for others that never end: {', '.join(t.name for t in waiting)}")
             for ended in wait(list(running)):
                 task, process, start = running.pop(ended)
                 outcome = _received(ended, task, process)

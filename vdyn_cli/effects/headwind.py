@@ -4,7 +4,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 @effect(
     on="air",
     unknowns=Quantity("headwind", "m/s", "steady headwind along the out direction", "w", -8, 8),
-    reference="drag of the relative air speed; range: SAE J1263 allows 16 km/h of mean wind, doubled for gusty days",
+    reference="drag of the relative air speed; range: SAE J1263 allows 4.4 m/s, gusts nearly twice",
     label="a headwind",
     signature="Runs out slow down faster than runs back; the difference increases with speed.",
     alike=("road_grade", "extra_drag_area", "rolling_resistance"),

@@ -3,7 +3,9 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="spring",
-    unknowns=Quantity("progressive_spring", "1/m", "relative gain of stiffness per compression, halved", "k2", -5, 15),
+    unknowns=Quantity(
+        "progressive_spring", "1/m", "k2 of the force K x (1 + k2 x): the rate doubles at x = 1/(2 k2)", "k2", -5, 15
+    ),
     reference="first nonlinear term of a spring's characteristic; a rate that doubles in 50 to 100 mm is that of "
     "a bump stop (5 to 10 1/m)",
     label="springs that stiffen in compression",

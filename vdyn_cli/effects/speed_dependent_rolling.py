@@ -4,7 +4,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 @effect(
     on="rolling",
     unknowns=Quantity("speed_dependent_rolling", "s/m", "increase of the coefficient with speed", "frr1", -4e-4, 4e-4),
-    reference="linear term of SAE J2452's shortened form; range: the linear term of EPA road loads, up to 6 N s/m",
+    reference="b V of SAE J2452's P^a Z^b (a + b V + c V^2); range: the linear term of EPA road loads, up to 6 N s/m",
     label="rolling resistance that increases with speed",
     signature="The resistance residual is proportional to speed, equally in both directions.",
     alike=("drag_area", "extra_drag_area", "rolling_resistance"),

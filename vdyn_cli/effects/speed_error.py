@@ -5,7 +5,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     on="speed",
     unknowns=Quantity("speed_error", "", "share by which the speed channel reads too high", "ev", -0.1, 0.1),
     reference="a worn or pumped-up tire: 1 to 3 %; a speedometer's lead: up to 10 % (UN Regulation 39)",
-    label="a speed with a gain error",
+    label="a crossing speed with a wrong gain",
     signature="The delay between front and rear axle differs from wheelbase over speed by a constant factor.",
     alike=("wheelbase", "bump width"),
     confirm="Time the car between two marks at a measured distance.",

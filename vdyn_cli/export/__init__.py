@@ -47,11 +47,11 @@ def make(parameter_file: ParameterFile, form: str, options: ExportOptions) -> Ex
 
     Parameters
     ----------
-    form : a key of FORMATS.
+    form : a key of FORMATS. options : name, driven axle, differential.
 
     Raises
     ------
-    InputError : no such format; parameters that it needs are missing.
+    InputError : no such format; parameters that it needs are missing; a value that the receiver refuses.
     """
     if form not in FORMATS:
         remedy = did_you_mean(form, FORMATS, f"there are {', '.join(FORMATS)}")

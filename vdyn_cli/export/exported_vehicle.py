@@ -69,7 +69,13 @@ class ExportedVehicle:
 def exported_vehicle(
     parameter_file: ParameterFile, driven: Driven, differential: Differential = "open"
 ) -> ExportedVehicle:
-    """The vehicle of a parameter file, with its driven axle and differential.
+    """The vehicle of a parameter file, values in SI, with its driven axle and differential.
+
+    Assumes a heading of 0 and, where the file has no temperature, 293.15 K.
+
+    Parameters
+    ----------
+    driven, differential : as in ``ExportOptions``.
 
     Raises
     ------

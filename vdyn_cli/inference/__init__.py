@@ -114,9 +114,13 @@ def approach(regression: Regression, most_iterations: int) -> tuple[dict[str, fl
 
     For fits of which only the residual is used. Unknowns that the data do not determine need priors.
 
+    Parameters
+    ----------
+    regression : to solve. most_iterations : number of steps at most.
+
     Returns
     -------
-    Shared unknowns by name, and per-run unknowns by name, (runs,) each.
+    Shared unknowns by name, and per-run unknowns by name, (runs,) each, in SI.
 
     Raises
     ------

@@ -81,7 +81,7 @@ class Residuals(Protocol):
     """Rows whose residuals can be evaluated without their derivatives at lower cost."""
 
     def residual(self, run: int, theta: Array) -> Array:
-        """The residuals (n,) of the rows of one run; ``theta`` (s + o,): shared unknowns, then the run's own."""
+        """The residuals (n,) of a run, in standard deviations; ``theta`` (s + o,): shared, then own unknowns."""
         ...
 
 

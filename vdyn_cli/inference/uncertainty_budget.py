@@ -52,7 +52,7 @@ class Budget:
 
     @property
     def degrees(self) -> float:
-        """Effective degrees of freedom of ``std``."""
+        """Effective degrees of freedom of ``std``, u^4 / sum((c_i u_i)^4 / nu_i); infinite if every nu_i is."""
         spread = sum(c.part**4 / c.degrees for c in self.contributions)
         return self.std**4 / spread if spread > 0 else math.inf
 

@@ -26,7 +26,7 @@ def decimals(uncertainty: float, most: int = 8) -> int:
 
 
 def two_digits(uncertainty: float) -> str:
-    """An uncertainty with two significant digits, as a plain number from 1e-4 to 1e6; ``"0"`` for none."""
+    """An uncertainty with two significant digits: plain from 1e-4 to 1e6, else as ``1.2e-05``; ``"0"`` for none."""
     if uncertainty and not 1e-4 <= abs(uncertainty) < 1e6:
         return f"{uncertainty:.2g}"
     return f"{uncertainty:.{decimals(abs(uncertainty))}f}" if uncertainty else "0"

@@ -18,7 +18,12 @@ _AGREE = {True: "agree", False: "contradict", None: typography.DASH}
 
 
 def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping[str, str]) -> str:
-    """The HTML of a check; ``units`` are those of the channels in the description."""
+    """The whole HTML page of a check.
+
+    Parameters
+    ----------
+    document : of ``vdyn check``. runs : the logs with their cuts. units : of the channels in the description.
+    """
     found = (
         _flags(document),
         _pairs(document),

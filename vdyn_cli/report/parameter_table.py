@@ -21,8 +21,8 @@ class ParameterRow:
     """One line of a parameter table; ``before`` is empty if no extension changed the value.
 
     ``spans``: the other explanations whose values the interval includes; ``mark``: letter of the note that lists them;
-    ``doubtful``: the diagnosis is undecided between them, or a part of the residual is unexplained; ``wide``: half of
-    the interval is wider than the value.
+    ``doubtful``: the diagnosis is undecided between them, or a part of the residual is unexplained; ``wide``: the
+    half-width exceeds the value.
     """
 
     key: str

@@ -14,7 +14,8 @@ from tests.plant import pendulum as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.physics.models import pendulum
-from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.errors import InputError, ResultError
+from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.pendulum.pendulum_fit import Recording, free_swing
 from vdyn_cli.steps.pendulum.pendulum_inertia import MeasuredPeriod, inertia_budget, rod_stiffness
@@ -97,6 +98,11 @@ def test_any_friction_leaves_the_period_alone(dry: float, viscous: float, air: f
     swing = free_swing(Recording("gyro.csv", "angular_rate", time, noisy, "compound"))
     assert swing.solution.values["period"] == pytest.approx(2 * math.pi / math.sqrt(19.2), rel=3e-5)
     assert swing.disturbances == ()
+
+
+def test_a_log_without_angle_and_rate_is_refused() -> None:
+    with pytest.raises(InputError, match="has neither angular_rate nor angle"):
+        Recording.of(Log("gyro.csv", np.arange(100) / 500, {"speed": np.zeros(100)}), "compound", {})
 
 
 def test_what_is_no_swing_is_refused() -> None:

@@ -56,7 +56,7 @@ class DropFit:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the coordinates whose start values are unknown, each with its rate."""
+        """Names of the coordinates whose start values are unknown, each followed by its rate: m, rad, m/s, rad/s."""
         return tuple(f"{n}{rate}" for n in motions(self.axles) for rate in ("", "_rate"))
 
     @cached_property
@@ -98,9 +98,9 @@ class DropFit:
 
     @cached_property
     def own(self) -> tuple[Unknown, ...]:
-        """The unknowns of each drop: motion at the start, then the sensors' zeros."""
-        names = (*(f"start.{n}" for n in self.states), *(f"{n}_zero" for n in self.channels))
-        return tuple(Unknown(n, 0.0, per_run=True, nuisance=True) for n in names)
+        """The unknowns of each drop, without priors: motion at the start (``states``), then the sensors' zeros, m."""
+        units = {f"start.{n}": _unit(n) for n in self.states} | {f"{n}_zero": "m" for n in self.channels}
+        return tuple(Unknown(n, 0.0, unit=unit, per_run=True, nuisance=True) for n, unit in units.items())
 
     def _first_own(self) -> dict[str, Array]:
         """Start values of each drop's own unknowns, from the measured heights."""
@@ -170,6 +170,11 @@ class DropFit:
         """The drop's local unknowns (k,) at a solution."""
         shared = [solution.values[u.name] for u in self.shared]
         return np.array([*shared, *(solution.per_run[u.name][run] for u in self.own)])
+
+
+def _unit(coordinate: str) -> str:
+    """The unit of a coordinate of ``DropFit.states``."""
+    return ("rad" if coordinate.startswith("pitch") else "m") + ("/s" if coordinate.endswith("_rate") else "")
 
 
 def _wheel_over_body(run: DropRun, body: str, wheel: str) -> float:

@@ -177,7 +177,10 @@ class LoadFit:
         return last
 
     def unknowns_at(self, solution: Solution, start: Mapping[str, float] = NO_VALUES) -> Array:
-        """All unknowns (s + g m), shared first, then run by run, at a solution of this fit or of one without effects.
+        """All unknowns (s + g m), SI, at a solution of this fit or of one without effects.
+
+        The s shared ones are first, then the m own ones of each of the g runs. Shared unknowns that the solution lacks
+        have their start value.
 
         Parameters
         ----------

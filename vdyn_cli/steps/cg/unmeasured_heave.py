@@ -44,7 +44,10 @@ def pitch_heave(time: Array, pitch_rate: Array) -> tuple[Array, Array]:
 def heave_autocovariance(imbalances: Sequence[Array], sensors: Sequence[Array], window: float) -> Array:
     """Autocovariance (m,), N^2, of the imbalance beyond the sensors' noise, at lags of 0, 1, ... windows.
 
-    Negative values of the spectrum are set to zero, and Bartlett's window keeps it nonnegative.
+    R_j = (1 - j/m) (sum e_k e_(k+j) - b_j) / n,   j < m
+
+    with e the imbalance without its mean, b the sensors' part (sum of the band), n the number of windows, and m windows
+    in ``LONGEST_LAG``. Negative values of the spectrum are set to zero; Bartlett's window 1 - j/m keeps it nonnegative.
 
     Parameters
     ----------

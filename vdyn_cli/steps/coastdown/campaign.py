@@ -45,7 +45,7 @@ class Campaign:
     spectrum : index of the road's spectrum in road_spectrum.SPECTRA.
     shifts : m, by which each run began farther along than assumed, where position is not logged.
     level_mean : the shared road has a mean slope of zero, because an effect describes the mean slope.
-    level_road : an effect describes the road, so the noise contains no random road.
+    level_road : an effect describes the road, or a roughness of 0 is stated: the noise contains no random road.
     """
 
     runs: tuple[RoadRun, ...]

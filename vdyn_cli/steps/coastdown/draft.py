@@ -34,6 +34,10 @@ def table_runs(path: Path) -> tuple[tuple[float, float], ...]:
     """Time of day, s since midnight (NaN if unknown), and duration, s, of each run of a report; none for other files.
 
     Reports have one row a run.
+
+    Parameters
+    ----------
+    path : any file; one that cannot be read counts as another file.
     """
     return tuple((run.clock, sum(run.times[i] for i in run.passed)) for run in _report(path))
 

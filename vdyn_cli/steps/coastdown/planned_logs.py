@@ -14,7 +14,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
-FINE = 0.05  # s, of the simulated motion: two steps a sample at 10 Hz
+FINE = 0.05  # s, of the simulated motion, whose speed is nearly linear in a step; logs of any rate interpolate it
 LONGEST = 900.0  # s, of a simulated coast
 BETWEEN = 200.0  # s from the start of one coast to the next, where the description does not say
 SETTINGS = (
@@ -40,7 +40,7 @@ def _run(index: int) -> Mapping[str, Any]:
 
 
 def _simulated(day: DayRequest) -> tuple[Log, ...]:
-    """M' v' = -(1 + x) c0 M g - rho CdA/2 (v + w)^2, with the gust w and the scatter x of each coast.
+    """M' v' = -(1 + x) c0 M g - rho CdA/2 (v + w) |v + w|, w the mean wind and the gusts, x the scatter of each coast.
 
     Raises
     ------

@@ -91,7 +91,7 @@ def _leverage(road: RoadInertia) -> str:
 
 
 def tables(road: RoadInertia | None, pendulum: PendulumInertia | None) -> tuple[Table, ...]:
-    """Tables of the comparison of both methods, and of the uncertainty of each."""
+    """Tables of the comparison of both methods, and of the uncertainty of each; None for one that was not used."""
     found = []
     if road is not None and pendulum is not None:
         found.append(_comparison(road, pendulum))

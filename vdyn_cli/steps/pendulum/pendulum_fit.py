@@ -13,7 +13,7 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve, white_level
 from vdyn_cli.physics.models.pendulum import MODELS
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.steps.fit_outcome import rms
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -54,8 +54,19 @@ class Recording:
 
     @classmethod
     def of(cls, log: Log, kind: str, geometry: Mapping[str, float]) -> Recording:
-        """The recording of a log's angular rate, else of its angle; ``kind`` and ``geometry`` as above."""
-        channel = next(name for name in ZEROS if name in log)
+        """The recording of a log's angular rate, else of its angle, without the samples that are NaN.
+
+        Parameters
+        ----------
+        kind : key of ``MODELS``. geometry : further parameters of that model, SI.
+
+        Raises
+        ------
+        InputError : the log has neither channel.
+        """
+        channel = next((name for name in ZEROS if name in log), None)
+        if channel is None:
+            raise InputError(Finding(log.name, f"has neither {' nor '.join(ZEROS)}", remedy="map one of them"))
         good = np.isfinite(log[channel])
         return cls(log.name, channel, log.time[good], log[channel][good], kind, geometry)
 

@@ -29,7 +29,8 @@ def combined_regression(sides: Mapping[str, Regression]) -> Regression:
 
     Parameters
     ----------
-    sides : the regression of each side, all with the same effects.
+    sides : the regression of each side. Assumes that all have the same effects: equal shared unknowns after the first
+        ``BAR``, and equal own unknowns.
     """
     common = next(iter(sides.values()))
     bars = [replace(u, name=f"{u.name}_{side}") for side, regression in sides.items() for u in regression.shared[:BAR]]

@@ -21,10 +21,11 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]) -> Result:
-    """The published result of both sides.
+    """The published result of the sides.
 
     Parameters
     ----------
+    sides : one or two, each with the stiffness by every method.
     findings : about the description and the logs.
     """
     estimates, notes = _estimates(sides)

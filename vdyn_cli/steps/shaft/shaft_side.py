@@ -98,7 +98,16 @@ class ShaftSide:
         return self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
 
     def regression(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
-        """The regression over the logs of this side, with effects in the law."""
+        """The regression over the logs of this side, rows in standard deviations, with effects in the law.
+
+        Parameters
+        ----------
+        unknowns : of the effects.
+
+        Raises
+        ------
+        ResultError : the fit without effects has no solution, not even a refused one.
+        """
         fit = self._fit(effects, unknowns)
         return regression_with_effects(fit, even_if_refused(lambda: self.linear)) if effects else fit.regression
 

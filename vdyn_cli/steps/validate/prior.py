@@ -177,7 +177,10 @@ def _propagated(
 
 
 def _positive_definite(correlation: Array) -> Array:
-    """The nearest positive definite correlation matrix: rounded or exactly dependent values make it indefinite."""
+    """A nearby positive definite correlation matrix; rounded or exactly dependent values make the given one indefinite.
+
+    Eigenvalues below ``ALMOST`` are raised to it, and the diagonal is scaled to one.
+    """
     if not correlation.size:
         return correlation
     values, vectors = np.linalg.eigh(0.5 * (correlation + correlation.T))

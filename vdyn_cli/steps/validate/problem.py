@@ -296,7 +296,10 @@ class ValidateProblem(SimulatedProblem):
         return result(self.spec, self.logs, validation, amplitudes, [*findings, *missed])
 
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float]:
-        """The most likely amplitude of a nondifferentiable effect alone in the model, and its log likelihood gain."""
+        """The most likely amplitude, SI, of a nondifferentiable effect alone in the model, and its log likelihood gain.
+
+        The gain, at least 0, is in natural logarithm. It is computed once for each effect.
+        """
 
         def setup(size: float) -> SimulationSetup:
             return self.baseline.with_effects((effect,), start(size))

@@ -48,11 +48,15 @@ class RoadProfile:
 
 
 def sensed_road(log: Log) -> RoadProfile:
-    """The road of a drive.
+    """The road of a drive by the module's equations: the slope averaged over ``LOOK`` and smoothed.
+
+    The zero is that of the energy balance, or 0 on drives shorter than ``SHORTEST``. The slope is the sine of the angle
+    that is added to the logged grade.
 
     Parameters
     ----------
-    log : with channels speed (m/s) and acceleration (m/s^2), which may have gaps; optionally grade or elevation (m).
+    log : with channels speed (m/s) and acceleration (m/s^2), whose gaps are filled linearly; optionally grade or
+        elevation (m).
     """
     time = log.time
     speed, force = (_filled(time, log[n]) for n in ("speed", "acceleration"))
