@@ -237,8 +237,11 @@ def ends_within(group: int, seconds: float) -> bool:
     return False
 
 
+OTHERS = [pytest.param(one, marks=pytest.mark.thorough) for one in (signal.SIGKILL, signal.SIGINT)]
+
+
 @pytest.mark.slow  # starts and ends whole pipelines
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, *OTHERS])
 def test_no_process_outlives_the_pipeline(number: signal.Signals, day: Path) -> None:
     diagnosed(day, "cg", "tire")  # so that it runs long enough to be ended
     out = day.parent / "ended"
