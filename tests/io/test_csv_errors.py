@@ -50,16 +50,16 @@ def test_what_is_no_file_or_may_not_be_read(tmp_path: Path, monkeypatch: pytest.
         (tmp_path / name).touch()
     with pytest.raises(InputError, match=r"name the logs in it, such as .*/\*\.log"):
         read_csv(tmp_path, COLUMNS)
-    with pytest.raises(InputError, match="cannot be opened"):
+    with pytest.raises(InputError, match="cannot be read"):
         read_csv(tmp_path / ("x" * 5000), COLUMNS)
-    with pytest.raises(InputError, match="cannot be opened"):
+    with pytest.raises(InputError, match="cannot be read"):
         read_csv(tmp_path / "a\0b", COLUMNS)
 
     def forbidden(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(os, "open", forbidden)
-    with pytest.raises(InputError, match="permission denied"):
+    with pytest.raises(InputError, match="or check its permissions"):
         read_csv(tmp_path / "run.csv", COLUMNS)
 
 

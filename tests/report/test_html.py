@@ -263,7 +263,7 @@ def test_where_it_was_wrong_is_drawn_before_and_after(coastdown: str) -> None:
     assert "Where the model is wrong" in text
     adequate = replace(examples.coastdown(diagnosed=False), diagnosis=Diagnosis(verdict="adequate", sentence="Good."))
     text = Outline(page_of(adequate)).text
-    assert "Residual over runs" in text
+    assert "Measured minus simulated, run by run" in text
     assert "is wrong" not in text
     assert "before the extension" not in text
 

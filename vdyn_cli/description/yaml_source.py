@@ -17,6 +17,7 @@ from vdyn_cli.quantities.input_file import read_regular, unreadable
 Location = tuple[str | int, ...]
 
 MAX_BYTES = 1_000_000
+_SYNTAX = "check indentation, colons, brackets and quotes there"
 _SUFFIXES = (".yaml", ".yml")
 MAX_DEPTH = 30
 _FROM_LOG = "'vdyn init STEP LOG -o TEST.yaml' writes a description"
@@ -90,10 +91,11 @@ def _loaded(path: Path) -> YamlSource:
         mark = error.problem_mark or error.context_mark
         what = f"is not valid YAML: {error.problem or error.context}"
         tab = "indent with blanks instead of tabs" if "'\\t'" in what else ""
-        remedy = tab or "check indentation, colons, brackets and quotes there"
+        remedy = tab or _SYNTAX
         raise InputError(Finding(_line(path, mark), what, remedy=remedy)) from None
     except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
-        raise InputError(Finding(path.name, f"is not valid YAML: {str(error).splitlines()[0][:100]}")) from None
+        what = f"is not valid YAML: {str(error).splitlines()[0][:100]}"
+        raise InputError(Finding(path.name, what, remedy=_SYNTAX)) from None
     if walker.findings:
         raise InputError(*walker.findings)
     return YamlSource(path, data, walker.lines, digests={path: digest})
@@ -116,7 +118,8 @@ def _read_text(path: Path) -> tuple[str, str]:
         raise InputError(Finding(str(path), "is a folder", remedy=remedy)) from None
     except OSError as error:
         if error.errno == errno.EFBIG:
-            raise InputError(Finding(str(path), "is too large for a test description", str(error.strerror))) from None
+            what = "is too large for a test description"
+            raise InputError(Finding(str(path), what, str(error.strerror), "name a description, not a log")) from None
         raise unreadable(path, error) from None
     except UnicodeDecodeError:
         raise InputError(Finding(str(path), "is not UTF-8 text", remedy="save the file as UTF-8")) from None
@@ -140,7 +143,8 @@ def _refuse_bombs(text: str, path: Path) -> None:
             depth -= 1
         if depth > MAX_DEPTH or nodes > MAX_NODES:
             what = "is nested too deeply" if depth > MAX_DEPTH else "has too many values"
-            raise InputError(Finding(_line(path, event.start_mark), f"{what} for a test description"))
+            what = f"{what} for a test description"
+            raise InputError(Finding(_line(path, event.start_mark), what, remedy="name a description, not a result"))
 
 
 class _Walker:
@@ -158,10 +162,12 @@ class _Walker:
     def value(self, node: yaml.Node, location: Location) -> Any:
         self.nodes += 1
         if self.nodes > MAX_NODES or len(location) > MAX_DEPTH:
-            raise InputError(Finding(self.place(node), "expands to too many values (aliases of aliases)"))
+            what = "expands to too many values (aliases of aliases)"
+            raise InputError(Finding(self.place(node), what, remedy="write the values in place of the aliases"))
         self.lines[location] = self.place(node)
         if node.tag.rsplit(":", 1)[0] != "tag:yaml.org,2002":
-            raise InputError(Finding(self.place(node), "is a YAML tag, which descriptions do not support", node.tag))
+            what = "is a YAML tag, which descriptions do not support"
+            raise InputError(Finding(self.place(node), what, node.tag, "write a plain value"))
         if isinstance(node, yaml.MappingNode):
             return self.mapping(node, location)
         if isinstance(node, yaml.SequenceNode):
@@ -176,7 +182,9 @@ class _Walker:
         result: dict[str, Any] = {}
         for key_node, child in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
-                self.findings.append(Finding(self.place(key_node), "is not a plain text key"))
+                self.findings.append(
+                    Finding(self.place(key_node), "is not a plain text key", remedy="write 'key: value'")
+                )
                 continue
             key = str(key_node.value)
             result[key] = self.value(child, (*location, key))

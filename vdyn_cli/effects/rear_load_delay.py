@@ -8,7 +8,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="rear wheel loads that are logged late",
     signature="The residual of the rear load is proportional to that load's time derivative, equally at every speed.",
     alike=("clock_offset", "bump_width_error", "speed_error"),
-    confirm="Drop the car off a jack on both axles at once while all loads are logged, and compare the times.",
+    confirm="Push the parked car down at its middle and release it while all loads are logged, and compare the times.",
     sense="(below zero: the front loads and the body's motion are late)",
     tags={"sensor", "bump_crossing"},
 )

@@ -9,7 +9,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     signature="The load residual follows the vertical speed of road and wheel, and wheel hop decays faster than "
     "simulated.",
     alike=("suspension_friction", "unsprung masses"),
-    confirm="Let a wheel drop from a jack by a centimeter with the damper removed, and measure the decay of its hop.",
+    confirm="Let a wheel off the car bounce on the floor from a few centimeters, and measure how its height decays.",
     tags={"bump_crossing"},
 )
 def tire_damping(tire_vertical: Law, s: Signals, q: Signals) -> Number:

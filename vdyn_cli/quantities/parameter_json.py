@@ -87,7 +87,7 @@ def _laws(entries: Mapping[str, Any], where: str, problems: list[Finding]) -> di
             found[str(name)] = LawDefinition.model_validate(entry)
         except ValidationError as error:
             place = ".".join(map(str, error.errors()[0]["loc"]))
-            problems.append(Finding(f"{where} '{_shown(name)}'", "is not a definition of a law", place))
+            problems.append(Finding(f"{where} '{_shown(name)}'", "is not a definition of a law", place, _AGAIN))
     return found
 
 
@@ -120,7 +120,7 @@ def _mapping(document: Mapping[str, Any], key: str, path: Path, problems: list[F
     entries = document.get(key)
     if entries is None or isinstance(entries, dict):
         return entries or {}
-    problems.append(Finding(str(path), f"'{key}' is not a mapping", _shown(entries)))
+    problems.append(Finding(str(path), f"'{key}' is not a mapping", _shown(entries), _AGAIN))
     return {}
 
 
@@ -133,7 +133,8 @@ def _estimates(entries: Any, where: str, problems: list[Finding], known: Mapping
     if entries is None:
         return {}
     if not isinstance(entries, dict):
-        problems.append(Finding(f"{where[:-1] if where.endswith(',') else where}s", "are not a mapping of names"))
+        place = f"{where[:-1] if where.endswith(',') else where}s"
+        problems.append(Finding(place, "are not a mapping of names", remedy=_AGAIN))
         return {}
     found = {}
     for name, entry in entries.items():

@@ -57,7 +57,7 @@ def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> st
         canvas.text_at(page, 4, 14.5, f"mean of measured − simulated{unit}")
         _name_rows(page, traces, row)
         _draw_scale(page, PlotArea(WIDTH - _RIGHT + 22, _TOP, 14, max(tall, 66)), limit)
-        return canvas.to_svg(page, f"Mean residual of the {typography.name(channel.name)} over runs", name)
+        return canvas.to_svg(page, f"Mean residual of the {typography.name(channel.name)}, run by run", name)
 
 
 def caption(channel: ChannelTraces) -> str:

@@ -96,7 +96,7 @@ class StepPage:
     def where_title(self) -> str:
         """The heading of the residual maps and the largest errors."""
         good = self.diagnosis is not None and self.diagnosis.mood == "good" and not self.diagnosis.worst
-        return "Residual over runs" if good else "Where the model is wrong"
+        return "Measured minus simulated, run by run" if good else "Where the model is wrong"
 
     @property
     def nav(self) -> list[tuple[str, str]]:

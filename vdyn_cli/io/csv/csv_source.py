@@ -130,10 +130,8 @@ def _open(path: Path) -> Iterator[BinaryIO]:
         ) from None
     except IsADirectoryError:
         raise folder_error(path) from None
-    except PermissionError:
-        raise InputError(Finding(str(path), "is not readable (permission denied)", remedy=f"chmod +r {path}")) from None
-    except (OSError, ValueError) as error:
-        raise InputError(Finding(str(path), f"cannot be opened: {getattr(error, 'strerror', None) or error}")) from None
+    except OSError as error:
+        raise unreadable(path, error) from None
     with raw:
         packed = raw.read(2) == b"\x1f\x8b"
         raw.seek(0)

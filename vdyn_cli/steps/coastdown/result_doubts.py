@@ -104,5 +104,5 @@ def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
         value = answer.fit.solution.values[unknown.name]
         if abs(value - mean) > NOTABLE_SHIFT * std:
             what = f"given as {mean:.4g} +- {std:.2g}; the given value and the runs together give {value:.4g}"
-            found.append(Finding(f"vehicle.{unknown.name}", what))
+            found.append(Finding(f"vehicle.{unknown.name}", what, remedy="check the value and its standard deviation"))
     return found

@@ -233,7 +233,7 @@ def _too_gentle(run: ShaftReadings) -> list[Finding]:
         return []
     got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"
     what = "the shaft torque is constant within its noise"
-    return [Finding(run.name, what, got, "tip in and out harder, in a low gear")]
+    return [Finding(run.name, what, got, "tip in and out with more torque, in a low gear")]
 
 
 def _wrong_sign(run: ShaftReadings, twist_read: bool) -> list[Finding]:

@@ -222,7 +222,8 @@ def _refuse_unphysical(known: Parameters) -> None:
         quantity = PARAMETERS.get(name)
         where = f"parameter '{name}' (source: {e.source})"
         if not (np.isfinite(e.value) and np.isfinite(e.std) and e.std >= 0):
-            problems.append(Finding(where, "is not a finite number with a standard deviation", f"{e.value} +- {e.std}"))
+            what = "is not a finite number with a standard deviation"
+            problems.append(Finding(where, what, f"{e.value} +- {e.std}", "correct it in its source"))
         elif quantity is not None and not quantity.allows(e.value):
             span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             got = f"{e.value:.4g} {quantity.unit}".strip()
@@ -233,7 +234,8 @@ def _refuse_unphysical(known: Parameters) -> None:
         whole, front, rear = (known[n].value for n in ("wheelbase", "cg_to_front", "cg_to_rear"))
         if abs(front + rear - whole) > APART:
             what = "cg_to_front and cg_to_rear do not add up to the wheelbase"
-            raise InputError(Finding("parameters", what, f"{front:.3f} + {rear:.3f} m, not {whole:.3f} m"))
+            got = f"{front:.3f} + {rear:.3f} m, not {whole:.3f} m"
+            raise InputError(Finding("parameters", what, got, "correct one of the three"))
 
 
 def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
