@@ -337,7 +337,12 @@ def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, s
             continue
         if not marked[a:b].any() and channel.breaks_off(a, b) and (channel.varies or not _extreme(channel, a)):
             what = f"is constant at {channel.text(values[a])} for {time[b - 1] - time[a]:.3g} s"
-            yield a, b, "frozen", what
+            yield (
+                a,
+                b,
+                "frozen",
+                f"{what}, elsewhere for at most {_longest_rest(channel, judged & ~marked, a, b):.2g} s",
+            )
     # A constant line is a frozen channel, or no fault.
     lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
     found = merged(
@@ -352,6 +357,13 @@ def _regular(channel: _Sampled, marked: Mask) -> Iterator[tuple[int, int, str, s
             and rounded_line(channel.places(a, b), values[a:b], channel.resolution)
         ):
             yield a, b, "straight_line", f"follows a straight line for {time[b - 1] - time[a]:.3g} s"
+
+
+def _longest_rest(channel: _Sampled, judged: Mask, first: int, stop: int) -> float:
+    """Duration, s, of the longest rest of the judged samples outside of a segment."""
+    other = channel.equal & judged
+    other[first:stop] = False
+    return max((float(channel.time[b - 1] - channel.time[max(a - 1, 0)]) for a, b in spans(other)), default=0.0)
 
 
 def _on_chord(channel: _Sampled, a: int, b: int) -> bool:
