@@ -107,14 +107,18 @@ def test_a_run_that_was_driven_slower_is_in_the_same_unit(witness: str) -> None:
     assert finding.where.startswith("run_1.csv")
 
 
-def test_a_slower_drive_is_in_the_same_unit_where_its_torque_agrees() -> None:
-    """Four drives, one in a town: a torque causes the same acceleration of the 1200 kg car in all of them."""
+@pytest.mark.parametrize("viscous", [0.0, 600.0])
+def test_a_slower_drive_is_in_the_same_unit_where_its_torque_agrees(viscous: float) -> None:
+    """Four drives, one in a town: a torque causes the same acceleration of the 1200 kg car in all of them.
+
+    ``viscous`` : N s/m, of a driveline that takes more of the torque at high speed.
+    """
 
     def drive(k: int, factor: float, unit: float) -> Log:
         t = np.arange(0.0, 60.0, 0.1)
         rate = factor * np.repeat([1.2, 0.6, 0.1, -0.4, -0.8, 0.3], t.size // 6)
         speed = 3.0 * factor + np.cumsum(rate) * 0.1
-        torque = np.maximum(1200 * rate + 150 + 0.4 * speed**2, 0.0) * 0.31
+        torque = np.maximum(1200 * rate + 150 + viscous * speed + 0.4 * speed**2, 0.0) * 0.31
         noise = np.random.default_rng(k).normal(0.0, 0.05, t.size)
         return Log(f"run_{k}.csv", t, {"speed": unit * (speed + noise), "drive_torque": torque})
 

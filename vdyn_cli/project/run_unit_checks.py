@@ -79,19 +79,24 @@ def _mean_ratio(log: Log, other: str, channel: str) -> float:
 
 
 def _drive_per_rate(log: Log, drive: str, channel: str) -> float:
-    """The slope of the drive over the rate of the speed while it drives: mass (times radius), in the speed's scale."""
+    """The slope of the drive over the rate of the speed at one speed: mass (times radius), in the speed's scale.
+
+    T = m V' + b + c V while it drives: of a vehicle whose load increases with speed, m alone is that of every drive.
+    """
     good = np.isfinite(log[drive]) & np.isfinite(log[channel])
     time = log.time[good]
     if time.size < 2 or time[-1] - time[0] < FEWEST * BIN:
         return 0.0
     knots = np.arange(time[0], time[-1], BIN)
-    rate = np.diff(np.interp(knots, time, log[channel][good])) / BIN
+    speed = np.interp(knots, time, log[channel][good])
+    rate, mean = np.diff(speed) / BIN, 0.5 * (speed[1:] + speed[:-1])
     total = np.interp(knots, time, np.r_[0.0, np.cumsum(np.diff(time) * log[drive][good][1:])])
     drives = np.diff(total) / BIN
     driven = drives > 0.0
     if driven.sum() < FEWEST or not np.ptp(rate[driven]) > 0.0:
         return 0.0
-    return max(float(np.polyfit(rate[driven], drives[driven], 1)[0]), 0.0)
+    columns = np.column_stack([rate, mean, np.ones(rate.size)])[driven]
+    return max(float(np.linalg.lstsq(columns, drives[driven], rcond=None)[0][0]), 0.0)
 
 
 def _mean(log: Log, channel: str) -> float:
