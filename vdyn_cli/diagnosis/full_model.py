@@ -82,6 +82,15 @@ class FullModel:
         """Shared unknowns of the baseline that are not published."""
         return frozenset(u.name for u in self.regression.shared if u.nuisance)
 
+    @cached_property
+    def absorbed(self) -> frozenset[str]:
+        """The sensor errors for which a nuisance parameter of the baseline stands whose prior nobody stated.
+
+        A small difference between their sensitivities, or a contradiction of such a prior, is no evidence of an error.
+        """
+        own = {u.name for u in self.regression.shared if u.nuisance and not u.prior_stated and u.name in self.base}
+        return frozenset(n for n, e in self.setup.candidates.items() if e.sensor and own & set(e.covers))
+
     def held(self, effects: Sequence[str]) -> dict[str, float]:
         """Values of the unknowns that are fixed in a fit with these effects: covered ones at their prior means."""
         candidates = self.setup.candidates

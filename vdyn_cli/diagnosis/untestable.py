@@ -31,7 +31,7 @@ def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotT
         unknown = model.amplitudes(name)[0]
         sensitivity = base.system.of([unknown])[:, 0]
         why = obstacle(model, found, name)
-        if why is None or not np.any(sensitivity):
+        if why in (None, "absorbed") or not np.any(sensitivity):
             continue
         amplitude = POLICY.typical_share * largest_plausible(effect, unknown)
         moved = absorbed(base.system, model.base, sensitivity) * amplitude

@@ -10,7 +10,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     alike=("torque_delay", "tire_relaxation", "shaft_stiffness"),
     confirm="Tap the throttle or the brake sharply a few times and compare the speed with an accelerometer.",
     tags={"sensor", "open_road"},
-    covers=("speed_latency", "torque_latency"),
+    covers=("speed_latency",),
 )
 def speed_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """A speed channel whose clock lags that of the other channels.

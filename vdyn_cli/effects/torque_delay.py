@@ -10,7 +10,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     alike=("speed_delay", "backlash", "shaft_stiffness", "tire_relaxation"),
     confirm="Tap the throttle sharply a few times and compare the torque with an accelerometer.",
     tags={"sensor", "open_road"},
-    covers=("torque_latency", "speed_latency", "acceleration_latency"),
+    covers=("speed_latency", "acceleration_latency"),
 )
 def torque_delay(lead: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel whose clock lags that of the other channels.

@@ -14,7 +14,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     confirm="Step the torque abruptly: a delay moves the whole response, a lag only rounds it.",
     sense="(below zero: the channel lags the torque)",
     tags={"sensor", "open_road"},
-    covers=("torque_latency", "speed_latency", "acceleration_latency"),
+    covers=("speed_latency", "acceleration_latency"),
 )
 def torque_lag(lag: Law, s: Signals, q: Signals) -> Number:
     """A drive torque channel logged before a first-order lag (a command), or behind one (a filtered signal).

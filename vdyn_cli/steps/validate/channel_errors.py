@@ -6,13 +6,17 @@ speed, which becomes
 
     V (1 - mr/(m + mr) F/(S m g)).
 
-The model of a mass on a road has no slip and no parameter S. Of the latencies only the differences matter.
+The model of a mass on a road has no slip and no parameter S. Of the latencies only the differences matter, so that those
+of the other channels are relative to that of the drive torque: their variances are twice that of one latency, with half
+of it in common. Both as unknowns are determined in their difference only, and the noise of the logged torque divides
+it between them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from math import sqrt
 
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
@@ -54,14 +58,17 @@ def with_channel_errors(
         return setup
     values = setup.prior.values
     slip = max(1.0 - values["mass"] / inertia_of(values), 0.0) / STEP_POLICY.slip_stiffness
-    latency = 0.0, STEP_POLICY.logger_latency
-    there = ("drive_torque", *setup.sensors.channels)
-    late = tuple(e for n, e in LATENCIES.items() if n in there and e.name not in covered)
+    latency = 0.0, sqrt(2.0) * STEP_POLICY.logger_latency
+    late = [e for n, e in LATENCIES.items() if n in setup.sensors.channels and e.name not in covered]
     known = {SLIP_IMPULSE: (slip, STEP_POLICY.slip_spread * slip)} if slip > 0.0 else {}
     known |= dict.fromkeys(late, latency)
     unknowns = tuple(
-        Unknown(e.name, start.get(e.name, mean), -1.0, 1.0, unit, (mean, std), nuisance=True, prior_stated=False)
+        Unknown(
+            *(e.name, start.get(e.name, mean), -1.0, 1.0, next(iter(e.unknowns.values())).unit, (mean, std)),
+            nuisance=True,
+            prior_stated=False,
+            prior_correlation={other.name: 0.5 for other in late if other is not e} if e in late else {},
+        )
         for e, (mean, std) in known.items()
-        for unit in [next(iter(e.unknowns.values())).unit]
     )
     return replace(setup, added=(*known, *setup.added), extra=(*unknowns, *setup.extra))
