@@ -34,7 +34,7 @@ COASTING = {
     "speed_delay": 0.2,
 }
 POWERED = {"wheel_radius": 0.02, "mass_error": 0.03, "rotating_mass": 60.0}
-FAULTS = {"torque_gain": 0.03, "torque_offset": 3.0, "torque_delay": 0.1}
+FAULTS = {"torque_gain": 0.03, "torque_offset": 3.0, "torque_drift": 0.05, "torque_delay": 0.1}
 ROAD = 1200.0  # m, driven by every run
 SLOWEST = 0.5  # m/s: the program's car only rolls forward, so that its friction does not turn at rest
 WITHIN = 0.02  # of the change: the plant steps by 0.1 s and turns its resistance over another speed
@@ -109,8 +109,9 @@ def test_a_drive_changes_as_in_the_plant(name):
 def test_a_faulty_torque_log_with_its_fault_known_drives_the_car_as_the_true_torque_does(faulty):
     plan, values = coast.plan(VEHICLE, SEED, DRIVEN), car(VEHICLE, DRIVEN)
     q = {name: FAULTS[name] if name in faulty else 0.0 for name in FAULTS}
-    late = true_torque(plan, DRIVEN, 0, plan.samples[0] - q["torque_delay"])
-    log = (1.0 + q["torque_gain"]) * late + q["torque_offset"]
+    sensed = plan.samples[0] - q["torque_delay"]
+    drift = q["torque_drift"] * (sensed - plan.samples[0][0])
+    log = (1.0 + q["torque_gain"]) * true_torque(plan, DRIVEN, 0, sensed) + q["torque_offset"] + drift
     plain = simulate(plan, DRIVEN, values).outputs["speed"]
     told = simulate(plan, DRIVEN, {**values, **q}, tuple(EFFECTS[name] for name in faulty), torque=log)
     assert told.outputs["speed"] == pytest.approx(plain, abs=1e-3)

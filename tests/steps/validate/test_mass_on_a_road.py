@@ -155,6 +155,18 @@ def test_tires_that_warm_up_over_the_day_are_found_where_no_start_is_stated(tmp_
         assert low <= 0.5 <= high
 
 
+@pytest.mark.slow  # a diagnosis of 4 to 9 s
+@pytest.mark.parametrize(("seed", "drift"), [(102, -0.04), (104, -0.15), (105, 0.3)])
+def test_a_torque_whose_zero_drifts_in_each_drive_is_named(tmp_path: Path, seed: int, drift: float) -> None:
+    """The smallest reads 2.4 N m too little after a minute; the drives have at most 63 N m."""
+    logs = dict(drives(CAR, seed))
+    logs["torque"] = logs["torque"] + drift * logs["time"]
+    found = diagnosed(tmp_path, CAR, logs, seed=seed)
+    assert [c.effect for c in found.causes] == ["torque_drift"]
+    low, high = found.causes[0].unknowns["torque_drift"].interval95
+    assert low <= drift <= high
+
+
 def _late(samples: int, folder: Path, car: Car = CAR) -> Diagnosis:
     """The diagnosis of drives whose torque is logged this many ms late."""
     logs = dict(drives(car, 4))
@@ -187,10 +199,11 @@ def test_more_drag_is_named_alone_beside_a_latency(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
-def test_more_drag_is_named_alone_beside_a_filtered_speed(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seed", [4, 6])
+def test_more_drag_is_named_alone_beside_a_filtered_speed(tmp_path: Path, seed: int) -> None:
     """A filter of 0.15 s: a linearization about no latency leaves its square, which looks like further effects."""
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)
-    logs = dict(drives(car, 4))
+    logs = dict(drives(car, seed))
     decay = np.exp(-1e-3 / 0.15)
     start = decay * logs["speed"][:, :1]
     logs["speed"] = lfilter([1.0 - decay], [1.0, -decay], logs["speed"], axis=1, zi=start)[0]

@@ -107,7 +107,7 @@ def road_load(
 
 def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number) -> Number:
     if driven == "torque":
-        torque = e("drive_torque", value=u.drive_torque)
+        torque = e("drive_torque", value=u.drive_torque, run_time=e.state("run_time"))
         radius, ratio = e.p.wheel_radius, e.p.gear_ratio
         force = e(
             drive,

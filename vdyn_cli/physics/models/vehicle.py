@@ -166,14 +166,15 @@ def _body(e: ModelBuilder, u: Signals) -> Body:
 def _drive_torques(e: ModelBuilder, u: Signals, torque: Torque, wheels: int) -> dict[str, Number]:
     """Drive torque at the inner end of each half-shaft, by side, N m."""
     p = e.p
+    time = e.state("run_time")
     if torque == "sides":
         return {
-            side: e(f"drive_torque_{side}", value=getattr(u, f"drive_torque_{side}")) * (2.0 / wheels)
+            side: e(f"drive_torque_{side}", value=getattr(u, f"drive_torque_{side}"), run_time=time) * (2.0 / wheels)
             for side in ("left", "right")
         }
     force = e(
         drive,
-        drive_torque=e("drive_torque", value=u.drive_torque),
+        drive_torque=e("drive_torque", value=u.drive_torque, run_time=time),
         gear_ratio=p.gear_ratio,
         wheel_radius=p.wheel_radius,
         driveline_efficiency=p.driveline_efficiency,
