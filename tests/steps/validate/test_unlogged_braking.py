@@ -59,6 +59,19 @@ def test_recuperation_losses_and_wind_are_no_brakes(lost: float, wind: float) ->
     assert not any(one.spans for one in found(*(drive(seed, False, lost, wind) for seed in range(3))))
 
 
+def test_recuperation_that_the_torque_lacks_is_stated() -> None:
+    drives = [drive(seed, blended=False) for seed in range(3)]
+    complete = [(time, channels, torque) for time, channels, torque, _ in drives]
+    clipped = [(time, channels, np.maximum(torque, 0.0)) for time, channels, torque in complete]
+    for one, (_, channels, torque) in zip(unlogged_braking(clipped), complete, strict=True):
+        (finding,) = one.finding("drive.csv")
+        assert "recuperation or engine braking, since drive_torque is never below zero" in finding.what
+        lacking = STEP * np.count_nonzero((torque < -50.0) & (channels["speed"] > 2.0))
+        assert one.left_out == pytest.approx(lacking, rel=0.3)
+    blended = [drive(seed, blended=True) for seed in range(3)]
+    assert not any(one.one_sided for one in found(*blended))
+
+
 def test_brakes_that_a_channel_shows_are_not_named_again() -> None:
     time, channels, torque, brake = drive(1, blended=True)
     logged = {**channels, "brake_torque": brake}

@@ -6,10 +6,9 @@ speed, which becomes
 
     V (1 - mr/(m + mr) F/(S m g)).
 
-The model of a mass on a road has no slip and no parameter S. Of the latencies only the differences matter, so that those
-of the other channels are relative to that of the drive torque: their variances are twice that of one latency, with half
-of it in common. Both as unknowns are determined in their difference only, and the noise of the logged torque divides
-it between them.
+The model of a mass on a road has no slip and no parameter S. Only the differences of latencies matter, so that those of
+the other channels are relative to that of the drive torque: their variances are twice that of one latency, half of it
+in common. As further unknown, the latency of the torque would be determined by the noise of the logged torque.
 """
 
 from __future__ import annotations

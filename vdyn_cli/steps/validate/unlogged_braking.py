@@ -9,7 +9,7 @@ and must confirm it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ FADED = 0.4  # share of the limit at which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
 MOST_LOST = 0.25  # largest share of the torque that a driveline may lose between driving and recuperation
 UNBRAKED = 0.1  # least share of the recuperation that is without friction brakes
+SELDOM = 0.005  # share of the samples of a drive with recuperation that are surely below zero; it has some 10 %
 MOSTLY = 0.9  # share of the samples that an accelerometer must have to be used
 ROUNDS = 10  # of reweighting
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
@@ -41,12 +42,17 @@ class UnloggedBraking:
     braked : (n,) mask of samples. spans : first and last time of each stop or slowdown, s.
     excess : m/s^2, the largest deceleration that torque and speed do not explain.
     confirmed : whether an accelerometer confirms it.
+    left_out : duration of these samples, s, of the ``moving`` ones.
+    one_sided : whether the drive torque is never below zero in any drive, as of a channel without recuperation.
     """
 
     braked: Mask
     spans: tuple[tuple[float, float], ...]
     excess: float
     confirmed: bool = False
+    left_out: float = 0.0
+    moving: float = 0.0
+    one_sided: bool = False
 
     def finding(self, log: str) -> tuple[Finding, ...]:
         """A finding on what was left out, and how to avoid it; empty where nothing was."""
@@ -57,9 +63,13 @@ class UnloggedBraking:
         cause = "brakes" if self.confirmed else "brakes or hills"
         what = (
             f"the car slows down by up to {self.excess:.2g} m/s^2 more than drive torque and road load explain, "
-            f"from {a:.1f} s to {b:.1f} s{also}: {cause} that are not logged, left out"
+            f"from {a:.1f} s to {b:.1f} s{also}: {cause} that are not logged, left out "
+            f"({self.left_out:.0f} s of {self.moving:.0f} s of driving)"
         )
         remedy = f"map brake_torque{'' if self.confirmed else ' and grade'}, or keep the friction brakes released"
+        if self.one_sided:
+            what += "; or recuperation or engine braking, since drive_torque is never below zero"
+            remedy += "; map a drive_torque that is negative while it brakes the car"
         return (Finding(f"{log}, channel 'brake_torque'", what, "", remedy),)
 
 
@@ -73,6 +83,7 @@ class _Excess:
     pulled : (n,) m/s^2, deceleration by the drive torque.
     free : (n,) mask: the car moves, neither driven nor with a logged brake on. recuperated : likewise, and the torque
         brakes.
+    moves : (n,) mask: faster than ``SLOWEST``.
     by_accelerometer : (n,) m/s^2, excess by the accelerometer; None without one.
     """
 
@@ -81,6 +92,7 @@ class _Excess:
     pulled: Array
     free: Mask
     recuperated: Mask
+    moves: Mask
     by_accelerometer: Array | None
 
 
@@ -99,7 +111,14 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
     known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
     shares = np.concatenate([excess / pulled for excess, pulled in known]) if known else np.zeros(0)
     lost = float(np.clip(np.quantile(shares, UNBRAKED), 0.0, MOST_LOST)) if shares.size >= FEWEST else 0.0
-    return tuple(_found(drive[0], e, lost) for drive, e in zip(drives, seen, strict=True))
+    one_sided = not any(_brakes(torque) for _, _, torque in drives)
+    found = [_found(drive[0], e, lost) for drive, e in zip(drives, seen, strict=True)]
+    return tuple(replace(one, one_sided=one_sided) for one in found)
+
+
+def _brakes(torque: Array) -> bool:
+    """Whether a drive torque (n,) also brakes the car, in more than single samples."""
+    return bool(np.quantile(torque, SELDOM) < -IDLE * float(np.max(np.abs(torque), initial=0.0)))
 
 
 def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Excess | None:
@@ -117,7 +136,8 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
     free = moving & (force <= idle)
     by_accelerometer = _by_accelerometer(time, channels, columns, driven)
     pulled = np.abs(law[0] * np.minimum(force, 0.0))
-    return _Excess(columns @ law - rate, scatter, pulled, free, free & (force < -idle), by_accelerometer)
+    moves, recuperated = speed > SLOWEST, free & (force < -idle)
+    return _Excess(columns @ law - rate, scatter, pulled, free, recuperated, moves, by_accelerometer)
 
 
 def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
@@ -142,7 +162,9 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
     for a, b in spans:
         braked |= (time >= a - RAMP) & (time <= b + RAMP)
     largest = float(np.max(excess[seen.free & braked], initial=0.0))
-    return UnloggedBraking(braked, spans, largest, seen.by_accelerometer is not None)
+    spacing = float(np.median(np.diff(time)))
+    left_out, moving = (spacing * np.count_nonzero(m) for m in (braked & seen.moves, seen.moves))
+    return UnloggedBraking(braked, spans, largest, seen.by_accelerometer is not None, left_out, moving)
 
 
 def _robust(columns: Array, y: Array) -> tuple[Array, float]:
