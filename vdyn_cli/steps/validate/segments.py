@@ -17,6 +17,7 @@ from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.contract import no_runs
 from vdyn_cli.steps.validate.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
+from vdyn_cli.steps.validate.unequal_drives import unequal_drives
 from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
 
 ModelName = Literal["vehicle", "road_load"]
@@ -150,6 +151,9 @@ def drive_segments(
     findings: list[Finding] = []
     drives = [_whole(log) for log in logs]
     unlogged = _unlogged([whole for whole, _ in drives], cut)
+    findings += unequal_drives(
+        [log.name for log in logs], [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
+    )
     for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
         findings += [*doubts, *braked.finding(log.name)]
         top = float(np.nanmax(np.abs(whole["speed"])))

@@ -12,14 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.regimes import IDLE, pressed
+from vdyn_cli.steps.validate.span_averages import least_over_span, mean_over_span, slope_over_span
 
-SPAN = 1.0  # s over which accelerations are taken
 SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 FEWEST = 100  # driven samples that are needed to fit the acceleration
 FADED = 0.4  # share of the limit at which braking begins and ends
@@ -125,11 +124,11 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
     """The excess deceleration of one drive; None where the car is driven too rarely."""
     good = np.isfinite(channels["speed"])
     speed = np.interp(time, time[good], channels["speed"][good])
-    rate, force, change = _slope(time, speed), _mean(time, torque), _slope(time, torque)
-    columns = np.column_stack([force, np.ones(time.size), _mean(time, speed**2), change])
+    rate, force, change = slope_over_span(time, speed), mean_over_span(time, torque), slope_over_span(time, torque)
+    columns = np.column_stack([force, np.ones(time.size), mean_over_span(time, speed**2), change])
     idle = IDLE * float(np.max(np.abs(torque), initial=0.0))
     moving = (speed > SLOWEST) & ~pressed(time, channels["brake_torque"])
-    driven = moving & (_least(time, torque) > idle)
+    driven = moving & (least_over_span(time, torque) > idle)
     if np.count_nonzero(driven) < FEWEST:
         return None
     law, scatter = _robust(columns[driven], rate[driven])
@@ -146,7 +145,7 @@ def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array
     if logged is None or not np.all(np.isfinite(logged[driven])) or np.isfinite(logged).mean() < MOSTLY:
         return None
     there = np.isfinite(logged)
-    force = _mean(time, np.interp(time, time[there], logged[there]))
+    force = mean_over_span(time, np.interp(time, time[there], logged[there]))
     return np.asarray(columns @ _robust(columns[driven], force[driven])[0] - force)
 
 
@@ -190,28 +189,3 @@ def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float],
         for a, b in pairs
         if np.count_nonzero(sure[a:b]) * spacing >= STEP_POLICY.brake_shortest
     )
-
-
-def _window(time: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Indices (n,) of the first sample, and of the one after the last, of the span about each sample."""
-    return np.searchsorted(time, time - SPAN / 2), np.searchsorted(time, time + SPAN / 2, side="right")
-
-
-def _mean(time: Array, values: Array) -> Array:
-    """Average (n,) over the span about each sample."""
-    first, last = _window(time)
-    total = np.r_[0.0, np.cumsum(values)]
-    return np.asarray((total[last] - total[first]) / (last - first))
-
-
-def _slope(time: Array, values: Array) -> Array:
-    """Slope (n,) of the straight line through the span about each sample, by least squares."""
-    since = time - time[0]
-    t, v, tt, tv = (_mean(time, x) for x in (since, values, since**2, since * values))
-    return np.asarray((tv - t * v) / np.maximum(tt - t**2, 1e-12))
-
-
-def _least(time: Array, values: Array) -> Array:
-    """Least value (n,) in the span about each sample."""
-    first, last = _window(time)
-    return np.array([values[a:b].min() for a, b in zip(first.tolist(), last.tolist(), strict=True)])
