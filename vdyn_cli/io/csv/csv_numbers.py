@@ -19,6 +19,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 T = TypeVar("T", bound=np.generic)
 
 MOST_BAD = 1000  # cells that are not numbers, after which reading stops
+SMALL = 4_000_000  # bytes, which numpy reads in less time than it takes to import pandas, the faster reader
 
 _WHITE = r"\s+"
 _END_MARK = b"\x1a"  # as DOS programs write it
@@ -189,6 +190,8 @@ def _parse(
             columns[position] = columns[position] + 1e-3 * milliseconds
         unread = np.flatnonzero(np.isnan(columns[position]))
         bad += [BadCell(int(i), position, _shown(cells[i], encoding)) for i in unread if _holds(cells[i])]
+    if (plain := _plain_numbers(text, layout, numbers)) is not None:
+        return columns | plain, bad, 0
     try:
         frame = _frame(text, layout, [*numbers, extra], np.float64, where)
         if np.isnan(frame[extra]).all():
@@ -202,6 +205,23 @@ def _parse(
         grouped += n
     bad += [BadCell(i, -1, _shown(c, encoding)) for i, c in enumerate(found[extra]) if _holds(c)]
     return columns, sorted(bad, key=lambda c: (c.row, c.column)), grouped
+
+
+def _plain_numbers(text: bytes, layout: Layout, positions: Sequence[int]) -> dict[int, Array] | None:
+    """The columns of a small block in which every row has all fields and each of these is a number; else None."""
+    fields = len(layout.header)
+    comma = layout.decimal == ","
+    if len(text) > SMALL or layout.delimiter == " " or b'"' in text or (comma and b"." in text) or not positions:
+        return None
+    text = text.replace(b",", b".") if comma else text
+    rows = text.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
+    if not all(row and row.count(layout.delimiter) == fields - 1 for row in rows):
+        return None
+    try:
+        read = np.loadtxt(rows, delimiter=layout.delimiter, comments=None, usecols=positions, ndmin=2)
+    except ValueError:
+        return None
+    return {p: np.ascontiguousarray(column) for p, column in zip(positions, read.T, strict=True)}
 
 
 def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T], where: str) -> dict[int, NDArray[T]]:
