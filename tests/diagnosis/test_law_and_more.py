@@ -19,8 +19,8 @@ def named(
     monkeypatch: pytest.MonkeyPatch, alone: float, both: float, most: bool = False, needed: bool = True
 ) -> tuple[str, ...]:
     """The effects that are named, with the held-out rms after the law alone, and after the law and one effect more."""
-    law = Some(effects=("road",), fitted="road", explains_most=most)
-    more = Some(effects=("road", "brake"), fitted="both", explains_most=True)
+    law = Some(effects=("road",), fitted="road", unphysical="", explains_most=most)
+    more = Some(effects=("road", "brake"), fitted="both", unphysical="", explains_most=True)
     after = {"road": alone, "both": both}
     stubs: dict[str, Callable[..., Any]] = {
         "candidate_model": lambda strategy, effects: law,

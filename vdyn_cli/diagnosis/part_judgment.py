@@ -125,12 +125,12 @@ def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) 
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
-    """The judgment that names a law of the catalogue; None where its fit fails or its gain is not positive.
+    """The judgment that names a law of the catalogue; None if it fails, is unphysical, or its gain is not positive.
 
     If the law leaves much that one further effect explains, both are named if they predict held-out runs better.
     """
     answer = candidate_model(strategy, (law.effect,))
-    if answer is None:
+    if answer is None or answer.unphysical:
         return None
     gain = _gain_of(strategy, judgment, answer)
     more = None if answer.explains_most else with_next(strategy, answer)

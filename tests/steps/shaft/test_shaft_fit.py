@@ -15,6 +15,7 @@ from vdyn_cli.effects import effect
 from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Solution, Unknown
+from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
@@ -212,6 +213,14 @@ def oscillation(rate: float, frequency: float, angles: bool) -> Log:
     return Log("rig.csv", time, {**noisy, "motor_speed": motor, "wheel_speed": wheel})
 
 
+def diagnosis_of(data: Log) -> Diagnosis:
+    spec = ShaftSpec.model_validate({"test": "shaft", "runs": [{"log": "rig.csv", "side": "left"}]})
+    problem = STEP.prepare(spec, (data,), Parameters())
+    found = diagnosed(PreparedStep(STEP, spec, Parameters(), problem), problem.publish()).diagnosis
+    assert found is not None
+    return found
+
+
 def test_speeds_logged_at_twelve_samples_per_oscillation_give_the_stiffness() -> None:
     """The trapezoidal rule makes the twist 2 % too small there."""
     solution, _ = fitted(oscillation(100.0, 8.0, angles=False))
@@ -220,8 +229,20 @@ def test_speeds_logged_at_twelve_samples_per_oscillation_give_the_stiffness() ->
 
 def test_a_clean_log_has_no_play_within_the_noise_of_its_encoders() -> None:
     """Each reading chooses the flank that suits its noise: play of 0.1 to 0.3 mrad fitted clean logs better."""
-    spec = ShaftSpec.model_validate({"test": "shaft", "runs": [{"log": "rig.csv", "side": "left"}]})
-    problem = STEP.prepare(spec, (oscillation(500.0, 20.0, angles=True),), Parameters())
-    found = diagnosed(PreparedStep(STEP, spec, Parameters(), problem), problem.publish()).diagnosis
-    assert found is not None
+    found = diagnosis_of(oscillation(500.0, 20.0, angles=True))
     assert found.verdict == "adequate", found.sentence
+
+
+@pytest.mark.slow
+def test_friction_on_a_stand_is_not_named_free_play() -> None:
+    """Friction of 60 N m over slow ramps was free play of 0.75 mrad with a damping of 0.3 s times the stiffness."""
+    rng, time = np.random.default_rng(4), np.arange(0.0, 40.0, 0.01)
+    twist = np.interp(time, [0, 1, 10, 12, 26, 28, 39, 40], [0, 0, 0.05, 0.05, -0.05, -0.05, 0, 0])
+    friction = np.zeros(time.size)
+    for k, change in enumerate(np.diff(twist), start=1):
+        friction[k] = np.clip(friction[k - 1] + 60.0 / 0.003 * change, -60.0, 60.0)
+    torque = 31000.0 * twist + friction + rng.normal(0, 4.0, time.size)
+    log_ = Log("rig.csv", time, {"shaft_torque": torque, "twist": twist + rng.normal(0, 5e-5, time.size)})
+    found = diagnosis_of(log_)
+    assert found.verdict in ("unknown", "named")
+    assert not any(cause.effect == "backlash" for cause in found.causes)

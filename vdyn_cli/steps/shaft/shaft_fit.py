@@ -33,6 +33,9 @@ from vdyn_cli.steps.shaft.hessian import curvatures
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
 
+# s, damping over stiffness, beyond which it is no damping but friction: steel shafts have 1 to 10 ms, and a rubber
+# coupling with a loss factor of one at 3 Hz has 50 ms.
+MOST_DAMPING = 0.05
 RATE_ZERO = 0.05  # rad/s, standard deviation of the difference of the two speeds' zeros
 TORQUE_ZERO = 10.0  # N m, standard deviation of the torque's zero where it can be separated from the twist's
 TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
@@ -68,6 +71,7 @@ class ShaftFit:
         stiffness = _plain_stiffness(self.runs)
         twist = TWIST_ZERO if all(run.noise[1] < UNREAD_TWIST for run in self.runs) else UNREAD_TWIST
         torque = (0.0, TORQUE_ZERO) if self.effects else None
+        damping = -stiffness, MOST_DAMPING * stiffness
         zeros = (
             Unknown("torque_zero", 0.0, unit="N m", prior=torque, per_run=True, nuisance=True),
             Unknown("rate_zero", 0.0, unit="rad/s", prior=(0.0, RATE_ZERO), per_run=True, nuisance=True),
@@ -75,7 +79,7 @@ class ShaftFit:
         )
         return (
             Unknown("shaft_stiffness", stiffness, 0.02 * stiffness, 50 * stiffness, "N m/rad", self.bar),
-            Unknown("shaft_damping", 1e-3 * stiffness, -stiffness, stiffness, "N m s/rad"),
+            Unknown("shaft_damping", 1e-3 * stiffness, -stiffness, stiffness, "N m s/rad", physical=damping),
             *self.extra,
             *(zeros if self.effects else zeros[:2]),
         )
