@@ -22,6 +22,7 @@ STEP = 0.1
 TIME = np.arange(0.0, 60.0, STEP)
 PULL = np.linspace(0.012, 0.005, TIME.size)  # 1/s, as of a coast
 SIZES = {"speed_noise": 1.0, "gust": 0.6, "gust_time": 8.0, "run_wind": 0.3, "run_force": 2e-3}
+SIZES |= {"speed_drift": 0.05, "speed_drift_time": 2.0}
 SIZES |= {"acceleration_noise": 1.0, "road": 2e-3, "road_time": 5.0, "road_mean": 1e-3, "push": 0.02, "push_time": 4.0}
 LAWS = (gust_noise.speed_noise, gust_noise.speed_and_force_noise, gust_noise.force_noise)
 
@@ -29,7 +30,7 @@ LAWS = (gust_noise.speed_noise, gust_noise.speed_and_force_noise, gust_noise.for
 def surroundings(bins: Bins | None = None) -> Surroundings:
     bins = bins or cut(TIME, 1.0)
     pull = bins.mean(PULL)
-    return Surroundings(bins, pull, pull, 0.95, 0.03, 0.004, 0.05, 0.01)
+    return Surroundings(bins, pull, pull, 0.95, 0.03, 0.004, 0.05, 0.01, filtered=True)
 
 
 def moved(wind: Array, force: Array) -> Array:
@@ -81,6 +82,7 @@ def test_plain_least_squares_knows_the_white_parts_alone(law: object, channels: 
     full, white = law(here), gust_noise.white_noise(here, channels)  # type: ignore[operator]
     assert np.allclose(white.push, full.push, rtol=2e-3)
     only = {**dict.fromkeys(SIZES, 1e-12), "gust_time": 8.0, "road_time": 5.0, "push_time": 5.0}
+    only |= {"speed_drift_time": 2.0}
     only |= {"speed_noise": 1.3, "acceleration_noise": 0.7}
     assert np.allclose(white.factor(only) ** 2, np.diag(full.covariance(only) - full.known), atol=1e-15)
     assert np.allclose(full.factor(SIZES) @ full.factor(SIZES).T, full.covariance(SIZES))
@@ -119,8 +121,9 @@ def test_restricted_likelihood_has_the_slopes_it_says() -> None:
 
 
 def test_the_sizes_of_the_noise_are_found_again() -> None:
-    found = [find_sizes(drawn(seed, 8), typical_sizes(drawn(0, 1)[0].noise)) for seed in range(6)]
-    for name, tolerance in (("speed_noise", 0.05), ("gust", 0.12), ("gust_time", 0.25), ("run_wind", 0.4)):
+    found = [find_sizes(drawn(seed, 8), typical_sizes(drawn(0, 1)[0].noise)) for seed in range(20)]
+    expected = {"speed_noise": 0.05, "speed_drift": 0.05, "speed_drift_time": 0.1, "gust": 0.12, "gust_time": 0.25}
+    for name, tolerance in {**expected, "run_wind": 0.4}.items():
         middle = np.exp(np.mean([np.log(f[name]) for f in found]))
         assert middle == pytest.approx(SIZES[name], rel=tolerance)
 

@@ -40,6 +40,10 @@ SOURCES: Mapping[str, NoiseSource] = {
     s.name: s
     for s in (
         NoiseSource("speed_noise", 1.0, 0.7),  # relative to the level from third differences of the speed
+        # Receivers filter their speed, so its error lasts for one to a few seconds: phones 0.03 to 0.1 m/s rms; a wheel
+        # sensor has none, so the prior reaches from nothing beside white noise to that.
+        NoiseSource("speed_drift", 0.003, 1.5, "m/s"),
+        NoiseSource("speed_drift_time", 2.0, 0.3, "s"),
         NoiseSource("acceleration_noise", 1.0, 1.5),  # likewise; vibration is not white
         # Turbulence 2 m above open country has a standard deviation of 0.2 of the mean wind (1/log(z/z0), EN 1991-1-4),
         # and test days have means of 1 to 5 m/s (SAE J1263 allows 4.5): 0.2 to 1 m/s.
@@ -176,6 +180,7 @@ class Surroundings:
     acceleration_level : m/s^2, white noise of an accelerometer sample.
     zero : m/s^2, standard deviation of the accelerometer's zero in this run, where it is not fitted.
     driven : whether a measured drive force acts on the car; its sensor's zero varies between runs.
+    filtered : whether the error of the speed has a part that lasts for seconds.
     """
 
     bins: Bins
@@ -187,6 +192,7 @@ class Surroundings:
     acceleration_level: float = 0.0
     zero: float = 0.0
     driven: bool = False
+    filtered: bool = False
 
     @property
     def constant_force(self) -> str:
@@ -241,16 +247,18 @@ def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
 def speed_noise(s: Surroundings) -> RunNoise:
     """Noise of a simulated speed: white sensor noise, gusts, wind and rolling resistance of the run, m/s.
 
-    Assumes gusts with an exponential autocorrelation in time.
+    Assumes gusts, and an error of a filtered speed, with exponential autocorrelations in time.
     """
     integral = integration(s.bins, s.fade)
     gust = -integral * s.pull[None, :]
-    parts = (
+    parts: tuple[White | SteadyComponent | Colored, ...] = (
         White("speed_noise", s.speed_level**2 / s.bins.count),
         Colored("gust", "gust_time", gust, s.bins.lags),
         SteadyComponent("run_wind", gust.sum(axis=1)),
         SteadyComponent(s.constant_force, integral.sum(axis=1)),
     )
+    if s.filtered:
+        parts += (Colored("speed_drift", "speed_drift_time", np.eye(s.bins.time.size), s.bins.lags),)
     return RunNoise(parts, _walk(s), integral.sum(axis=1))
 
 

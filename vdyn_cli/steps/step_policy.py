@@ -125,6 +125,11 @@ class StepPolicy:
         3.0, "standard errors", "from zero of the share of a logged elevation that decelerations show, to use it",
         "With less, a third of the grade would be noise of the elevation.",
     )  # fmt: skip
+    filtered_speed: float = threshold(
+        2.0, "times the white noise of a bin's mean", "from which an error of the speed that lasts for seconds is used",
+        "White noise is then a fifth of its variance. Below, gusts and white noise describe it nearly as well, and it "
+        "could absorb a force that the model lacks.",
+    )  # fmt: skip
     elevation_least: float = threshold(
         0.5, "share of the grade", "by a logged elevation that decelerations must show, to use it",
         "Below, most of the grade is drift of the elevation, which its error does not include.",

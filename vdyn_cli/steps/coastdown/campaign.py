@@ -45,6 +45,7 @@ class Campaign:
     spectrum : index of the road's spectrum in road_spectrum.SPECTRA.
     shifts : m, by which each run began farther along than assumed, where position is not logged.
     level_mean : the shared road has a mean slope of zero, because an effect describes the mean slope.
+    filtered : the error of the speed has a part that lasts for seconds (road_search.located).
     level_road : an effect describes the road, or a roughness of 0 is stated: the noise contains no random road.
     """
 
@@ -64,6 +65,7 @@ class Campaign:
     spectrum: int = 0
     shifts: tuple[float, ...] = ()
     level_road: bool = False
+    filtered: bool = False
 
     @cached_property
     def layout(self) -> RoadLayout | None:

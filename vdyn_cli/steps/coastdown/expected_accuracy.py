@@ -101,7 +101,9 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
     pull = at["air_density"] * at["drag_area"] * bins.mean(seen.outputs["speed"]) / inertia
     # The simulation has fewer samples a bin than the log; the noise of the bin's mean stays the same.
     level = setup.level * float(np.sqrt(min(setup.step / STEP, 1.0)))
-    noise = speed_noise(Surroundings(bins, pull, pull, at["mass"] / inertia, speed_level=level))
+    filtered = "speed_drift" in setup.sizes
+    conditions = Surroundings(bins, pull, pull, at["mass"] / inertia, speed_level=level, filtered=filtered)
+    noise = speed_noise(conditions)
     factor = np.linalg.cholesky(noise.covariance({**setup.sizes, "speed_noise": 1.0}))
     white = np.linalg.solve(factor, bins.mean(seen.sensitivities["speed"]))
     covariance = np.linalg.inv(white.T @ white)[:2, :2]

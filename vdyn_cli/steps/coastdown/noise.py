@@ -91,6 +91,7 @@ def _surroundings(campaign: Campaign, run: int, at: Mapping[str, float]) -> Surr
         acceleration_level=levels.get("acceleration", 0.0),
         zero=one.zero_std,
         driven=campaign.drive != "coasting",
+        filtered=campaign.filtered,
     )
 
 

@@ -42,6 +42,8 @@ class LocatedCampaign:
 def located(campaign: Campaign) -> LocatedCampaign:
     """The campaign on the most likely road, with the roughness of the slope that changes sign with the heading.
 
+    An error of the speed that lasts for seconds enters its noise where the runs show one.
+
     Where position is not logged, the distance between the starts of both directions is unknown, about the length of a
     run; the most likely one is used. Where two independent roads are ``roads_apart`` times as likely, each direction
     keeps a separate profile instead.
@@ -50,6 +52,7 @@ def located(campaign: Campaign) -> LocatedCampaign:
     ------
     ResultError : the baseline cannot be fitted.
     """
+    campaign = _with_filtered_speed(campaign)
     if campaign.layout is None:
         return LocatedCampaign(campaign)
     likelihood = _likelihood(campaign)
@@ -62,6 +65,17 @@ def located(campaign: Campaign) -> LocatedCampaign:
     base = weighted_start(found, likelihood.regression)
     shown = min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0))
     return LocatedCampaign(replace(found, shown_roughness=shown), base)
+
+
+def _with_filtered_speed(campaign: Campaign) -> Campaign:
+    """The campaign with an error of the speed that lasts for seconds, where that exceeds the white noise of a bin."""
+    if campaign.white or campaign.accelerometer != "none" or all(r.split for r in campaign.runs):
+        return campaign
+    tried = replace(campaign, filtered=True)
+    sizes = rows_of(weighted_start(tried)).noise.sizes
+    white = [lv["speed"] / np.sqrt(np.median(b.count)) for lv, b in zip(campaign.levels, campaign.bins, strict=True)]
+    shown = sizes["speed_drift"] > STEP_POLICY.filtered_speed * sizes["speed_noise"] * float(np.median(white))
+    return tried if shown else campaign
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,10 @@ def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference
             f"{sizes['gust']:.2f} m/s lasting {sizes['gust_time']:.0f} s and a mean wind that differs by "
             f"{sizes['run_wind']:.2f} m/s from run to run."
         )
+        if "speed_drift" in sizes:
+            noise += (
+                f" The error of the measured speed that lasts for some seconds is {sizes['speed_drift']:.2g} m/s rms."
+            )
     unit = {"run": "runs", "block": "blocks within runs", "model": "the noise model"}[solution.unit]
     found = (
         f"{FITTED[fit.campaign.accelerometer]} {noise} Intervals follow from {solution.n_units} {unit}. "
