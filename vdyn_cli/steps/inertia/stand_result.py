@@ -55,6 +55,7 @@ def stand_result(
     for name in DRAG:
         estimates[name] = _with_gain(name, solution, settings)
     torques = spin_torques(balance, solution)
+    assumed = (*_assumed_gain(settings), *_open_drag(estimates["bearing_torque"], settings))
     result = Result(
         "inertia",
         _sentence(estimates, settings),
@@ -64,7 +65,7 @@ def stand_result(
         torques,
         (_residual_over_speed(balance, torques),),
         (budget.table("stand_budget", "The uncertainty of the inertia", UNIT, "Slope: change per unit of the input."),),
-        tuple(dict.fromkeys((*findings, *_without_stand_inertia(settings), *_assumed_gain(settings)))),
+        tuple(dict.fromkeys((*findings, *_without_stand_inertia(settings), *assumed))),
         amplitudes=effect_amplitudes(solution, unknowns),
     )
     if budget.interval95[0] <= 0:
@@ -122,6 +123,16 @@ def _residual_over_speed(balance: MomentBalance, comparisons: Sequence[Compariso
     )
     return Figure("stand_residual", "Residual of the moment balance over speed", caption, "wheel speed in rad/s", "N m",
                   series)  # fmt: skip
+
+
+def _open_drag(dry: Estimate, settings: InertiaSettings) -> list[Finding]:
+    """A warning where the zero of the torque, which acts like dry drag in one direction, exceeds that drag."""
+    if dry.half_width <= abs(dry.value):
+        return []
+    zero = settings.torque_zero.value
+    what = f"is not determined: the zero of the torque is only known to +- {zero:g} N m (1 standard deviation)"
+    remedy = "state it as 'torque_zero' under settings, such as 1 % of the largest torque, or spin in both directions"
+    return [Finding("bearing_torque", what, f"{dry.value:.3g} +- {dry.half_width:.2g} N m", remedy, doubt=True)]
 
 
 def _assumed_gain(settings: InertiaSettings) -> list[Finding]:
