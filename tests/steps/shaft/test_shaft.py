@@ -116,7 +116,11 @@ def test_a_log_stiffer_than_the_drawing_contradicts() -> None:
     slower = data["wheel_speed"] + 0.8 * (data["motor_speed"] - data["wheel_speed"])
     stiffer = data.with_channels(twist=0.8 * data["twist"], motor_speed=slower)
     result = STEP.estimate(spec(vehicle, runs=RUN), (stiffer,), Parameters())
-    assert [f for f in result.findings if "cannot make a shaft stiffer" in f.what]
+    (said,) = (f for f in result.findings if "cannot make a shaft stiffer" in f.what)
+    assert said.doubt
+    low, high = result.parameters["shaft_stiffness_left"].interval95
+    drawn = plant.truth(vehicle)["shaft_stiffness_left"]
+    assert low < drawn < 1.25 * drawn < high
 
 
 def test_backlash_shows_as_more_than_noise() -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference.uncertainty_budget import Budget
+from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.interval_text import with_interval
 from vdyn_cli.steps.inverse_variance import weighted_mean
@@ -32,7 +33,8 @@ def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used
     """Publish the log's stiffness (that of the car), else the bar's, else the drawing's.
 
     Methods that agree with it and have an uncertainty are averaged with it, weighted by inverse variance. A log that is
-    softer than its drawing shows further compliance in series.
+    softer than its drawing shows further compliance in series. Other methods that contradict it, as a log that is
+    stiffer than its drawing, widen its interval until it includes theirs, since either may be wrong.
 
     Parameters
     ----------
@@ -50,14 +52,19 @@ def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used
         apart = (best.value - budget.value) / float(np.hypot(best.std, budget.std) or np.inf)
         if abs(apart) > STEP_POLICY.agreeing_std:
             got = f"{with_interval(best)} against {with_interval(budget, UNIT)}, {abs(apart):.1f} standard deviations"
+            softer = best.value < budget.value and other == "drawing"
             what, remedy = _disagreement(best, other, budget)
-            findings.append(Finding(f"{side.name}, {first} and {other}", what, got, remedy))
+            findings.append(Finding(f"{side.name}, {first} and {other}", what, got, remedy, doubt=not softer))
+            if not softer:
+                std = float(np.hypot((best.value - budget.value) / NORMAL95, budget.std))
+                differs = Contribution(f"difference from the {other}", 0.0, std, UNIT, 1.0)
+                joined[first] = replace(joined[first], contributions=(*joined[first].contributions, differs))
         elif budget.std > 0 and best.std > 0:
             joined[other] = budget
     if drawing_used and side.drawing is not None:
         findings.append(_attributed_to_joints(side, side.drawing))
     findings += _implausible(side.name, best)
-    published = best if len(joined) == 1 else weighted_mean(joined, UNIT)
+    published = joined[first] if len(joined) == 1 else weighted_mean(joined, UNIT)
     return ComparedStiffness(side, methods, logged, published, tuple(findings))
 
 
