@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,24 @@ def test_a_simulated_speed_whose_error_grows_within_seconds_is_no_sensor() -> No
         noise = np.random.default_rng(k).normal(0.0, 0.02, N)
         runs.append(Comparison(f"run_{k}.csv", "speed", "m/s", T, "time in s", true + noise, true * ahead))
     assert not list(simulated_gain_findings(runs))
+
+
+def swerved(name: str, seconds: float, seed: int) -> Comparison:
+    """A coast of 170 s at 20 Hz that loses 0.7 m/s within some seconds from 62 s on, as by steering."""
+    time = 0.05 * np.arange(3400)
+    simulated = 30.0 * np.exp(-time / 110.0)
+    lost = 0.7 * np.clip((time - 62.0) / max(seconds, 1e-9), 0.0, 1.0) * simulated / simulated[1240]
+    noise = np.random.default_rng(seed).normal(0.0, 0.01, time.size)
+    return Comparison(name, "speed", "m/s", time, "time in s", simulated - lost + noise, simulated)
+
+
+@pytest.mark.parametrize(("seconds", "found"), [(0.0, 1), (5.0, 0)])
+def test_a_coast_that_is_steered_or_braked_for_seconds_has_no_faulty_sensor(seconds: float, found: int) -> None:
+    runs = [swerved("run_5.csv", seconds, 5)]
+    for k in range(4):
+        calm = swerved(f"run_{k}.csv", 5.0, k)
+        runs.append(replace(calm, measured=calm.simulated + np.random.default_rng(k).normal(0.0, 0.01, calm.x.size)))
+    assert len(list(simulated_gain_findings(runs))) == found
 
 
 def test_a_single_run_tells_no_sensor_from_a_law_that_differs_with_the_sign() -> None:

@@ -17,6 +17,8 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.result import Comparison
 
+AT_ONCE = 1.0  # s: a sensor's gain changes from one sample to the next, a brake or a swerve acts for one second or more
+
 ChangeKind = Literal["", "abrupt", "gradual"]
 
 
@@ -66,7 +68,7 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
     large = abs(h / g - 1.0) >= QUALITY.least_gain_change and t >= QUALITY.gain_change_t
     if not large or share > QUALITY.simulated_share:
         return change, ""
-    drift = stepped_share(y, x, k, drifting(x)) if _steps_at_once(y, x, k, (g, h)) else np.inf
+    drift = stepped_share(y, x, k, drifting(x)) if _steps_at_once(time, y, x, k, (g, h)) else np.inf
     if not alone:
         return change, "abrupt" if drift <= QUALITY.abrupt_share else ""
     law = np.column_stack([x, x * (x > 0.0), x * np.abs(x)])
@@ -75,20 +77,21 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
     return change, "abrupt" if drift <= QUALITY.single_run_abrupt_share else "gradual"
 
 
-def _steps_at_once(y: Array, x: Array, k: int, gains: tuple[float, float]) -> bool:
-    """Whether the gain changes within a fiftieth of the run, by regressions of y on x just before and after index k.
+def _steps_at_once(time: Array, y: Array, x: Array, k: int, gains: tuple[float, float]) -> bool:
+    """Whether the gain changes within ``AT_ONCE`` or a fiftieth of the run, whichever is shorter.
 
-    A simulated speed integrates its errors: over a drive its ratio to the measured one changes within seconds, and
-    two means may fit that well. False where less than ``near_change`` of the change is near, beyond three standard
-    errors.
+    By regressions of y on x just before and after index k, over five samples or more. A simulated speed integrates its
+    errors: over a drive its ratio to the measured one changes within seconds, and so it does where a coasting car is
+    braked or steered for some seconds; two means may fit that well. False where less than ``near_change`` of the change
+    is near, beyond three standard errors of both local gains.
     """
-    width = max(x.size // 50, 5)
+    width = max(min(x.size // 50, int(AT_ONCE / float(np.median(np.diff(time))))), 5)
     near = slice(max(k - width, 0), k), slice(k, k + width)
     squares = [float(x[s] @ x[s]) for s in near]
     if min(squares) <= 0.0:
         return True
-    local = float(x[near[1]] @ y[near[1]]) / squares[1] - float(x[near[0]] @ y[near[0]]) / squares[0]
-    residual = y - np.where(np.arange(x.size) < k, *gains) * x
+    local = [float(x[s] @ y[s]) / square for s, square in zip(near, squares, strict=True)]
+    residual = np.concatenate([y[s] - gain * x[s] for s, gain in zip(near, local, strict=True)])
     error = 3.0 * float(np.sqrt(np.mean(residual**2) * sum(1.0 / s for s in squares)))
     whole = gains[1] - gains[0]
-    return bool(local * np.sign(whole) + error > QUALITY.near_change * abs(whole))
+    return bool((local[1] - local[0]) * np.sign(whole) + error > QUALITY.near_change * abs(whole))

@@ -262,7 +262,8 @@ class QualityPolicy:
         "Healthy runs of one test differ by less in size.",
     )  # fmt: skip
     near_change: float = threshold(
-        0.6, "share of the change", "of a channel's gain over its simulation, that a fiftieth of the run must show",
+        0.6, "share of the change", "of a channel's gain over its simulation, that a second (or a fiftieth of the run, "
+        "if shorter) must show",
         "A sensor changes at once. Speeds simulated without a loss or an inertia showed 0.2 to 0.36 in three drives.",
     )  # fmt: skip
     single_run_abrupt_share: float = threshold(
