@@ -291,7 +291,10 @@ def test_a_hole_in_the_clock_is_refused(root: Path, tmp_path: Path) -> None:
     log = found.data[0]
     keep = np.r_[0:2000, 2200 : log.time.size]
     cut = Log(log.name, log.time[keep], {n: v[keep] for n, v in log.channels.items()})
-    assert "no samples for 2" in refusal(found, (cut,))
+    said = refusal(found, (cut,))
+    assert "no samples for 2" in said
+    assert f"write 'to_time: {log.time[1999]:.6g} s'" in said
+    assert f"with 'from_time: {log.time[2200]:.6g} s'" in said
 
 
 def test_missing_parameters_are_listed_with_the_step_that_gives_them(root: Path, tmp_path: Path) -> None:

@@ -179,17 +179,22 @@ def _problems(log: Log) -> list[Finding]:
     hole = int(np.argmax(steps))
     if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
         what = f"no samples for {steps[hole]:.2g} s: the torque is unknown"
-        before, after = log.time[hole], log.time[hole + 1]
-        remedy = f"write 'to_time: {before:.6g} s', and list the log once more with 'from_time: {after:.6g} s'"
+        remedy = _split(log.time[hole], log.time[hole + 1])
         found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
     for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
         if name in log:
             found += _gaps(log, name)
     speed = np.isfinite(log["speed"])
     if speed.sum() < FEWEST:
-        what, remedy = f"has values in only {speed.sum()} rows: too few", "map another column, or leave the run out"
+        what = f"has values in {speed.sum()} rows: at least {FEWEST} are needed"
+        remedy = "map another column, or leave the run out"
         found.append(Finding(f"{log.name}, channel 'speed'", what, remedy=remedy))
     return found
+
+
+def _split(before: float, after: float) -> str:
+    """The remedy that cuts a run between two times, s, on the log's clock."""
+    return f"write 'to_time: {before:.6g} s', and list the log once more with 'from_time: {after:.6g} s'"
 
 
 def _gaps(log: Log, name: str) -> list[Finding]:
@@ -206,9 +211,8 @@ def _gaps(log: Log, name: str) -> list[Finding]:
         gap = int(np.argmax(np.diff(at)))
         what = f"no values from {at[gap]:.2f} to {at[gap + 1]:.2f} s"
         if missing.size:
-            count = f"{missing.size} value{'s are' if missing.size != 1 else ' is'}"
-            what = f"{count} missing, the first at {log.time[missing[0]]:.2f} s"
-        remedy = "fill the gaps in the log, or cut the run with from_time and to_time"
+            what += f"; {missing.size} value{'s are' if missing.size != 1 else ' is'} missing in all"
+        remedy = f"fill the gaps in the log, or {_split(at[gap], at[gap + 1])}"
         return [Finding(where, f"{what}: an input must be complete", "", remedy)]
     return []
 
