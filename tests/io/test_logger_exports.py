@@ -168,6 +168,13 @@ def test_the_name_of_a_clock_shows_its_digits_within_a_minute() -> None:
     assert seconds_of_digits(within, "Time (HHMMSS.SS)") == pytest.approx(9 * 3600 + 12 * 60 + within - 91200.0)
 
 
+def test_a_named_clock_in_digits_may_lack_samples_at_a_full_minute() -> None:
+    seconds = np.r_[np.arange(50.0, 57.7, 0.05), np.arange(62.0, 70.0, 0.05)]
+    digits = 91200.0 + seconds + 40.0 * (seconds >= 60.0)
+    assert seconds_of_digits(digits, "Time") is None
+    assert seconds_of_digits(digits, "Time (HHMMSS.SS)") == pytest.approx(9 * 3600 + 12 * 60 + seconds)
+
+
 def test_a_spreadsheet_counts_days_since_1900(tmp_path: Path) -> None:
     path = tmp_path / "serial.csv"
     path.write_text("Timestamp,v\n" + "".join(f"{46154 + t / 86400:.9f},{t}\n" for t in TIME))

@@ -78,7 +78,7 @@ def seconds_of_digits(values: Array, name: str) -> Array | None:
     """Seconds since midnight of a clock (n,) written in digits, ``hhmmss.ss``; None for any other column.
 
     Such a clock jumps by an additional 40 at each full minute, from 59.95 to 100.00, and only there. In a log without a
-    full minute only the column's name shows it, such as ``Time (HHMMSS.SS)``.
+    full minute, or that lacks samples there, only the column's name shows it, such as ``Time (HHMMSS.SS)``.
     """
     for first in range(0, values.size, _CHUNK):  # a clock in s returns here after a minute
         if (values[first : first + _CHUNK] % 100.0 >= 60.0).any():
@@ -94,7 +94,7 @@ def seconds_of_digits(values: Array, name: str) -> Array | None:
     steps = np.diff(since_first(counted))
     usual = float(np.median(steps))
     largest = np.max(steps[full], initial=0.0)
-    if not (full.size or _IN_DIGITS.search(name)) or usual > _LONGEST_STEP or largest > _MOST_STEPS * usual:
+    if not _IN_DIGITS.search(name) and (not full.size or usual > _LONGEST_STEP or largest > _MOST_STEPS * usual):
         return None
     found = np.full(values.shape, np.nan)
     found[written] = counted
