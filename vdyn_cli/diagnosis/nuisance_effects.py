@@ -60,7 +60,10 @@ def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
     nuisances = model.nuisances & set(model.base)
     names = [e.name for e in model.setup.effects if e.sensor and nuisances & set(e.covers)]
     models = [candidate_model(strategy, (*fitted.effects, n)) for n in names if n not in fitted.effects]
-    return [m for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
+    likely = [m for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
+    # Each about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it.
+    solutions = [strategy.relinearized(m.fitted).solution for m in likely]
+    return [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
 
 
 def _deviation(model: FullModel, one: CandidateModel) -> float:
