@@ -192,6 +192,17 @@ def test_a_stop_that_a_slow_receiver_sees_as_one_step_is_no_fault(held: int, whe
     assert "level_step" in failed_tests(changed / radius, held, wheel)
 
 
+def test_a_speed_that_falls_while_the_log_has_a_gap_has_no_jump() -> None:
+    rng, time = np.random.default_rng(3), np.arange(0.0, 120.0, 0.05)
+    speed = 30.0 - 0.2 * time + rng.normal(0.0, 0.01, time.size)
+    there = (time < 40.0) | (time > 44.0)
+    failed = {fault.test for fault in flags(Log("run.csv", time[there], {"speed": speed[there]})).faults}
+    assert "level_step" not in failed
+    assert "clock_gap" in failed
+    jumped = np.where(time < 40.0, speed, speed - 1.0)
+    assert "level_step" in {fault.test for fault in flags(Log("run.csv", time, {"speed": jumped})).faults}
+
+
 def failed_tests(values: Array, held: int, wheel: bool) -> set[str]:
     """The tests that a speed at 1 Hz fails if each value is written several times."""
     time = np.arange(values.size * held) / held

@@ -298,10 +298,15 @@ def _saturated(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
 
 
 def _stepped(channel: _Sampled, taken: Mask) -> Iterator[Fault]:
-    """A speed or load after a permanent jump; the channel does not show which side of the jump is wrong."""
+    """A speed or load after a permanent jump; the channel does not show which side of the jump is wrong.
+
+    A change across a gap of the clock is no jump within one sample.
+    """
     if channel.name not in (*SPEEDS, *_LOADS) or taken[channel.rows].any():
         return
-    at = level_step(channel.values)
+    at, steps = level_step(channel.values), np.diff(channel.time)
+    if at is not None and steps[at - 1] > (1.0 + QUALITY.longest_step) * float(np.median(steps)):
+        return
     if at is not None and channel.moving[at - 1 : at + 1].all() and not _stop_or_start(channel, at):
         jump = channel.values[at] - channel.values[at - 1]
         why = f"jumps by {channel.text(jump, 3, step=True)} within one sample and stays: its gain or zero changed"
