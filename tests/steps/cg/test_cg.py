@@ -17,7 +17,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg.input_checks import ready_runs
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
 from vdyn_cli.steps.cg.load_fit import LoadFit
-from vdyn_cli.steps.cg.load_windows import cut_windows
+from vdyn_cli.steps.cg.load_windows import cut_windows, pitch_angle
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
 from vdyn_cli.steps.cg.step import STEP
 
@@ -164,6 +164,14 @@ def test_the_noise_of_a_gyro_has_no_sign() -> None:
     for _ in range(100):
         still = log.with_channels(pitch_rate=0.01 * noise.standard_normal(log.time.size))
         ready_runs(SPEC, (still,))
+
+
+def test_a_pitch_hidden_by_its_noise_is_taken_proportional_to_the_acceleration() -> None:
+    """A stiff car was given a pitch axis 0.32 m above its center: pitch and rate have the noise of one gyro."""
+    log = logs(random_vehicle(1), 1)[0]
+    still = log.with_channels(pitch_rate=0.01 * np.random.default_rng(0).standard_normal(log.time.size))
+    assert abs(np.corrcoef(pitch_angle(still), still["acceleration"])[0, 1]) == pytest.approx(1.0)
+    assert np.corrcoef(pitch_angle(log), log["acceleration"])[0, 1] < 0.999
 
 
 def test_the_trap_is_real() -> None:

@@ -13,7 +13,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
-from vdyn_cli.steps.cg.load_windows import LOADS, pitch_angle
+from vdyn_cli.steps.cg.load_windows import LOADS, exceeds_walk, integrated_pitch, pitch_angle
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.contract import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
@@ -22,7 +22,6 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 SHORTEST = 2.0  # s: a run must contain a squat and a dive of half a second each, with their onset and decay
 FEWEST_SAMPLES = 10  # of an acceleration that can be compared with its noise
 BLOCK = 0.5  # s: at least half a period of the body's heave, so that means are nearly independent
-WALK = 3.0  # standard deviations of a random walk, which chance hardly reaches
 WEAK = "acceleration and braking are too weak"
 
 
@@ -137,20 +136,6 @@ def carried_at_rest(log: Log) -> tuple[float, float]:
     return float(found[0]), float(np.sqrt(left @ left / (count - free) * inverse[0, 0]))
 
 
-def _pitches(log: Log, pitch: Array) -> bool:
-    """Whether the pitch (n,), rad, exceeds ``WALK`` times the noise that its integration adds: level step (n / 6)^0.5.
-
-    It is a random walk, which correlates with any slow channel by chance; (n / 6)^0.5 is its scatter about its mean.
-    """
-    if "pitch" in log:
-        return _exceeds_noise(pitch, log.time)
-    rate = log["pitch_rate"]
-    if np.count_nonzero(np.isfinite(rate)) < FEWEST_SAMPLES:
-        return False
-    walk = white_level(rate, log.time) * float(np.median(np.diff(log.time)) * np.sqrt(rate.size / 6))
-    return float(np.nanstd(pitch)) > WALK * walk
-
-
 def _correlation(a: Array, b: Array) -> float:
     return cosine(a - np.nanmean(a), b - np.nanmean(b))
 
@@ -168,7 +153,7 @@ def _errors(log: Log) -> list[Finding]:
     negative = [n for n in LOADS if n in log and np.nanmedian(log[n]) < 0]
     if negative:
         return [wrong_sign(log.name, n, "negative axle load: loads must be positive") for n in negative]
-    pitch = pitch_angle(log)
+    pitch = integrated_pitch(log)[0]
     gains_load = _correlation(acceleration, load) > STEP_POLICY.sign_correlation
     if gains_load and _correlation(acceleration, pitch) > STEP_POLICY.sign_correlation:
         what = "the front axle gains load and the nose rises when the car accelerates"
@@ -177,7 +162,7 @@ def _errors(log: Log) -> list[Finding]:
     if gains_load:
         what = "the front axle gains load when the car accelerates: acceleration must be positive forward"
         return [wrong_sign(log.name, "acceleration", what)]
-    if _correlation(acceleration, pitch) < -STEP_POLICY.sign_correlation and _pitches(log, pitch):
+    if _correlation(acceleration, pitch) < -STEP_POLICY.sign_correlation and exceeds_walk(log, pitch):
         what = "the nose dips when the car accelerates: pitch must be positive nose-up (else the inertia is wrong)"
         return [wrong_sign(log.name, "pitch_rate", what)]
     return []

@@ -23,6 +23,8 @@ GAP = 3.0  # usual steps of the clock, beyond which a window has a gap
 STANDSTILL = 0.3
 # m/s, of an integrated speed: a zero of 0.05 m/s^2, minus its mean over the run, causes such an error.
 UNCERTAIN_STANDSTILL = 1.0
+WALK = 3.0  # standard deviations of a random walk, which chance hardly reaches
+FEWEST = 10  # samples of a rate whose noise can be estimated
 SAME_SPEED = 0.1  # share of a run's range of speed: a tilt of 0.5 deg causes as much in 20 s
 
 
@@ -121,7 +123,32 @@ def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:
 
 
 def pitch_angle(log: Log) -> Array:
-    """Pitch (n,) relative to rest, rad, from its channel or by integrating its rate.
+    """Pitch (n,) relative to rest, rad; k times the acceleration where the integrated noise of the rate hides it.
+
+    That noise is common to the pitch and its rate, and would look like a moment of the pitch. k as in
+    :func:`integrated_pitch`.
+    """
+    pitch, slope = integrated_pitch(log)
+    return pitch if exceeds_walk(log, pitch) else slope * (log["acceleration"] - np.nanmean(log["acceleration"]))
+
+
+def exceeds_walk(log: Log, pitch: Array) -> bool:
+    """Whether the pitch (n,), rad, exceeds ``WALK`` times the noise that its integration adds: level step (n / 6)^0.5.
+
+    It is a random walk, which correlates with any slow channel by chance; (n / 6)^0.5 is its scatter about its mean.
+    True for a logged pitch.
+    """
+    if "pitch" in log:
+        return True
+    rate = log["pitch_rate"]
+    if np.count_nonzero(np.isfinite(rate)) < FEWEST:
+        return False
+    walk = white_level(rate, log.time) * float(np.median(np.diff(log.time)) * np.sqrt(rate.size / 6))
+    return float(np.nanstd(pitch)) > WALK * walk
+
+
+def integrated_pitch(log: Log) -> tuple[Array, float]:
+    """Pitch (n,) relative to rest, rad, from its channel or by integrating its rate; its slope k over acceleration.
 
     The zero of a gyro makes the integral drift. The drift c + b t is estimated by the fit th = c + b t + k a, because a
     sprung body pitches in proportion to the acceleration, and subtracted; a trend of the acceleration is preserved.
@@ -136,7 +163,7 @@ def pitch_angle(log: Log) -> Array:
     good = np.isfinite(angle) & np.isfinite(trend).all(axis=1)
     kept = [0, 2] if "pitch" in log else [0, 1, 2]
     found = np.linalg.lstsq(trend[np.ix_(good, kept)], angle[good], rcond=None)[0]
-    return np.asarray(angle - trend[:, kept[:-1]] @ found[:-1])
+    return np.asarray(angle - trend[:, kept[:-1]] @ found[:-1]), float(found[-1])
 
 
 def integrated_speed(log: Log) -> Array:
