@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.clock_estimate import clock_difference
-from vdyn_cli.io.tied_channels import ChannelTie
+from vdyn_cli.io.clocks.clock_estimate import clock_difference
+from vdyn_cli.io.clocks.tied_channels import ChannelTie
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 

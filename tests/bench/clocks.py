@@ -15,9 +15,9 @@ from tests.plant.two_loggers import TwoLoggers, two_loggers
 from tests.plant.vehicle import Vehicle, random_vehicle
 from tests.steps.cg.test_cg import SPEC, known
 from tests.steps.cg.test_cg import logs as logs_of_launches
-from vdyn_cli.io.align import merge
-from vdyn_cli.io.clock_estimate import clock_difference
-from vdyn_cli.io.tied_channels import ChannelTie, tie_of
+from vdyn_cli.io.clocks.align import merge
+from vdyn_cli.io.clocks.clock_estimate import clock_difference
+from vdyn_cli.io.clocks.tied_channels import ChannelTie, tie_of
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.log import Log

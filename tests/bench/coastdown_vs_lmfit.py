@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
-from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.fit.campaign import Campaign
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
 from vdyn_cli.steps.coastdown.problem import prepare
-from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
 
 Array = NDArray[np.float64]
 

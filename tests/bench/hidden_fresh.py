@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
-from vdyn_cli.diagnosis.effect_unknowns import started_at, unknowns_of
-from vdyn_cli.diagnosis.held_out_gain import rms_of
-from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, initial_values, linearize
-from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
+from vdyn_cli.diagnosis.strategies.effect_unknowns import started_at, unknowns_of
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedRuns, initial_values, linearize
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.inference import Regression, approach
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.project.inputs import gather

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from tests.bench.fault_signals import FAULTS, Place, faulty, resolution
 from tests.plant.messy_day import CLASSES, drawn_day, drive
 from vdyn_cli.description.spec_loading import load_spec
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.quality.gain_changes import gain_changes
 from vdyn_cli.io.quality.log_flags import flags
 from vdyn_cli.io.reader import Column

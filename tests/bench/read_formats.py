@@ -88,7 +88,7 @@ def read(path: Path, mapped: dict[int, int], by: str) -> dict[str, float]:
         import pyarrow.csv  # noqa: F401  (what the engine imports is not its time of reading)
     else:
         from pyarrow import parquet
-    from vdyn_cli.io.log_formats import read_log
+    from vdyn_cli.io.formats.log_formats import read_log
     from vdyn_cli.io.reader import Column
     from vdyn_cli.quantities.quantity import to_si
 

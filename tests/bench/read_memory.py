@@ -35,7 +35,7 @@ def read(path: Path, mapped: int) -> dict[str, float]:
     """Peak memory and time of one reading, in this process."""
     import pandas  # noqa: F401  (its own memory is not the log's)
 
-    from vdyn_cli.io.log_formats import read_log
+    from vdyn_cli.io.formats.log_formats import read_log
     from vdyn_cli.io.reader import Column
     from vdyn_cli.quantities.quantity import to_si
 

@@ -18,10 +18,10 @@ from vdyn_cli.commands.run_init import run_init
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.reader import ChannelInfo
-from vdyn_cli.project import description_draft
-from vdyn_cli.project.description_draft import DescriptionDraft, draft_description
+from vdyn_cli.project.drafting import description_draft
+from vdyn_cli.project.drafting.description_draft import DescriptionDraft, draft_description
+from vdyn_cli.project.drafting.run_direction import logged_directions
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.project.run_direction import logged_directions
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.steps import load_step
 

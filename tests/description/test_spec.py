@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.spec_loading import load_spec
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.quantity import Given
 
@@ -21,10 +21,10 @@ runs:
 """
 
 
-def load(folder: Path, text: str, vehicle: str = "mass: 1588 +- 5 kg\n") -> TestSpec:
+def load(folder: Path, text: str, vehicle: str = "mass: 1588 +- 5 kg\n") -> Description:
     (folder / "vehicle.yaml").write_text(vehicle)
     (folder / "test.yaml").write_text(text)
-    return load_spec(folder / "test.yaml", TestSpec)[0]
+    return load_spec(folder / "test.yaml", Description)[0]
 
 
 def test_quantities_are_si_and_the_vehicle_may_stand_in_its_own_file(tmp_path: Path) -> None:
@@ -129,10 +129,10 @@ def test_refusals(tmp_path: Path, text: str, says: str) -> None:
 def test_what_a_stranger_writes_has_a_remedy(name: str, content: bytes, says: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match=says):
-        load_spec(tmp_path / name, TestSpec)
+        load_spec(tmp_path / name, Description)
 
 
 def test_a_folder_is_answered_with_its_descriptions(tmp_path: Path) -> None:
     (tmp_path / "coast.yaml").write_text(GOOD)
     with pytest.raises(InputError, match=r"is a folder\n    -> name a description in it, such as '.*coast.yaml'"):
-        load_spec(tmp_path, TestSpec)
+        load_spec(tmp_path, Description)

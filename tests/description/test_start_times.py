@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from vdyn_cli.description.test_description import TestSpec
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.yaml_source import load_yaml
 
 
 def starts(*written: object) -> list[float]:
     runs = [{"log": f"{k}.csv", "start": start} for k, start in enumerate(written)]
-    return [r.start.value for r in TestSpec.model_validate({"test": "coastdown", "runs": runs}).runs if r.start]
+    return [r.start.value for r in Description.model_validate({"test": "coastdown", "runs": runs}).runs if r.start]
 
 
 def test_times_of_day_count_from_the_first_run() -> None:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import BASE, SHAPE, Campaign, cause
-from vdyn_cli.description.test_description import TestSpec
-from vdyn_cli.diagnosis import diagnose, diagnosis_setup, extension
-from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
+from vdyn_cli.description.description_model import Description
+from vdyn_cli.diagnosis import diagnose, diagnosis_setup
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep
+from vdyn_cli.diagnosis.extend import extension
+from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Unknown, solve
@@ -99,7 +100,7 @@ class LineProblem:
 
 STEP = Step(
     name="line",
-    spec=TestSpec,
+    spec=Description,
     required=("time", "height"),
     optional=(),
     needs=(),
@@ -115,14 +116,16 @@ def publishing(estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown
     return replace(STEP, prepare=lambda spec, data, known: LineProblem(data, estimated))
 
 
-def prepared(spec: TestSpec, campaign: Campaign, step: Step = STEP, known: Parameters = NOTHING_KNOWN) -> PreparedStep:
+def prepared(
+    spec: Description, campaign: Campaign, step: Step = STEP, known: Parameters = NOTHING_KNOWN
+) -> PreparedStep:
     return PreparedStep(step, spec, known, step.prepare(spec, campaign, known))
 
 
-def spec_of(campaign: Campaign, **diagnose: Any) -> TestSpec:
+def spec_of(campaign: Campaign, **diagnose: Any) -> Description:
     ways = ["out" if campaign.heading(k) > 0 else "back" for k in range(campaign.runs)]
     runs = [{"log": f"line_{k}.csv", "direction": way} for k, way in enumerate(ways)]
-    return TestSpec.model_validate({"test": "line", "runs": runs, "diagnose": diagnose})
+    return Description.model_validate({"test": "line", "runs": runs, "diagnose": diagnose})
 
 
 def diagnosed(campaign: Campaign, step: Step = STEP, level: float = 0.05, **requested: Any) -> tuple[Result, Result]:

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, open_amplitudes
-from vdyn_cli.diagnosis.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.detection import detect
+from vdyn_cli.diagnosis.detect.detection import detect
+from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
 from vdyn_cli.diagnosis.judgment import Judgment
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 
 
 @pytest.mark.parametrize("linearized", [False, True], ids=["simulated", "linearized once"])

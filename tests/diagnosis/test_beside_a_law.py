@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 
-from vdyn_cli.diagnosis.part_judgment import _beside_a_law
+from vdyn_cli.diagnosis.part.part_judgment import _beside_a_law
 
 
 @pytest.mark.parametrize(("unknowns", "mends"), [(1, True), (36, False)], ids=["law", "profile"])

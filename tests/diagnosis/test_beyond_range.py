@@ -9,9 +9,9 @@ import pytest
 
 from tests.diagnosis.line_step import diagnosed, estimate, offer, publishing
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
 from vdyn_cli.diagnosis.judgment import BEYOND_RANGE, Judgment, judge
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Unknown

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vdyn_cli.diagnosis.cross_validation import CrossValidation
-from vdyn_cli.diagnosis.linearized_system import LinearizedSystem
+from vdyn_cli.diagnosis.gain.cross_validation import CrossValidation
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem
 
 
 def system(runs: int) -> LinearizedSystem:

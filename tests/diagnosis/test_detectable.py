@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.detectable import detectable
-from vdyn_cli.diagnosis.detection import detect
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.detect.detectable import detectable
+from vdyn_cli.diagnosis.detect.detection import detect
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 
 CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.fold_selection import Information, information, sufficient
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.gain.fold_selection import Information, information, sufficient
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 
 NAMES = ("slope", "wind", "wave", "step")
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import BASE, Campaign, cause
-from vdyn_cli.diagnosis.full_model import FittedModel
-from vdyn_cli.diagnosis.gain_variance import PredictionError, day_to_day_variance
-from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain, rms_of
+from vdyn_cli.diagnosis.detect.scores import equivalent
+from vdyn_cli.diagnosis.gain.gain_variance import PredictionError, day_to_day_variance
+from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, Selection, held_out_gain, rms_of
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.scores import equivalent
-from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.inference import Regression, Rows, Unknown
 
 NAMES = ("slope", "wind", "wave")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.interval_union import OpenAnswer, biases, widened
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
-from vdyn_cli.diagnosis.unexplained import half_widths, unexplained_biases, unexplained_size, walk
+from vdyn_cli.diagnosis.detect.unexplained import half_widths, unexplained_biases, unexplained_size, walk
+from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, biases, widened
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 
 

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.candidate_models import candidate_model, catalogue_falls_short, pairs
-from vdyn_cli.diagnosis.detection import detect, reachable_t
+from vdyn_cli.diagnosis.detect.detection import detect, reachable_t
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.judgment import Judgment, judge
-from vdyn_cli.diagnosis.next_test import next_tests
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.name.candidate_models import candidate_model, catalogue_falls_short, pairs
+from vdyn_cli.diagnosis.next_tests.next_test import next_tests
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown

@@ -8,9 +8,9 @@ from typing import Any, cast
 
 import pytest
 
-from vdyn_cli.diagnosis import part_judgment
 from vdyn_cli.diagnosis.judgment import Judgment
-from vdyn_cli.diagnosis.part_judgment import _with_law
+from vdyn_cli.diagnosis.part import part_judgment
+from vdyn_cli.diagnosis.part.part_judgment import _with_law
 
 BEFORE = 10.0  # held-out rms of the baseline
 

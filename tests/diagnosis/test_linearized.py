@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis import fits_alone
-from vdyn_cli.diagnosis.detection import detect
+from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.strategies import fits_alone
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 
 
 class Fits:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign
-from vdyn_cli.diagnosis.linearized_system import LinearizedRuns, linearize, linearized_system
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedRuns, linearize, linearized_system
 from vdyn_cli.inference import Regression, Rows, Unknown, solve
 from vdyn_cli.inference.linearized_regression import BLOCKS, FEWEST_ROWS
 

@@ -9,10 +9,10 @@ import pytest
 
 from tests.diagnosis.line_step import estimate
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.finding_size import Limits, explained_share, finding_size
 from vdyn_cli.diagnosis.judgment import judge
-from vdyn_cli.diagnosis.materiality import limits_of
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.size.finding_size import Limits, explained_share, finding_size
+from vdyn_cli.diagnosis.size.materiality import limits_of
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 from vdyn_cli.quantities.diagnosis import Size
 from vdyn_cli.quantities.errors import InputError

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis import model_selection
-from vdyn_cli.diagnosis.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.full_model import FullModel
 from vdyn_cli.diagnosis.judgment import judge
-from vdyn_cli.diagnosis.model_selection import may_be_zero, nearly_sufficient, simplest, worse_than_alone
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.name import model_selection
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.name.model_selection import may_be_zero, nearly_sufficient, simplest, worse_than_alone
+from vdyn_cli.diagnosis.strategies.full_model import FullModel
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 
 HILLS = cause("hills", tuple(f"shape_{k}" for k in range(2, 7)))  # not all: all would be a level, too

@@ -19,12 +19,12 @@ from tests.plant.coast_information import information
 from tests.plant.information import total
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
-from vdyn_cli.diagnosis.experiment_design import Contrast, ExperimentDesigner, PlannedTest
 from vdyn_cli.diagnosis.judgment import Judgment, judge
-from vdyn_cli.diagnosis.next_test import next_tests
+from vdyn_cli.diagnosis.next_tests.experiment_design import Contrast, ExperimentDesigner, PlannedTest
+from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.diagnosis import NextTest

@@ -21,8 +21,8 @@ from tests.diagnosis.line_step import (
     unsure_sizes,
 )
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 

@@ -8,9 +8,9 @@ import pytest
 
 from vdyn_cli.commands.explain import explanation
 from vdyn_cli.diagnosis.policy import POLICY, shared_level
-from vdyn_cli.io.clock_policy import CLOCKS
+from vdyn_cli.io.clocks.clock_policy import CLOCKS
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.project.check_policy import CHECK
+from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.candidate_models import candidate_model
 from vdyn_cli.diagnosis.diagnosis_setup import stated_errors
-from vdyn_cli.diagnosis.probable_answers import bayes_factor, probable_answers
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.name.candidate_models import candidate_model
+from vdyn_cli.diagnosis.name.probable_answers import bayes_factor, probable_answers
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.effects.headwind import headwind
 from vdyn_cli.effects.wheel_mass import wheel_mass
 from vdyn_cli.effects.wheel_radius import wheel_radius
@@ -54,7 +54,7 @@ def test_an_answer_with_an_impossible_parameter_is_not_probable(monkeypatch: pyt
     assert answer is not None
     assert more is not None
     impossible = replace(more, unphysical="wheel_inertia")
-    monkeypatch.setattr("vdyn_cli.diagnosis.probable_answers.candidate_model", lambda *_: impossible)
+    monkeypatch.setattr("vdyn_cli.diagnosis.name.probable_answers.candidate_model", lambda *_: impossible)
     assert probable_answers(strategy, answer.fitted) == []
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.linearized import LinearizedStrategy, open_linearized
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.refit import spread_over
-from vdyn_cli.diagnosis.relinearization import _is_stuck
+from vdyn_cli.diagnosis.strategies.linearized import LinearizedStrategy, open_linearized
+from vdyn_cli.diagnosis.strategies.refit import spread_over
+from vdyn_cli.diagnosis.strategies.relinearization import _is_stuck
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Rows, Unknown
 

@@ -9,9 +9,9 @@ import pytest
 from scipy import stats
 
 from tests.diagnosis.linear import BASE, PROFILE, Campaign
-from vdyn_cli.diagnosis.linearized_system import LinearizedSystem, linearize, linearized_system
+from vdyn_cli.diagnosis.detect.scores import Scores, absorbed, equivalent, scores, signs
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.scores import Scores, absorbed, equivalent, scores, signs
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, linearize, linearized_system
 from vdyn_cli.inference import Unknown
 
 SHAPE = [f"shape_{k + 1}" for k in range(PROFILE)]

@@ -9,7 +9,7 @@ import pytest
 
 from tests.messy_cases import diagnosed_case
 from tests.plant import messy_day
-from vdyn_cli.diagnosis.part_judgment import _surpassed
+from vdyn_cli.diagnosis.part.part_judgment import _surpassed
 
 
 @pytest.mark.parametrize(

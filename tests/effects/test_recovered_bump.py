@@ -10,7 +10,7 @@ import pytest
 from tests.effects.recovered import Hidden, compare, given, unknowns
 from tests.plant import bump as plant
 from tests.plant.vehicle import random_vehicle
-from vdyn_cli.diagnosis.effect_unknowns import started_at
+from vdyn_cli.diagnosis.strategies.effect_unknowns import started_at
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.quantities.errors import ResultError

@@ -52,7 +52,7 @@ CANDIDATES = {
 NAMES = {effect.name for effect in catalogue()}
 # Names that parameters, channels, and constants or inputs of models have, too: a literal of these names those.
 MODELS = {"elevation_slope", "accelerometer_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
-COLUMNS = {"headwind"}  # words that headers of logs have for a channel (project/channel_guess.py)
+COLUMNS = {"headwind"}  # words that headers of logs have for a channel (project/drafting/channel_guess.py)
 ALSO = set(PARAMETERS) | set(CHANNELS) | MODELS | COLUMNS
 
 

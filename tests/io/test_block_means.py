@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.io.block_means import condensed, condensing_note
+from vdyn_cli.io.clocks.block_means import condensed, condensing_note
 from vdyn_cli.quantities.log import Log
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vdyn_cli.io.clocks.sample_times import Rising, check_rising, check_steps
 from vdyn_cli.io.reader import is_clock
-from vdyn_cli.io.sample_times import Rising, check_rising, check_steps
 from vdyn_cli.quantities.log import Log, LogSource
 
 Array = NDArray[np.float64]

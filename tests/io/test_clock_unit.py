@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
-from vdyn_cli.io.clock_unit import unit_of_name
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.clocks.clock_unit import unit_of_name
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column, clock_units
 
 TIME = np.arange(0.0, 20.0, 0.1)

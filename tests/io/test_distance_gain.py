@@ -12,7 +12,7 @@ from tests.plant import messy_day
 from tests.plant.messy_day import Case, Day, Logger
 from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain
 from vdyn_cli.io.reader import Column
-from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
+from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from vdyn_cli.io.log_formats import read_log
-from vdyn_cli.io.lvm_reader import READER as LVM
-from vdyn_cli.io.mat_reader import READER as MAT
-from vdyn_cli.io.mdf_reader import READER as MDF
+from vdyn_cli.io.formats.log_formats import read_log
+from vdyn_cli.io.formats.lvm_reader import READER as LVM
+from vdyn_cli.io.formats.mat_reader import READER as MAT
+from vdyn_cli.io.formats.mdf_reader import READER as MDF
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.quantities.errors import InputError
 

@@ -12,7 +12,7 @@ import pytest
 from tests.io.stored_logs import FORMATS, clean, write
 from vdyn_cli.commands.contract_checks import outcomes, reader_checks
 from vdyn_cli.description.spec_loading import load_spec
-from vdyn_cli.io.log_formats import read_log, readers
+from vdyn_cli.io.formats.log_formats import read_log, readers
 from vdyn_cli.io.reader import Browsable, Column, Reader, ReadOptions
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log

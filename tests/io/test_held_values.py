@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vdyn_cli.io.held_values import held_rows, with_held_interpolated
+from vdyn_cli.io.clocks.held_values import held_rows, with_held_interpolated
 from vdyn_cli.quantities.log import Log
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ import pytest
 
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.files import sha256
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.picture import read_gray
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import InputError

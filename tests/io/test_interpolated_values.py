@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.io.interpolated_values import sampled_rows
+from vdyn_cli.io.clocks.interpolated_values import sampled_rows
 from vdyn_cli.io.quality.channel_quality import check_channel
 from vdyn_cli.quantities.log import Log
 

@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from vdyn_cli.io.channel_survey import survey, without_clock
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.clocks.written_times import is_instant, seconds_of_digits, since_first, written_seconds
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
-from vdyn_cli.io.written_times import is_instant, seconds_of_digits, since_first, written_seconds
 from vdyn_cli.quantities.errors import InputError
 
 N = 600

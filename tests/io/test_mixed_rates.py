@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vdyn_cli.io.log_formats import read_log
-from vdyn_cli.io.mixed_rates import slower_rows
+from vdyn_cli.io.clocks.mixed_rates import slower_rows
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
 
 N = 4000

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli.io import log_formats
 from vdyn_cli.io.csv.csv_reader import CSV
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats import log_formats
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import ChannelInfo, Column, Reader, ReadOptions, channel_info
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log

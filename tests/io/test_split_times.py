@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.io.stored_logs import write
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError

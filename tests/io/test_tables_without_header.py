@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.io.channel_survey import survey
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import InputError
 

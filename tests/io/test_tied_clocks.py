@@ -10,10 +10,10 @@ import pytest
 from tests.bench.clocks import errors, logs, tie
 from tests.io.text_logs import read_csv
 from tests.plant.two_loggers import two_loggers
-from vdyn_cli.io.align import merge
-from vdyn_cli.io.clock_estimate import clock_difference
+from vdyn_cli.io.clocks.align import merge
+from vdyn_cli.io.clocks.clock_estimate import clock_difference
+from vdyn_cli.io.clocks.tied_channels import related_channels, ties
 from vdyn_cli.io.reader import Column
-from vdyn_cli.io.tied_channels import related_channels, ties
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 

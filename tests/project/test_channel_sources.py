@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from vdyn_cli.project.execute import execute
-from vdyn_cli.project.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step, published

@@ -12,8 +12,8 @@ import yaml
 from tests.descriptions import described
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.project.reading.run_parts import bridged
 from vdyn_cli.project.result_document import to_json
-from vdyn_cli.project.run_parts import bridged
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result_schema import ResultDocument

@@ -14,9 +14,9 @@ from tests.bench import cases
 from tests.plant import cg, wheel
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.commands.plan_text import plan_lines
-from vdyn_cli.project.day_plan import plan
 from vdyn_cli.project.execute import execute
-from vdyn_cli.project.planned_inputs import planned_test
+from vdyn_cli.project.planned.day_plan import plan
+from vdyn_cli.project.planned.planned_inputs import planned_test
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.plan_schema import PlanDocument
 from vdyn_cli.steps import load_step, names, published

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vdyn_cli.project.check import check
-from vdyn_cli.project.exact_values import exact_values, implausible_rotating_mass
+from vdyn_cli.project.checks.check import check
+from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
-from vdyn_cli.project.exchanged_columns import exchanged_columns
+from vdyn_cli.project.checks.exchanged_columns import exchanged_columns
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from vdyn_cli.description.test_description import Environment
-from vdyn_cli.project.given_values import given_air
+from vdyn_cli.description.description_model import Environment
+from vdyn_cli.project.reading.given_values import given_air
 
 
 def density(**stated: str) -> tuple[float, float]:

@@ -6,7 +6,7 @@ import pytest
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.reader import ChannelInfo
-from vdyn_cli.project.logged_temperature import logged_temperature
+from vdyn_cli.project.drafting.logged_temperature import logged_temperature
 
 
 def channel(name: str, unit: str, lowest: float, highest: float) -> ChannelFacts:

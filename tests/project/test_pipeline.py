@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from vdyn_cli.description.test_description import TestSpec
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.project.pipeline import in_order, load_plan
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.steps import Step
 
 
 def step(name: str, needs: str = "", gives: str = "") -> Step:
-    return Step(name, TestSpec, (), (), tuple(needs.split()), tuple(gives.split()), lambda *_: None)  # type: ignore[arg-type, return-value]
+    return Step(name, Description, (), (), tuple(needs.split()), tuple(gives.split()), lambda *_: None)  # type: ignore[arg-type, return-value]
 
 
 def test_a_step_comes_after_what_it_needs_else_the_files_order_stands() -> None:

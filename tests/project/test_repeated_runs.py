@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import yaml
 
+from vdyn_cli.project.checks.repeated_runs import repeated_runs
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.project.repeated_runs import repeated_runs
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps import load_step

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tests.descriptions import described
-from vdyn_cli.project.check import check
-from vdyn_cli.project.day_plan import plan
+from vdyn_cli.project.checks.check import check
+from vdyn_cli.project.checks.run_unit_checks import other_units, with_run_signs
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.project.run_unit_checks import other_units, with_run_signs
+from vdyn_cli.project.planned.day_plan import plan
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps import load_step

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vdyn_cli.project.simulated_gains import simulated_gain_findings
+from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
 from vdyn_cli.quantities.result import Comparison
 
 N = 600

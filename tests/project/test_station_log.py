@@ -14,14 +14,14 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.io.channel_survey import survey
-from vdyn_cli.io.written_times import time_between
-from vdyn_cli.project.description_draft import draft_description
+from vdyn_cli.io.clocks.written_times import time_between
+from vdyn_cli.project.drafting.description_draft import draft_description
+from vdyn_cli.project.drafting.station_log import is_station
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.project.station_log import is_station
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
 from vdyn_cli.steps.coastdown.problem import prepare
-from vdyn_cli.steps.coastdown.regulation_limits import TestDay, regulation_limits
 
 MORNING = datetime(2026, 5, 18, 11, 55, 0)
 NAMES = "DATE_TIME,Temperature,Relative Humidity,Barometric Pressure,Station Pressure,Wind Speed,Compass True Direction"

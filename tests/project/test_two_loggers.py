@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
-from vdyn_cli.project.check import check
+from vdyn_cli.project.checks.check import check
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.result_document import read_record, to_json
 from vdyn_cli.quantities.errors import InputError

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.project.redundancy import compared_over_runs, tied_pairs
+from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from vdyn_cli.description.spec_loading import load_spec
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.quality.log_flags import flags
 from vdyn_cli.io.reader import Column
 from vdyn_cli.project.execute import execute

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.bench.hidden_logs import Scenario, make
-from vdyn_cli.description.test_description import Run
+from vdyn_cli.description.description_model import Run
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.run_starts import run_starts

@@ -19,7 +19,7 @@ import numpy as np
 
 import vdyn_cli.physics.models
 from vdyn_cli import effects, steps
-from vdyn_cli.description.test_description import TestSpec
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.effects import PROPERTIES, Effect
 from vdyn_cli.engine.applicable import applicable
@@ -327,8 +327,8 @@ def _tags(effect: Effect) -> Iterator[str]:
 
 
 def _undescribed(step: Step) -> Iterator[str]:
-    """The step's keys without a description, except those that ``TestSpec`` defines for every step."""
-    schema, shared = step.spec.model_json_schema(), TestSpec.model_json_schema()
+    """The step's keys without a description, except those that ``Description`` defines for every step."""
+    schema, shared = step.spec.model_json_schema(), Description.model_json_schema()
     models = {"": schema, **{n: m for n, m in schema.get("$defs", {}).items() if n not in shared["$defs"]}}
     for model, part in models.items():
         for key, value in part.get("properties", {}).items():

@@ -51,9 +51,9 @@ def explanation(topic: str) -> str:
         return glossary()
     if topic == "policy":
         from vdyn_cli.diagnosis.policy import policy_text
-        from vdyn_cli.io.clock_policy import CLOCKS
+        from vdyn_cli.io.clocks.clock_policy import CLOCKS
         from vdyn_cli.io.quality.quality_policy import QUALITY
-        from vdyn_cli.project.check_policy import CHECK
+        from vdyn_cli.project.checks.check_policy import CHECK
         from vdyn_cli.quantities.threshold import thresholds_text
         from vdyn_cli.steps.step_policy import STEP_POLICY
 

@@ -9,7 +9,7 @@ from vdyn_cli.commands.note_lines import note_lines
 from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.text_columns import text_columns
 from vdyn_cli.io.files import write_together
-from vdyn_cli.project.day_plan import plan
+from vdyn_cli.project.planned.day_plan import plan
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.plan_schema import PlanDocument, PlannedParameter

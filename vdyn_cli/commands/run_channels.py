@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
-from vdyn_cli.io.csv.coastdown_report import HEAD
+from vdyn_cli.io.csv.vbox_coastdown_table import HEAD
 from vdyn_cli.io.files import distinct_names
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -168,7 +168,7 @@ def _clock_unit(facts: ChannelFacts) -> str:
 
 
 def _is_report(facts: Sequence[ChannelFacts]) -> bool:
-    """Whether the columns are those of a coast-down report (``io/csv/coastdown_report.py``)."""
+    """Whether the columns are those of a coast-down report (``io/csv/vbox_coastdown_table.py``)."""
     return {f.column for f in facts} >= set(HEAD)
 
 

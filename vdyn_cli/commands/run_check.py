@@ -10,8 +10,8 @@ from vdyn_cli.commands.note_lines import note_lines
 from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.tell import Tell
 from vdyn_cli.commands.text_columns import text_columns
-from vdyn_cli.project.channel_sources import logged_channels
-from vdyn_cli.project.check import check
+from vdyn_cli.project.checks.check import check
+from vdyn_cli.project.reading.channel_sources import logged_channels
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
 from vdyn_cli.quantities.number_text import moment

@@ -10,7 +10,7 @@ from vdyn_cli.commands.contract_checks import Check, effect_checks, model_of, ou
 from vdyn_cli.commands.explain import closest_topic, raise_refused
 from vdyn_cli.effects import catalogue
 from vdyn_cli.io.csv.csv_reader import CSV
-from vdyn_cli.io.log_formats import GROUP
+from vdyn_cli.io.formats.log_formats import GROUP
 from vdyn_cli.io.plugins import plugins
 from vdyn_cli.io.reader import Reader
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all

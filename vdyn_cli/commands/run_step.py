@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from vdyn_cli.commands.section_file import section_lock, write_results
+from vdyn_cli.commands.result_files import section_lock, write_results
 from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.tell import Tell
 from vdyn_cli.io.folder_lock import refuse_busy

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from vdyn_cli.description.test_description import KNOWN, LOGGED
+from vdyn_cli.description.description_model import KNOWN, LOGGED
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.quantities.errors import Finding, did_you_mean
 from vdyn_cli.quantities.quantity import Quantity

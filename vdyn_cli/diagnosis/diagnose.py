@@ -8,25 +8,25 @@ from functools import partial
 from typing import Any
 
 from vdyn_cli.diagnosis import diagnosis_record as record
-from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes, open_amplitudes
-from vdyn_cli.diagnosis.detectable import detectable
+from vdyn_cli.diagnosis.detect.detectable import detectable
+from vdyn_cli.diagnosis.detect.untestable import lacking_channels
+from vdyn_cli.diagnosis.detect.worst_segments import worst_segments
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
-from vdyn_cli.diagnosis.extension import Extension, extended
+from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
+from vdyn_cli.diagnosis.extend.extension import Extension, extended
+from vdyn_cli.diagnosis.extend.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.judgment import Judgment, judge, resized
-from vdyn_cli.diagnosis.materiality import limits_of
-from vdyn_cli.diagnosis.next_test import next_tests
-from vdyn_cli.diagnosis.nuisance_effects import with_nuisance_effects
-from vdyn_cli.diagnosis.open_answers import holding_free_curve, with_open_answers
-from vdyn_cli.diagnosis.part_figure import part_figure
-from vdyn_cli.diagnosis.part_judgment import PartJudgment, with_part
-from vdyn_cli.diagnosis.part_record import with_part_record
+from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
+from vdyn_cli.diagnosis.next_tests.next_test import next_tests
+from vdyn_cli.diagnosis.part.part_figure import part_figure
+from vdyn_cli.diagnosis.part.part_judgment import PartJudgment, with_part
+from vdyn_cli.diagnosis.part.part_record import with_part_record
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.size_record import effect_sizes, published_size, remainder
-from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.diagnosis.strategy_choice import open_strategy
-from vdyn_cli.diagnosis.untestable import lacking_channels
+from vdyn_cli.diagnosis.size.materiality import limits_of
+from vdyn_cli.diagnosis.size.size_record import effect_sizes, published_size, remainder
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, data_fault, not_possible, p_text, verdict_sentence
-from vdyn_cli.diagnosis.worst_segments import worst_segments
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from vdyn_cli.diagnosis.amplitudes import fitted_amplitudes
-from vdyn_cli.diagnosis.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.detection import Detection
-from vdyn_cli.diagnosis.extension import Extension
-from vdyn_cli.diagnosis.full_model import FullModel
+from vdyn_cli.diagnosis.detect.detection import Detection
+from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes
+from vdyn_cli.diagnosis.extend.extension import Extension
 from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.strategies.full_model import FullModel
 from vdyn_cli.quantities.diagnosis import Amplitude, Cause, Evidence, Gain, Ranked, Size
 from vdyn_cli.quantities.parameters import Estimate
 

@@ -6,9 +6,9 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from vdyn_cli.description.test_description import Diagnose, TestSpec
+from vdyn_cli.description.description_model import Description, Diagnose
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.relaxed_regression import relaxed
+from vdyn_cli.diagnosis.strategies.relaxed_regression import relaxed
 from vdyn_cli.effects import Effect, candidates, enlarged
 from vdyn_cli.engine.applicable import applicable, missing_signals
 from vdyn_cli.inference import Regression, Unknown
@@ -23,7 +23,7 @@ class PreparedStep:
     """A step with its description, the known parameters and the problem prepared from them."""
 
     step: Step
-    spec: TestSpec
+    spec: Description
     known: Parameters
     problem: Problem
 
@@ -200,7 +200,7 @@ def _lacking(prepared: PreparedStep) -> dict[str, str]:
     return {e: _lacked(signal, prepared.spec) for e, signal in missing.items() if signal in channels}
 
 
-def _lacked(signal: str, spec: TestSpec) -> str:
+def _lacked(signal: str, spec: Description) -> str:
     """The channel that the model lacks, or what the step lacks to use it."""
     if not any(signal in mapped for mapped in (spec.channels, *(one.channels for one in spec.loggers))):
         return f"channel '{signal}', which is not logged"

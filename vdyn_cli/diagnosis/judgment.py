@@ -18,13 +18,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from vdyn_cli.diagnosis.candidate_models import CandidateModel, best_fit, candidate_model
-from vdyn_cli.diagnosis.detection import Detection, detect
+from vdyn_cli.diagnosis.detect.detection import Detection, detect
+from vdyn_cli.diagnosis.detect.untestable import untestable
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
-from vdyn_cli.diagnosis.finding_size import FindingSize, Limits, finding_size, profile_matters
-from vdyn_cli.diagnosis.full_model import FittedModel
-from vdyn_cli.diagnosis.held_out_gain import HeldOutGain, Selection, held_out_gain
-from vdyn_cli.diagnosis.model_selection import (
+from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, Selection, held_out_gain
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, best_fit, candidate_model
+from vdyn_cli.diagnosis.name.model_selection import (
     accepted_models,
     best_beyond_range,
     is_imitated,
@@ -34,8 +33,9 @@ from vdyn_cli.diagnosis.model_selection import (
     simplest,
 )
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategy import Strategy
-from vdyn_cli.diagnosis.untestable import untestable
+from vdyn_cli.diagnosis.size.finding_size import FindingSize, Limits, finding_size, profile_matters
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.quantities.diagnosis import NotTestable, Verdict
 from vdyn_cli.quantities.errors import Finding
 

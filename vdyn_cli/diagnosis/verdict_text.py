@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vdyn_cli.diagnosis.diagnosis_record import interchangeable
-from vdyn_cli.diagnosis.effect_unknowns import bounds_of
-from vdyn_cli.diagnosis.held_out_gain import HeldOutGain
+from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain
 from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.diagnosis import Detectable, Size
 from vdyn_cli.quantities.number_text import capitalized, decimals, two_digits

@@ -12,9 +12,9 @@ from typing import Literal
 
 import numpy as np
 
-from vdyn_cli.io.log_formats import readers
+from vdyn_cli.io.clocks.written_times import FORMS
+from vdyn_cli.io.formats.log_formats import readers
 from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
-from vdyn_cli.io.written_times import FORMS
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, from_si

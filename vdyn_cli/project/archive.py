@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vdyn_cli.description.yaml_source import load_yaml
-from vdyn_cli.project.check import step_of
+from vdyn_cli.project.checks.check import step_of
 from vdyn_cli.project.pipeline import Task, load_plan
 from vdyn_cli.quantities.errors import Finding, InputError
 

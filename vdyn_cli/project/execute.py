@@ -14,12 +14,12 @@ from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, refuse_unknown
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.cuts import cut_findings
-from vdyn_cli.project.cut_changes import with_changes
-from vdyn_cli.project.exact_values import exact_values, implausible_rotating_mass
-from vdyn_cli.project.input_uncertainty import with_input_uncertainty
+from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
+from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
+from vdyn_cli.project.reading.cut_changes import with_changes
+from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
-from vdyn_cli.project.simulated_gains import simulated_gain_findings
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.number_text import capitalized
 from vdyn_cli.quantities.parameters import wider_than_value

@@ -9,16 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.spec_loading import load_partial
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.effects import refused
-from vdyn_cli.io.block_means import condensed, condensing_note
+from vdyn_cli.io.clocks.block_means import condensed, condensing_note
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.quality.cuts import CutLog
-from vdyn_cli.project.channel_sources import Scaling, known_channels, logged_channels, scalings, unused_sources
-from vdyn_cli.project.collected_problems import attempt
-from vdyn_cli.project.description_checks import (
+from vdyn_cli.project.checks.description_checks import (
     missing_logs,
     refuse_other_test,
     repeated_entries,
@@ -26,15 +24,17 @@ from vdyn_cli.project.description_checks import (
     wrong_effects,
     wrong_segments,
 )
-from vdyn_cli.project.exchanged_columns import exchanged_columns
-from vdyn_cli.project.given_values import contradicted_values, given_air, given_parameters, read_known
-from vdyn_cli.project.paired_logs import with_pair_warnings
-from vdyn_cli.project.repeated_runs import repeated_runs
-from vdyn_cli.project.road_profile import road_findings, survey_note, surveyed_road
-from vdyn_cli.project.run_parts import split_runs
-from vdyn_cli.project.run_reading import log_names, read_run, ready_log, within_physical_limits
-from vdyn_cli.project.run_unit_checks import contradicted_units, other_units, with_run_signs
-from vdyn_cli.project.unread_keys import contradictory_keys, unread_keys
+from vdyn_cli.project.checks.exchanged_columns import exchanged_columns
+from vdyn_cli.project.checks.paired_logs import with_pair_warnings
+from vdyn_cli.project.checks.repeated_runs import repeated_runs
+from vdyn_cli.project.checks.run_unit_checks import contradicted_units, other_units, with_run_signs
+from vdyn_cli.project.checks.unread_keys import contradictory_keys, unread_keys
+from vdyn_cli.project.collected_problems import attempt
+from vdyn_cli.project.reading.channel_sources import Scaling, known_channels, logged_channels, scalings, unused_sources
+from vdyn_cli.project.reading.given_values import contradicted_values, given_air, given_parameters, read_known
+from vdyn_cli.project.reading.road_profile import road_findings, survey_note, surveyed_road
+from vdyn_cli.project.reading.run_parts import split_runs
+from vdyn_cli.project.reading.run_reading import log_names, read_run, ready_log, within_physical_limits
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.cut_ledger import DataQuality
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, in_file_order, merge_logs
@@ -159,7 +159,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
 
 
-def _exchanged(step: Step, spec: TestSpec, logs: Sequence[Log]) -> tuple[Finding, ...]:
+def _exchanged(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Finding, ...]:
     """Problems of runs with exchanged columns; only tested if each run has one log."""
     if len(logs) != len(spec.runs) or spec.loggers or not spec.channels:
         return ()
@@ -181,7 +181,7 @@ def _of_dropped(finding: Finding, dropped: Iterable[Location]) -> bool:
     return any(finding.what.startswith(f"{n} (") for n in names)
 
 
-def _prepared(step: Step, spec: TestSpec, data: Any, known: Parameters, source: YamlSource) -> None:
+def _prepared(step: Step, spec: Description, data: Any, known: Parameters, source: YamlSource) -> None:
     """Prepare the step, so that missing parameters are reported together with all other problems."""
     with suppress(ResultError), errors_of_step(step, source, ()):
         step.prepare(spec, data, known)

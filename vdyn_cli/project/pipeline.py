@@ -9,12 +9,12 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from vdyn_cli.description.description_model import Vehicle
 from vdyn_cli.description.quantity_field import Strict
 from vdyn_cli.description.spec_loading import load_spec
-from vdyn_cli.description.test_description import Vehicle
 from vdyn_cli.description.yaml_source import YamlSource, load_yaml
 from vdyn_cli.diagnosis.policy import POLICY, shared_level
-from vdyn_cli.project.given_values import given_parameters
+from vdyn_cli.project.reading.given_values import given_parameters
 from vdyn_cli.project.result_document import Provenance, StepRecord, versions
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all

@@ -16,7 +16,7 @@ from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.scaled_channel import ScaledChannel
 
 if TYPE_CHECKING:
-    from vdyn_cli.description.test_description import TestSpec
+    from vdyn_cli.description.description_model import Description
     from vdyn_cli.effects import Effect
     from vdyn_cli.engine.model import Model
     from vdyn_cli.inference import Regression, Solution, Unknown
@@ -309,7 +309,7 @@ class Diagnosable:
     shortest: float = 0.0
     two_way: Callable[[Any], bool] = lambda spec: False
     linearized: Callable[[Any], bool] = lambda spec: False
-    narrower: Callable[[Any], tuple[TestSpec, SimulatedProblem] | None] = lambda problem: None
+    narrower: Callable[[Any], tuple[Description, SimulatedProblem] | None] = lambda problem: None
     carries: bool = False
 
 
@@ -320,7 +320,7 @@ class Step:
     Parameters
     ----------
     name : the command's name.
-    spec : the pydantic model of the YAML, derived from TestSpec.
+    spec : the pydantic model of the YAML, derived from Description.
     required, optional : channels of a run's log; an entry of ``required`` may offer alternatives as
         ``"front_load|front_left_load+front_right_load"``.
     needs : parameters that the step may read from other steps or the vehicle; they order the pipeline.
@@ -349,7 +349,7 @@ class Step:
     """
 
     name: str
-    spec: type[TestSpec]
+    spec: type[Description]
     required: tuple[str, ...]
     optional: tuple[str, ...]
     needs: tuple[str, ...]

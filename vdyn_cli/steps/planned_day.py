@@ -17,7 +17,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 FEWEST = 20  # samples of a run: no step evaluates fewer
 
 if TYPE_CHECKING:
-    from vdyn_cli.description.test_description import TestSpec
+    from vdyn_cli.description.description_model import Description
     from vdyn_cli.quantities.parameters import Parameters
 
 
@@ -51,7 +51,7 @@ class DayRequest:
     at : value of each setting, SI. rng : the source of the day's noise.
     """
 
-    spec: TestSpec
+    spec: Description
     known: Parameters
     at: Mapping[str, float]
     rng: np.random.Generator

@@ -13,7 +13,7 @@ from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
+from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.coastdown.step import STEP
 

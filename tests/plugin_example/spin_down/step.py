@@ -17,8 +17,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.model import Model
@@ -46,7 +46,7 @@ class SpinDownSettings(Strict):
     )
 
 
-class SpinDownSpec(TestSpec):
+class SpinDownSpec(Description):
     """A spin-down test."""
 
     settings: SpinDownSettings = Field(SpinDownSettings(), description="how the recordings are cut")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 from vdyn_cli.steps.coastdown.input_checks import accelerometer_findings
-from vdyn_cli.steps.coastdown.segments import CoastSegment
 
 
 def coast(name: str, acceleration: bool) -> CoastSegment:

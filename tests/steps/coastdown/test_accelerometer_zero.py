@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.accelerometer_zero import zero_of
+from vdyn_cli.steps.coastdown.road.accelerometer_zero import zero_of
 
 GRAVITY = 9.80665
 TRUTH = 0.06

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.coast_times import coast_times, paired_runs
-from vdyn_cli.steps.coastdown.segments import CoastSegment
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, paired_runs
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 
 
 def segment(run: int, slowing: float) -> CoastSegment:

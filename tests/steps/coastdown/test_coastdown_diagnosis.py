@@ -22,7 +22,7 @@ from tests.plant.hidden import WARM
 from tests.plant.sensors import ACCELEROMETER
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.cli import app
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.parameter_json import read_document
 

@@ -10,8 +10,8 @@ import pytest
 from tests.messy_cases import prepared
 from tests.plant import messy_day
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.coastdown.crosswind import STRONGEST, crosswind_force, likely_crosswind, widened_by_crosswind
-from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.steps.coastdown.doubts.crosswind import STRONGEST, crosswind_force, likely_crosswind, widened_by_crosswind
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
 
 DAY = messy_day.Day(rms=0.0, upper=25.0, lower=5.0, runs=4)
 

@@ -8,7 +8,7 @@ import pytest
 from tests.coast_cases import solve_day
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
-from vdyn_cli.steps.coastdown.expected_accuracy import CoastSetup, expected_accuracy, wider_window
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import CoastSetup, expected_accuracy, wider_window
 
 CAR = {"mass": 1588.0, "rotating_mass": 87.5, "rolling_resistance": 0.0095, "rolling_speed": 0.0}
 CAR |= {"drag_area": 0.5475, "air_density": 1.225, "wind_variance": 0.4}

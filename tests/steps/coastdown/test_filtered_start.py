@@ -9,7 +9,7 @@ import pytest
 from tests.messy_cases import prepared
 from tests.plant import messy_day
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.filtered_start import filter_lag
+from vdyn_cli.steps.coastdown.coasts.filtered_start import filter_lag
 
 FILTERED = messy_day.Logger(rate=20.0, smooth=0.5, noise=0.01)
 DAY = messy_day.Day(rms=0.0005, upper=33.0, lower=20.0, runs=6, logger=FILTERED)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.steps.coastdown.grade_agreement import shown_share
-from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
+from vdyn_cli.steps.coastdown.road.grade_agreement import shown_share
 
 STEP = 0.1  # s
 

@@ -7,7 +7,7 @@ import pytest
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.segments import CoastSegment, RejectedSegment, coast_segment
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, coast_segment
 
 STEP = 0.02  # s
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.law_definition import CurveDefinition, LawDefinition
-from vdyn_cli.steps.coastdown.lasting_force import lasting_force
-from vdyn_cli.steps.coastdown.reference_conditions import road_load_of
+from vdyn_cli.steps.coastdown.fit.lasting_force import lasting_force
+from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.learned_effect import learned_effect
 
 SIZE, LENGTH, SHIFT = 25.0, 30.0, 2.0

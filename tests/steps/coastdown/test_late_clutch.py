@@ -8,8 +8,8 @@ import pytest
 
 from tests.messy_cases import prepared
 from tests.plant import messy_day
-from vdyn_cli.description.test_description import Segment
-from vdyn_cli.steps.coastdown.selection import selected
+from vdyn_cli.description.description_model import Segment
+from vdyn_cli.steps.coastdown.coasts.selection import selected
 
 DAY = messy_day.Day(rms=0.0005, upper=30.0, lower=8.0)
 

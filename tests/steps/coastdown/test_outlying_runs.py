@@ -9,7 +9,7 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.outlying_runs import outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.step import STEP
 from vdyn_cli.steps.step_policy import STEP_POLICY
 

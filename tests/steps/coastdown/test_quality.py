@@ -9,9 +9,15 @@ import pytest
 
 from tests.messy_cases import estimated, prepared
 from tests.plant import messy_day
-from vdyn_cli.steps.coastdown.agreement import LocalForces, disagreement, influence, local_forces, widened_to_include
-from vdyn_cli.steps.coastdown.quality import quality_of, unphysical
-from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.steps.coastdown.doubts.agreement import (
+    LocalForces,
+    disagreement,
+    influence,
+    local_forces,
+    widened_to_include,
+)
+from vdyn_cli.steps.coastdown.doubts.fit_quality import quality_of, unphysical
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
 
 SHORT = messy_day.Day(rms=0.0, upper=25.0, lower=5.0)
 LEVEL = {"roughness": "0 %"}

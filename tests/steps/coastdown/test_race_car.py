@@ -14,7 +14,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Failure, published
-from vdyn_cli.steps.coastdown.agreement import LocalForces
+from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.coastdown.step import STEP
 

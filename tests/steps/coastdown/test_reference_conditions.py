@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vdyn_cli.steps.coastdown.reference_conditions import (
+from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     Conditions,
     RoadLoad,
     corrected_load,

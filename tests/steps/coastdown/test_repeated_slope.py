@@ -9,7 +9,7 @@ import pytest
 
 from tests.messy_cases import estimated, prepared
 from tests.plant.messy_day import Case, Run, drawn_day, drive
-from vdyn_cli.steps.coastdown.repeated_slope import PlacedExcess, repeated_slope
+from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
 
 PLACE = np.linspace(0.0, 1000.0, 51)
 HILL = 0.2 * np.sin(2 * np.pi * PLACE / 400.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.steps.coastdown.road_position import contradicting_position, first_place, road_ends
+from vdyn_cli.steps.coastdown.road.road_position import contradicting_position, first_place, road_ends
 
 TIME = np.linspace(0.0, 60.0, 601)
 SPEED = 20.0 - TIME / 6.0

@@ -10,13 +10,13 @@ import pytest
 from tests.inference.gusty import restricted_likelihood
 from tests.messy_cases import estimated, prepared
 from tests.plant import messy_day
-from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
+from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
 from vdyn_cli.effects import catalogue
 from vdyn_cli.inference.restricted_likelihood import RandomUnknowns
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps.coastdown.force_intervals import spanning_forces
-from vdyn_cli.steps.coastdown.road_load_fit import fit_road_load
+from vdyn_cli.steps.coastdown.doubts.force_intervals import spanning_forces
+from vdyn_cli.steps.coastdown.fit.road_load_fit import fit_road_load
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
 SHORT = messy_day.Day(upper=25.0, lower=5.0)
@@ -50,7 +50,7 @@ def test_a_level_road_widens_the_interval_a_little() -> None:
     case = messy_day.drive(4, replace(SHORT, rms=0.0))
     fit = prepared(case, position=False).problem.placed  # type: ignore[attr-defined]
     assert fit.layout is not None
-    with_road, without = fit_road_load(fit), fit_road_load(replace(fit, level_road=True))
+    with_road, without = fit_road_load(fit), fit_road_load(replace(fit, flat_road=True))
     assert with_road.sizes["roughness"] < 3e-4
     for name in MAIN:
         assert with_road.solution.std[name] < 1.75 * without.solution.std[name]
@@ -100,7 +100,7 @@ def test_only_what_turns_with_the_heading_is_a_road(rms: float, brake: float) ->
 
 def test_a_road_beside_effects_is_level_on_average() -> None:
     case = messy_day.drive(4, ROUGH)
-    campaign = replace(prepared(case, position=False).problem.campaign, level_mean=True)  # type: ignore[attr-defined]
+    campaign = replace(prepared(case, position=False).problem.campaign, zero_mean_slope=True)  # type: ignore[attr-defined]
     layout = campaign.layout
     for profile in np.unique(layout.profile):
         assert np.abs(layout.factor[layout.profile == profile].mean(axis=0)).max() < 1e-9

@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from tests.steps.validate.test_nondifferentiable import PLAY, one_drive, simulated
-from vdyn_cli.steps.validate import effect_fit, nondifferentiable
-from vdyn_cli.steps.validate.effect_fit import fit_effects
-from vdyn_cli.steps.validate.nondifferentiable import with_best_zeros
-from vdyn_cli.steps.validate.whitening import whiten_drives
+from vdyn_cli.steps.validate.fit import effect_fit, nondifferentiable
+from vdyn_cli.steps.validate.fit.effect_fit import fit_effects
+from vdyn_cli.steps.validate.fit.nondifferentiable import with_best_zeros
+from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.steps.validate.impacts import impact_samples
+from vdyn_cli.steps.validate.drives.impacts import impact_samples
 
 LEVEL = 1.5  # N m
 TIME = np.arange(0.0, 2.0, 0.01)

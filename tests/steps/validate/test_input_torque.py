@@ -7,12 +7,12 @@ import pytest
 
 from vdyn_cli.engine.lead import LEAD, read_ahead
 from vdyn_cli.engine.simulate import Drive
-from vdyn_cli.io.align import on_one_clock
+from vdyn_cli.io.clocks.align import on_one_clock
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.input_torque import DriveInputs, denoised
-from vdyn_cli.steps.validate.segments import RunConditions, Segmentation, drive_segments
+from vdyn_cli.steps.validate.drives.input_torque import DriveInputs, denoised
+from vdyn_cli.steps.validate.drives.segments import RunConditions, Segmentation, drive_segments
 
 TIME = np.arange(0.0, 20.0, 0.01)
 TRUE = np.interp(TIME, [0, 3, 3.15, 8, 8.2, 11, 11.1, 20], [0, 0, 300, 300, 20, 20, 250, 180])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.steps.validate.jerk import JERK, resolves_jerk, smooth_derivative
+from vdyn_cli.steps.validate.drives.jerk import JERK, resolves_jerk, smooth_derivative
 
 TIME = np.arange(0.0, 10.0, 0.01)
 INNER = (TIME > 0.5) & (TIME < 9.5)

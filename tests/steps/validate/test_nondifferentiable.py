@@ -18,8 +18,10 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.validate import nondifferentiable
-from vdyn_cli.steps.validate.nondifferentiable import (
+from vdyn_cli.steps.validate.car.simulation import SimulationSetup
+from vdyn_cli.steps.validate.car.unknowns import TORQUE_ZERO
+from vdyn_cli.steps.validate.fit import nondifferentiable
+from vdyn_cli.steps.validate.fit.nondifferentiable import (
     DISAGREE,
     DifferentiableReference,
     _Explained,
@@ -27,10 +29,8 @@ from vdyn_cli.steps.validate.nondifferentiable import (
     profile_estimates,
     with_best_zeros,
 )
+from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.problem import ValidateProblem
-from vdyn_cli.steps.validate.simulation import SimulationSetup
-from vdyn_cli.steps.validate.unknowns import TORQUE_ZERO
-from vdyn_cli.steps.validate.whitening import whiten_drives
 
 pytestmark = pytest.mark.slow  # each test simulates whole drives many times
 PLAY = 1.5e-3

@@ -12,7 +12,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.validate.prior import parameter_prior, resistances
+from vdyn_cli.steps.validate.car.prior import parameter_prior, resistances
 
 VEHICLE = vehicle("front", "axle").parameters
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.residual_rows import prewhitener, row_layout
-from vdyn_cli.steps.validate.segments import DriveSegment, RunConditions, Segmentation, drive_segments
+from vdyn_cli.steps.validate.drives.segments import DriveSegment, RunConditions, Segmentation, drive_segments
+from vdyn_cli.steps.validate.fit.residual_rows import prewhitener, row_layout
 
 RADIUS = 0.3
 SPEEDS = ("speed", "wheel_speed_fl", "wheel_speed_rl")

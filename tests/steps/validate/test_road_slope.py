@@ -6,8 +6,8 @@ import numpy as np
 
 from tests.open_road import G, Made, Truth, drive
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.drive_roads import shown_roads
-from vdyn_cli.steps.validate.road_slope import sensed_road
+from vdyn_cli.steps.validate.road.drive_roads import shown_roads
+from vdyn_cli.steps.validate.road.road_slope import sensed_road
 
 
 def log_of(made: Made, **more: np.ndarray) -> Log:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.residual_rows import RowLayout, row_layout
-from vdyn_cli.steps.validate.segments import DriveSegment, RunConditions, Segmentation, drive_segments
-from vdyn_cli.steps.validate.shaft_oscillation import AFTER, RAMP, shaft_oscillation
+from vdyn_cli.steps.validate.drives.segments import DriveSegment, RunConditions, Segmentation, drive_segments
+from vdyn_cli.steps.validate.fit.residual_rows import RowLayout, row_layout
+from vdyn_cli.steps.validate.fit.shaft_oscillation import AFTER, RAMP, shaft_oscillation
 
 TIP_IN = 10.0  # s
 CALM = 0.25

@@ -12,9 +12,9 @@ from tests.steps.validate.validate_cases import inputs, true_parameters
 from vdyn_cli.effects import catalogue
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import ResultError
-from vdyn_cli.steps.validate.integration_step import SHORTEST_STEP, with_accurate_step
+from vdyn_cli.steps.validate.car.integration_step import SHORTEST_STEP, with_accurate_step
+from vdyn_cli.steps.validate.car.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.problem import ValidateProblem
-from vdyn_cli.steps.validate.simulation import Car, SimulationSetup
 
 SIDES = ("shaft_stiffness_left", "shaft_stiffness_right")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.plant.sensors import Array
-from vdyn_cli.steps.validate.unlogged_braking import UnloggedBraking, unlogged_braking
+from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
 
 MASS, RADIUS, STEP = 1700.0, 0.32, 0.1  # kg, m, s
 MOST = -500.0  # N m at the wheels: what recuperation can do

@@ -25,11 +25,11 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.contract import UnpublishedError
-from vdyn_cli.steps.validate.carried_effects import carried_effects, dropped_effects
+from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
+from vdyn_cli.steps.validate.drives.segments import OUTPUTS
+from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.noise import DEPARTURE
-from vdyn_cli.steps.validate.segments import OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSettings
-from vdyn_cli.steps.validate.whitening import whiten_drives
 
 
 def validated(root: Path, folder: Path, drives: tuple[int, ...] = (1,), wrong: Any = None, **settings: Any) -> Result:

@@ -10,15 +10,15 @@ import pytest
 
 from tests.bench.diagnose_first_validate import description
 from tests.plant import light_ev
-from vdyn_cli.diagnosis.effect_unknowns import unknowns_of
-from vdyn_cli.diagnosis.linearized_system import initial_values, linearize, linearized_system
-from vdyn_cli.diagnosis.scores import scores
+from vdyn_cli.diagnosis.detect.scores import scores
+from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
+from vdyn_cli.diagnosis.strategies.linearized_system import initial_values, linearize, linearized_system
 from vdyn_cli.effects import catalogue
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.validate.fit.whitening import whiten_drives
+from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
 from vdyn_cli.steps.validate.problem import ValidateProblem
-from vdyn_cli.steps.validate.whitening import whiten_drives
-from vdyn_cli.steps.validate.whole_drives import is_cut, whole_drives
 
 STEP = load_step("validate")
 

@@ -11,10 +11,10 @@ from difflib import SequenceMatcher
 from itertools import pairwise, zip_longest
 from typing import Literal
 
+from vdyn_cli.io.clocks.written_times import is_day_or_minute, is_instant
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_number, is_written, tidy
 from vdyn_cli.io.file_units import is_unit, unit_text
 from vdyn_cli.io.reader import ReadOptions
-from vdyn_cli.io.written_times import is_day_or_minute, is_instant
 from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED, Finding, InputError
 
 # Bytes and lines to examine: the first suffices if it has the wanted columns, the last is for files with thousands of

@@ -10,9 +10,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.clocks.written_times import since_first, written_seconds
 from vdyn_cli.io.csv.csv_cells import LONGEST, NOT_WRITTEN, is_written, number_of
 from vdyn_cli.io.csv.csv_layout import Layout
-from vdyn_cli.io.written_times import since_first, written_seconds
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
 

@@ -11,13 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
-from vdyn_cli.io.clock_unit import clock_unit
+from vdyn_cli.io.clocks.clock_unit import clock_unit
+from vdyn_cli.io.clocks.sample_times import LineOf, check_rising
+from vdyn_cli.io.clocks.written_times import seconds_of_digits, since_first
 from vdyn_cli.io.csv.csv_columns import match_columns, unit_in_header
 from vdyn_cli.io.csv.csv_layout import Layout, find_layout
 from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
 from vdyn_cli.io.csv.run_rows import runs_as_columns
+from vdyn_cli.io.formats.split_times import split_instants
 from vdyn_cli.io.reader import (
     ChannelInfo,
     Column,
@@ -30,9 +33,6 @@ from vdyn_cli.io.reader import (
     is_clock,
     rises,
 )
-from vdyn_cli.io.sample_times import LineOf, check_rising
-from vdyn_cli.io.split_times import split_instants
-from vdyn_cli.io.written_times import seconds_of_digits, since_first
 from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.io.clocks.sample_times import lines_of
+from vdyn_cli.io.clocks.written_times import FORMS
 from vdyn_cli.io.csv.csv_cells import tidy
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.io.csv.csv_numbers import MOST_BAD, BadCell, Numbers
 from vdyn_cli.io.file_units import unit_text
-from vdyn_cli.io.sample_times import lines_of
-from vdyn_cli.io.written_times import FORMS
 from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.errors import Finding
 

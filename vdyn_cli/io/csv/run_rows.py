@@ -12,8 +12,8 @@ import csv
 import re
 from collections.abc import Sequence
 
-from vdyn_cli.io.csv.coastdown_report import Levels, read_report, transposed_report
 from vdyn_cli.io.csv.csv_source import CsvSource
+from vdyn_cli.io.csv.vbox_coastdown_table import Levels, read_report, transposed_report
 from vdyn_cli.quantities.errors import Finding, InputError
 
 _DELIMITERS = ";\t|,"

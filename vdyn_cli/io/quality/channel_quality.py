@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.io.held_values import held_rows
-from vdyn_cli.io.interpolated_values import sampled_rows
+from vdyn_cli.io.clocks.held_values import held_rows
+from vdyn_cli.io.clocks.interpolated_values import sampled_rows
 from vdyn_cli.io.quality.regular_segments import spans
 from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.errors import Finding

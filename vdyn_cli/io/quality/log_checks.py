@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from vdyn_cli.io.align import on_one_clock
-from vdyn_cli.io.mixed_rates import split_by_rate
+from vdyn_cli.io.clocks.align import on_one_clock
+from vdyn_cli.io.clocks.mixed_rates import split_by_rate
+from vdyn_cli.io.clocks.sample_times import check_steps
 from vdyn_cli.io.quality.channel_quality import WHOLE, Window, check_channel
 from vdyn_cli.io.reader import Column
-from vdyn_cli.io.sample_times import check_steps
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 
@@ -54,7 +54,7 @@ class AreaSettings(Strict):
     )
 
 
-class AreaSpec(TestSpec):
+class AreaSpec(Description):
     """A silhouette's description."""
 
     image: str = Field(description="file of the picture, PNG or JPEG")

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from vdyn_cli.description.description_model import Channel, Description, Reading, Run
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import Channel, Reading, Run, TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 
@@ -97,7 +97,7 @@ class Drop(Strict):
     )
 
 
-class BumpSpec(TestSpec):
+class BumpSpec(Description):
     """The description of a bump test: the obstacle and its crossings, or a rig and its drops; one log each."""
 
     manoeuvre: Literal["crossing", "drop"] = Field(

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 
@@ -24,7 +24,7 @@ class CgSettings(Strict):
     )
 
 
-class CgSpec(TestSpec):
+class CgSpec(Description):
     """The description of a load-transfer test: accelerate-and-brake runs, one log each."""
 
     settings: CgSettings = Field(CgSettings(), description="properties of the sensors")

@@ -6,8 +6,8 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from vdyn_cli.io.csv.coastdown_report import DAY, SPEED, ReportedRun, likely_levels, read_report, written_levels
 from vdyn_cli.io.csv.csv_source import open_source
+from vdyn_cli.io.csv.vbox_coastdown_table import DAY, SPEED, ReportedRun, likely_levels, read_report, written_levels
 from vdyn_cli.quantities.errors import InputError
 
 DRAFT = """\

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.result import Comparison, Figure, Series
-from vdyn_cli.steps.coastdown.coast_times import CoastTimes
-from vdyn_cli.steps.coastdown.reference_conditions import RoadLoad
-from vdyn_cli.steps.coastdown.residuals import by_speed, run_forces
-from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes
+from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
+from vdyn_cli.steps.coastdown.fit.residuals import by_speed, run_forces
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 
 Role = Literal["measured", "accent", "muted"]
 

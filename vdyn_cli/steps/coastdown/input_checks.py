@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.description.test_description import Run
+from vdyn_cli.description.description_model import Run
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.campaign import AccelerometerUse
-from vdyn_cli.steps.coastdown.one_way import SLOPE, WIND
-from vdyn_cli.steps.coastdown.road_position import contradicting_position
-from vdyn_cli.steps.coastdown.segments import FEWEST_SAMPLES, CoastSegment
+from vdyn_cli.steps.coastdown.coasts.segments import FEWEST_SAMPLES, CoastSegment
+from vdyn_cli.steps.coastdown.doubts.one_way import SLOPE, WIND
+from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse
+from vdyn_cli.steps.coastdown.road.road_position import contradicting_position
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 
 INTERVAL = 2.0  # s, over which rates are taken

@@ -13,7 +13,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.coastdown.campaign import AccelerometerUse
+from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 
 SCALE_ERROR = 0.02  # standard deviation of the accelerometer's gain: the body pitches when the car accelerates

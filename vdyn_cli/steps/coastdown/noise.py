@@ -10,8 +10,8 @@ import numpy as np
 from vdyn_cli.inference import gust_covariance
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.campaign import Campaign
-from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.coastdown.fit.campaign import Campaign
+from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 
 LARGEST_GUST = 1.5  # m/s: turbulence of 0.3 in the largest mean wind that SAE J1263 and WLTP allow (5 m/s)
 

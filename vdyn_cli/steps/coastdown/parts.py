@@ -9,7 +9,7 @@ import numpy as np
 
 from vdyn_cli.engine.model_builder import Number, Signals
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.coastdown.campaign import Campaign
+from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.free_part import ORDER, Part, sensor_part
 from vdyn_cli.steps.free_profiles import span_of
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from vdyn_cli.inference import Regression
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.campaign import Campaign
-from vdyn_cli.steps.coastdown.expected_accuracy import LONGEST, STEP, coasting_clock
-from vdyn_cli.steps.coastdown.road_load_regression import effects_of, rows_of, transferred
-from vdyn_cli.steps.coastdown.road_run import RoadRun
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import LONGEST, STEP, coasting_clock
+from vdyn_cli.steps.coastdown.fit.campaign import Campaign
+from vdyn_cli.steps.coastdown.fit.road_load_regression import effects_of, rows_of, transferred
+from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 FASTER, FASTEST = 1.3, 130 / 3.6  # times the highest speed driven, up to what is legal somewhere, m/s

@@ -18,11 +18,19 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero, zero_of
-from vdyn_cli.steps.coastdown.campaign import AccelerometerUse, Campaign, road_of
-from vdyn_cli.steps.coastdown.crosswind import stated_crosswind, widened_by_crosswind
-from vdyn_cli.steps.coastdown.force_intervals import averaged_forces, spanning_forces
-from vdyn_cli.steps.coastdown.grade_agreement import grade_findings, scaled_grades
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, coast_segment, split
+from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, drive_signal, selected, usable
+from vdyn_cli.steps.coastdown.doubts.crosswind import stated_crosswind, widened_by_crosswind
+from vdyn_cli.steps.coastdown.doubts.fit_quality import quality_of
+from vdyn_cli.steps.coastdown.doubts.force_intervals import averaged_forces, spanning_forces
+from vdyn_cli.steps.coastdown.doubts.result_doubts import doubts
+from vdyn_cli.steps.coastdown.doubts.speed_gain import contradicted_gain, with_speed_gain
+from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse, Campaign, road_of
+from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
+from vdyn_cli.steps.coastdown.fit.road_load_regression import rows_of, with_noise_of
+from vdyn_cli.steps.coastdown.fit.road_load_with_effects import regression_with_effects
+from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.coastdown.input_checks import (
     HEADING,
     accelerometer_findings,
@@ -33,21 +41,13 @@ from vdyn_cli.steps.coastdown.input_checks import (
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
 from vdyn_cli.steps.coastdown.plan import next_coasts
-from vdyn_cli.steps.coastdown.quality import quality_of
-from vdyn_cli.steps.coastdown.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.result import result_of
-from vdyn_cli.steps.coastdown.result_doubts import doubts
+from vdyn_cli.steps.coastdown.road.accelerometer_zero import AccelerometerZero, zero_of
+from vdyn_cli.steps.coastdown.road.grade_agreement import grade_findings, scaled_grades
+from vdyn_cli.steps.coastdown.road.road_position import first_place
+from vdyn_cli.steps.coastdown.road.road_search import LocatedCampaign, located
 from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
-from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit, fit_road_load
-from vdyn_cli.steps.coastdown.road_load_regression import rows_of, with_noise_of
-from vdyn_cli.steps.coastdown.road_load_with_effects import regression_with_effects
-from vdyn_cli.steps.coastdown.road_position import first_place
-from vdyn_cli.steps.coastdown.road_run import RoadRun
-from vdyn_cli.steps.coastdown.road_search import LocatedCampaign, located
-from vdyn_cli.steps.coastdown.segments import CoastSegment, coast_segment, split
-from vdyn_cli.steps.coastdown.selection import SegmentSelection, drive_signal, selected, usable
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.coastdown.speed_gain import contradicted_gain, with_speed_gain
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, no_runs, unpublished
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades, with_grades
 from vdyn_cli.steps.free_part import Part
@@ -249,7 +249,7 @@ def _campaign(
     white, levels = spec.settings.noise == "white", tuple(r.levels for r in runs)
     rough = spec.settings.road.roughness.value if spec.settings.road.roughness else None
     campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
-    return replace(campaign, air_share=air_share, roughness=rough, level_road=rough == 0)
+    return replace(campaign, air_share=air_share, roughness=rough, flat_road=rough == 0)
 
 
 def _with_winds(spec: CoastdownSpec, logs: Sequence[Log]) -> list[Log]:

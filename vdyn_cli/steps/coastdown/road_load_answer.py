@@ -11,18 +11,18 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown import text
-from vdyn_cli.steps.coastdown.accelerometer_zero import AccelerometerZero
-from vdyn_cli.steps.coastdown.coast_times import CoastTimes, coast_times
-from vdyn_cli.steps.coastdown.expected_accuracy import (
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes, coast_times
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import (
     SEPARATED,
     CoastSetup,
     ExpectedAccuracy,
     expected_accuracy,
     wider_window,
 )
-from vdyn_cli.steps.coastdown.lasting_force import adds_resistance, lasting_force
-from vdyn_cli.steps.coastdown.quality import FitQuality
-from vdyn_cli.steps.coastdown.reference_conditions import (
+from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
+from vdyn_cli.steps.coastdown.doubts.fit_quality import FitQuality
+from vdyn_cli.steps.coastdown.fit.lasting_force import adds_resistance, lasting_force
+from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     ROLLING_BY_TEMPERATURE,
     Conditions,
     RoadLoad,
@@ -30,8 +30,8 @@ from vdyn_cli.steps.coastdown.reference_conditions import (
     density_of,
     road_load_of,
 )
-from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
-from vdyn_cli.steps.coastdown.selection import SegmentSelection
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.road.accelerometer_zero import AccelerometerZero
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 
 SOURCE = "coastdown"

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.quantity_field import Si, Strict, si
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -120,7 +120,7 @@ class CoastdownSettings(Strict):
     )
 
 
-class CoastdownSpec(TestSpec):
+class CoastdownSpec(Description):
     """A coast-down's description."""
 
     settings: CoastdownSettings = Field(CoastdownSettings(), description="settings of the coast-down")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from vdyn_cli.steps.coastdown.planned_logs import PLANNED
+from vdyn_cli.steps.coastdown.campaign_checks.planned_logs import PLANNED
+from vdyn_cli.steps.coastdown.campaign_checks.track_check import track_check
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.coastdown.track_check import track_check
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 

@@ -9,11 +9,11 @@ from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.quantities.number_text import capitalized, number
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
-from vdyn_cli.steps.coastdown.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
-from vdyn_cli.steps.coastdown.expected_accuracy import ExpectedAccuracy
-from vdyn_cli.steps.coastdown.reference_conditions import DYNO_KEYS, EPA_KEYS, Conditions, RoadLoad
-from vdyn_cli.steps.coastdown.road_load_fit import RoadLoadFit
-from vdyn_cli.steps.coastdown.segments import RejectedSegment
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import ExpectedAccuracy
+from vdyn_cli.steps.coastdown.coasts.segments import RejectedSegment
+from vdyn_cli.steps.coastdown.fit.reference_conditions import DYNO_KEYS, EPA_KEYS, Conditions, RoadLoad
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 
 UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
 FITTED = {

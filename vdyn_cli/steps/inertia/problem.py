@@ -12,7 +12,7 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
-from vdyn_cli.io.log_formats import read_log
+from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.physics.models.pendulum import MODELS
 from vdyn_cli.physics.models.wheel_spin import WHEEL_SPIN

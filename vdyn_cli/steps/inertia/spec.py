@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.pendulum.pendulum_rig import Rig
 
@@ -32,7 +32,7 @@ class InertiaSettings(Strict):
     )
 
 
-class InertiaSpec(TestSpec):
+class InertiaSpec(Description):
     """The description of a wheel-inertia test: runs on the road, a pendulum, or both; or a free wheel on a stand."""
 
     manoeuvre: Literal["road", "stand"] = Field(

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from vdyn_cli.description.description_model import Channel, Reading
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import Channel, Reading
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import Given

@@ -10,7 +10,7 @@ import numpy as np
 
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import exceeds_noise, white_level
-from vdyn_cli.io.block_means import condensed
+from vdyn_cli.io.clocks.block_means import condensed
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from vdyn_cli.description.description_model import Description, Run
 from vdyn_cli.description.quantity_field import Si, Strict, si
-from vdyn_cli.description.test_description import Run, TestSpec
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.pendulum.pendulum_rig import Bar
@@ -57,7 +57,7 @@ class ShaftSettings(Strict):
     )
 
 
-class ShaftSpec(TestSpec):
+class ShaftSpec(Description):
     """The description of a half-shaft test: drawing, a bar hung on the shaft, tip-in logs, or several of them."""
 
     runs: list[ShaftRun] = Field(default_factory=list, description="tip-in or twist logs")  # type: ignore[assignment]

@@ -26,7 +26,7 @@ from vdyn_cli.steps.tire.parts import tire_parts
 from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
-from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, FittedCurve, TireFit, fitted_curve
+from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, FittedCurve, TireCurveProblem, fitted_curve
 
 FREE_FORCE = 300.0  # N, plausible amplitude of a free profile: a tenth of the friction of a car's wheel
 HELD = 1e-4  # relative standard deviation of a shape factor that is stated without one
@@ -44,7 +44,7 @@ class TireProblem(SimulatedProblem):
     """
 
     logs: tuple[Log, ...]
-    fit: TireFit
+    fit: TireCurveProblem
 
     @property
     def model(self) -> Model:
@@ -160,7 +160,7 @@ def prepare(spec: TireSpec, logs: Sequence[Log], known: Parameters) -> TireProbl
     radius_std = radius.std / radius.value if radius and "slip" not in logs[0] else 0.0
     settings = spec.settings
     free = (*(SHIFTS if settings.shifts else ()), *(BRAKING if settings.peaks == "two" else ()))
-    fit = TireFit(
+    fit = TireCurveProblem(
         tuple(binned_sweep(log) for log in sweeps),
         _priors(spec, known),
         radius_std,

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
 
 ShapeFactor = Literal["tire_B", "tire_C", "tire_D", "tire_E"]
@@ -38,7 +38,7 @@ class TireSettings(Strict):
     )
 
 
-class TireSpec(TestSpec):
+class TireSpec(Description):
     """The description of a tire test: slip sweeps, one log each."""
 
     settings: TireSettings = Field(TireSettings(), description="used samples of the sweeps, and options of the curve")

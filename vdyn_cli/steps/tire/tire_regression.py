@@ -37,7 +37,7 @@ _Projected = tuple[Mapping[str, float], Solution | None]  # curve onto which sli
 
 
 @dataclass(frozen=True)
-class TireFit:
+class TireCurveProblem:
     """Slip sweeps and the unknowns of the curve.
 
     Parameters
@@ -248,13 +248,13 @@ class FittedCurve:
     ``others`` are fits in other minima that the sweeps do not reject.
     """
 
-    fit: TireFit
+    fit: TireCurveProblem
     solution: Solution
     peak: float | None
     others: tuple[Solution, ...] = ()
 
 
-def fitted_curve(fit: TireFit) -> FittedCurve:
+def fitted_curve(fit: TireCurveProblem) -> FittedCurve:
     """The whole curve where the sweeps extend beyond its peak, else one with the shape of passenger car tires.
 
     Fx = Fz D sin(C atan(B s - E (B s - atan(B s)))), least squares in Fx and in the slip s
@@ -286,7 +286,7 @@ def fitted_curve(fit: TireFit) -> FittedCurve:
         return FittedCurve(fit, fit.solve(), None)
 
 
-def _misfit(fit: TireFit) -> float:
+def _misfit(fit: TireCurveProblem) -> float:
     """Ratio of residual to noise, at least 1, of the curve with shape factors fixed at the means of their priors.
 
     Raises

@@ -8,9 +8,9 @@ from vdyn_cli.physics.models.tip_in import TipIn
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.quantities.vocabulary import CHANNELS
-from vdyn_cli.steps.validate.open_road import RoadFindings
+from vdyn_cli.steps.validate.drives.segments import DriveSegment
 from vdyn_cli.steps.validate.prediction_band import PredictionBand
-from vdyn_cli.steps.validate.segments import DriveSegment
+from vdyn_cli.steps.validate.road.open_road import RoadFindings
 from vdyn_cli.steps.validate.text import short_name, words
 from vdyn_cli.steps.validate.validation import Validation
 

@@ -10,9 +10,9 @@ from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.car.simulation import SimulationSetup
+from vdyn_cli.steps.validate.drives.segments import MOVING, DriveSegment, total_drive_torque
 from vdyn_cli.steps.validate.prediction_band import PredictionBand
-from vdyn_cli.steps.validate.segments import MOVING, DriveSegment, total_drive_torque
-from vdyn_cli.steps.validate.simulation import SimulationSetup
 
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
 SPARSE = 2.0  # s between samples

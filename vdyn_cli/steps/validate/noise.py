@@ -11,9 +11,9 @@ from vdyn_cli.inference.gust_covariance import Colored, RunNoise, SteadyComponen
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.validate.residual_rows import RowLayout
-from vdyn_cli.steps.validate.road_slope import SENSED_SLOPE
-from vdyn_cli.steps.validate.segments import DriveSegment
+from vdyn_cli.steps.validate.drives.segments import DriveSegment
+from vdyn_cli.steps.validate.fit.residual_rows import RowLayout
+from vdyn_cli.steps.validate.road.road_slope import SENSED_SLOPE
 
 SIZING = 1.0  # s, width of a bin to estimate the sizes: in wider bins a sensor's white noise looks like a rough road
 DEPARTURE = 0.003  # m/s, uncertainty of the speed after leaving rest: brakes release, tires creep, friction breaks away

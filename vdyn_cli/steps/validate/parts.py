@@ -15,8 +15,8 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import span_of
-from vdyn_cli.steps.validate.prior import ParameterPrior
-from vdyn_cli.steps.validate.segments import DriveSegment, total_drive_torque
+from vdyn_cli.steps.validate.car.prior import ParameterPrior
+from vdyn_cli.steps.validate.drives.segments import DriveSegment, total_drive_torque
 
 LOSS = 0.05  # plausible size over the largest drive force: the loss of a final drive
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
-from vdyn_cli.steps.validate.jerk import JERK, low_passed, resolves_jerk, smooth_derivative
-from vdyn_cli.steps.validate.regimes import REGIMES
-from vdyn_cli.steps.validate.residual_rows import RESTING
-from vdyn_cli.steps.validate.segments import WHEELS
-from vdyn_cli.steps.validate.whitening import WhitenedDrives, errors
+from vdyn_cli.steps.validate.drives.jerk import JERK, low_passed, resolves_jerk, smooth_derivative
+from vdyn_cli.steps.validate.drives.regimes import REGIMES
+from vdyn_cli.steps.validate.drives.segments import WHEELS
+from vdyn_cli.steps.validate.fit.residual_rows import RESTING
+from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, errors
 
 DRAWS = 400  # Monte Carlo drives of a correct model: the 97.5 % limit of a share is then known to a tenth
 POINTS = 240  # samples of a segment at which draws are evaluated

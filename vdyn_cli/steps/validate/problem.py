@@ -22,12 +22,36 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.run_starts import run_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.carried_effects import carried_effects, dropped_effects
-from vdyn_cli.steps.validate.channel_errors import with_channel_errors
-from vdyn_cli.steps.validate.compared_channels import compared_sensors, has_two_motors
-from vdyn_cli.steps.validate.drive_regression import BetweenDriveSpread, drive_regression
-from vdyn_cli.steps.validate.drive_roads import DriveRoads, shown_roads
-from vdyn_cli.steps.validate.effect_fit import fit_effects, fitted, size_beside_parameters
+from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
+from vdyn_cli.steps.validate.car.channel_errors import with_channel_errors
+from vdyn_cli.steps.validate.car.integration_step import with_accurate_step
+from vdyn_cli.steps.validate.car.prior import ParameterPrior, parameter_prior, resistances, with_accepted_effects
+from vdyn_cli.steps.validate.car.sensors import Sensors
+from vdyn_cli.steps.validate.car.simulation import Car, SimulationSetup
+from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
+from vdyn_cli.steps.validate.drives.compared_channels import compared_sensors, has_two_motors
+from vdyn_cli.steps.validate.drives.input_torque import DriveInputs
+from vdyn_cli.steps.validate.drives.segments import (
+    RUN_START,
+    SLOWEST,
+    DriveSegment,
+    RunConditions,
+    Segmentation,
+    drive_segments,
+)
+from vdyn_cli.steps.validate.fit.drive_regression import BetweenDriveSpread, drive_regression
+from vdyn_cli.steps.validate.fit.effect_fit import fit_effects, fitted, size_beside_parameters
+from vdyn_cli.steps.validate.fit.likely_play import likely_secants, tried_from_zero
+from vdyn_cli.steps.validate.fit.nondifferentiable import (
+    DifferentiableReference,
+    differentiable_reference,
+    likely_cost,
+    likely_size,
+    with_best_zeros,
+)
+from vdyn_cli.steps.validate.fit.posterior import posterior
+from vdyn_cli.steps.validate.fit.whitening import whiten_drives
+from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
 from vdyn_cli.steps.validate.input_checks import (
     LONGEST_STEP,
     beyond_band,
@@ -36,38 +60,14 @@ from vdyn_cli.steps.validate.input_checks import (
     refuse_coarse,
     refuse_sparse,
 )
-from vdyn_cli.steps.validate.input_torque import DriveInputs
-from vdyn_cli.steps.validate.integration_step import with_accurate_step
-from vdyn_cli.steps.validate.likely_play import likely_secants, tried_from_zero
-from vdyn_cli.steps.validate.nondifferentiable import (
-    DifferentiableReference,
-    differentiable_reference,
-    likely_cost,
-    likely_size,
-    with_best_zeros,
-)
-from vdyn_cli.steps.validate.open_road import road_findings
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts
-from vdyn_cli.steps.validate.posterior import posterior
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
-from vdyn_cli.steps.validate.prior import ParameterPrior, parameter_prior, resistances, with_accepted_effects
 from vdyn_cli.steps.validate.result import result
-from vdyn_cli.steps.validate.segments import (
-    RUN_START,
-    SLOWEST,
-    DriveSegment,
-    RunConditions,
-    Segmentation,
-    drive_segments,
-)
-from vdyn_cli.steps.validate.sensors import Sensors
-from vdyn_cli.steps.validate.simulation import Car, SimulationSetup
-from vdyn_cli.steps.validate.slope_evidence import slope_reduction
+from vdyn_cli.steps.validate.road.drive_roads import DriveRoads, shown_roads
+from vdyn_cli.steps.validate.road.open_road import road_findings
+from vdyn_cli.steps.validate.road.slope_evidence import slope_reduction
 from vdyn_cli.steps.validate.spec import ValidateSpec, WindowSettings
-from vdyn_cli.steps.validate.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.validation import Validation
-from vdyn_cli.steps.validate.whitening import whiten_drives
-from vdyn_cli.steps.validate.whole_drives import is_cut, whole_drives
 
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given

@@ -19,7 +19,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Figure, FitSummary, Result, Table
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps.validate import figures, tables, text
-from vdyn_cli.steps.validate.open_road import SEASON_KMH, IntervalEstimate, RoadFindings
+from vdyn_cli.steps.validate.road.open_road import SEASON_KMH, IntervalEstimate, RoadFindings
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.text import short_name
 from vdyn_cli.steps.validate.validation import Validation

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.quantity_field import Si, Strict
-from vdyn_cli.description.test_description import TestSpec
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.validate.segments import SLOWEST
+from vdyn_cli.steps.validate.drives.segments import SLOWEST
 
 
 class WindowSettings(Strict):
@@ -89,7 +89,7 @@ class ValidateSettings(Strict):
     )
 
 
-class ValidateSpec(TestSpec):
+class ValidateSpec(Description):
     """A validation's description."""
 
     settings: ValidateSettings = Field(ValidateSettings(), description="settings of the step validate")

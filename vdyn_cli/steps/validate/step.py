@@ -5,8 +5,8 @@ from __future__ import annotations
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
+from vdyn_cli.steps.validate.drives.segments import FEWEST, OUTPUTS
 from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows
-from vdyn_cli.steps.validate.segments import FEWEST, OUTPUTS
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
 SHORTEST = 5.0  # s, least length of a drive: in a shorter one, start speed and torque zero fit like any force

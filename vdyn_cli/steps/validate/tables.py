@@ -12,8 +12,8 @@ from vdyn_cli.quantities.constants import NORMAL95, ZERO_CELSIUS
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
-from vdyn_cli.steps.validate.open_road import HeldOutEnds, RoadFindings
-from vdyn_cli.steps.validate.regimes import REGIMES
+from vdyn_cli.steps.validate.drives.regimes import REGIMES
+from vdyn_cli.steps.validate.road.open_road import HeldOutEnds, RoadFindings
 from vdyn_cli.steps.validate.text import short_name, words
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds

@@ -6,9 +6,9 @@ import numpy as np
 
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.jerk import JERK
+from vdyn_cli.steps.validate.car.prior import FARTHEST, INSENSITIVE
+from vdyn_cli.steps.validate.drives.jerk import JERK
 from vdyn_cli.steps.validate.prediction_band import BandTest
-from vdyn_cli.steps.validate.prior import FARTHEST, INSENSITIVE
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 

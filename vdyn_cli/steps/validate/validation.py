@@ -10,12 +10,12 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.open_road import RoadFindings
-from vdyn_cli.steps.validate.posterior import Posterior
+from vdyn_cli.steps.validate.car.prior import INSENSITIVE, ParameterPrior
+from vdyn_cli.steps.validate.drives.segments import DriveSegment
+from vdyn_cli.steps.validate.fit.posterior import Posterior
+from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives
 from vdyn_cli.steps.validate.prediction_band import BandTest, PredictionBand
-from vdyn_cli.steps.validate.prior import INSENSITIVE, ParameterPrior
-from vdyn_cli.steps.validate.segments import DriveSegment
-from vdyn_cli.steps.validate.whitening import WhitenedDrives
+from vdyn_cli.steps.validate.road.open_road import RoadFindings
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.validate.whitening import WhitenedDrives
+from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives
 
 
 @dataclass(frozen=True, eq=False)

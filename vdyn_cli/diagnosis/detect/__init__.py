@@ -1,0 +1,1 @@
+"""Whether the model is wrong, and what these data could not show."""

@@ -1,0 +1,74 @@
+"""Candidates that these data cannot detect, and the bias of the parameters if they were present."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vdyn_cli.diagnosis.detect.detection import Obstacle, fewest_runs, obstacle
+from vdyn_cli.diagnosis.detect.scores import Scores, absorbed
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategies.effect_unknowns import largest_plausible
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+from vdyn_cli.quantities.diagnosis import NotTestable
+
+# These choose words and what is shown, no verdict.
+NOTICEABLE = 0.01  # standard deviations of a parameter: a smaller bias does not change its last published digit
+COLLINEAR = 1e-3  # visibility below which the text says "exactly collinear"
+NAMED = 3  # largest number of parameters that the text names as collinear with an effect
+DISTINCT = 0.9  # visibility above which the text does not mention collinearity
+
+
+def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotTestable, ...]:
+    """The candidates that change the outputs in these data but are not detectable beside the fitted baseline.
+
+    Each has an assumed amplitude, and the bias of the parameters if it were present with that.
+    """
+    result = []
+    for name, effect in model.setup.candidates.items():
+        unknown = model.amplitudes(name)[0]
+        sensitivity = base.system.of([unknown])[:, 0]
+        why = obstacle(model, found, name)
+        if why in (None, "absorbed") or not np.any(sensitivity):
+            continue
+        amplitude = POLICY.typical_share * largest_plausible(effect, unknown)
+        moved = absorbed(base.system, model.base, sensitivity) * amplitude
+        noticed = {
+            n: float(m) for n, m in zip(model.base, moved, strict=True) if abs(m) > NOTICEABLE * base.solution.std[n]
+        }
+        bias = {n: m for n, m in noticed.items() if n not in model.nuisances}
+        like = " and ".join(bias) if bias == noticed and 0 < len(bias) <= NAMED else "the fitted parameters"
+        because = _because(model, why, found.visibility[name], like)
+        unit = effect.unknowns[unknown].unit
+        result.append(NotTestable(effect=name, because=because, size=amplitude, unit=unit, would_bias=bias))
+    return tuple(result)
+
+
+def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:
+    """The effects of the catalogue that lack a channel, each with the reason."""
+    return tuple(
+        NotTestable(
+            effect=name,
+            because=f"needs {lacked}",
+            size=math.nan,
+            unit="",
+            would_bias={},
+        )
+        for name, lacked in setup.lacking.items()
+    )
+
+
+def _because(model: FullModel, why: Obstacle, visibility: float, like: str) -> str:
+    run, share = model.setup.run, f"{100 * visibility:.2g} % of its sensitivity"
+    if why == "runs":
+        fewest = fewest_runs(model.setup.level)
+        return f"it varies between {run}s: {model.runs} {run}s are too few to test it (needed: {fewest})"
+    if why == "collinear":
+        if visibility <= COLLINEAR:
+            return f"exactly collinear with {like}"
+        return f"collinear with {like}: only {share} is not"
+    if visibility < DISTINCT:
+        return f"only {share} is not collinear with the fitted parameters, which is below the noise"
+    return "not detectable above the noise at any plausible amplitude"

@@ -1,0 +1,1 @@
+"""The model extended by the named effects, with intervals that hold every answer left open."""

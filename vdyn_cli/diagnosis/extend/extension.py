@@ -1,0 +1,283 @@
+"""Extends the step's model by effects: repeats its estimate, with their amplitudes and the bias without them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, with_meaning
+from vdyn_cli.diagnosis.judgment import Judgment, with_fewer_effects, without_answer
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategies.effect_unknowns import shapes_of, started_at, unknowns_of
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.effects import Effect
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import Failure, Problem, published
+from vdyn_cli.steps.contract import NO_VALUES
+
+ZERO = "is not significantly different from zero"
+STILL_MISSED = "the simulation with it still misses the logs"
+
+
+@dataclass(frozen=True)
+class Extension:
+    """The effects by which the model was extended, and the outcome.
+
+    Parameters
+    ----------
+    effects : their names; empty if nothing was requested or the extension failed.
+    result : of the step with the extended model.
+    amplitudes : by unknown of the effects, from that model's fit; if they are one of several answers of one effect,
+        also those of the others, each from its own fit.
+    biased : by effect and published parameter, the value without that effect minus the value with it.
+    failed : why the model could not be extended.
+    open : whether the effects are one of several answers, used because the baseline has no result or is excluded.
+    answers : by the names of their effects, the results of all answers, if ``open``.
+    """
+
+    effects: tuple[str, ...] = ()
+    result: Result | None = None
+    amplitudes: Mapping[str, Estimate] = field(default_factory=dict)
+    biased: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    failed: tuple[Finding, ...] = ()
+    open: bool = False
+    answers: Mapping[tuple[str, ...], Result] = field(default_factory=dict)
+
+    @property
+    def labels_end(self) -> str:
+        """The end of the list of labels in a sentence, which states that they are one of several answers."""
+        return f", one of {len(self.answers)} answers" if len(self.answers) > 1 else ""
+
+
+def extended(
+    strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
+) -> tuple[Judgment, Extension]:
+    """The extension by the answer or the requested effects, and the judgment revised by the exact model.
+
+    * An effect that may be zero in the extended model is not named.
+    * An answer of several effects that the exact model does not confirm is replaced by fewer that nearly suffice.
+    * If neither the baseline nor the answer gives a result, the answer is replaced by the other effects that suffice.
+    * If the baseline gives no result or is excluded, the first of several answers that gives a result is used.
+    * If the baseline misses the logs, an answer with which the model misses them, too, is dropped.
+
+    Parameters
+    ----------
+    extend : ``diagnose.extend`` of the description: never, named, learned, or a list of effects.
+    problem : publishes the result with effects in its model.
+    base : the baseline's result.
+    """
+    found = _extended(strategy, judgment, extend, problem, base)
+    if extend not in ("named", "learned"):
+        return found
+    others = (with_fewer_effects, without_answer) if base.refused else (with_fewer_effects,)
+    for other in others:
+        if found[1].result is not None or found[0].answer is None:
+            break
+        fewer = other(strategy, judgment)
+        again = _extended(strategy, fewer, extend, problem, base) if fewer else found
+        if again[1].result is not None:
+            found = again
+    judgment, extension = found
+    if extension.result is None and judgment.answer is not None and _missed(base):
+        judgment = judgment.unknown(STILL_MISSED)
+    return judgment, extension
+
+
+def _extended(
+    strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
+) -> tuple[Judgment, Extension]:
+    setup = strategy.model.setup
+    if extend in ("named", "learned") and _without_baseline(strategy, judgment, base):
+        found = _with_open_answer(strategy, judgment, extend == "learned", problem, _missed(base))
+        if judgment.beyond_range is None or base.refused or _less_doubtful(found[1].result, base):
+            return found
+        within = min(judgment.tried, key=lambda t: t.cost, default=None)
+        return judgment.unknown(closest=within), Extension()
+    wanted = _wanted(extend, setup, judgment, base)
+    start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
+    result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
+    if isinstance(extend, list):  # the user must learn that the requested effect is not in the model
+        failed = tuple(replace(f, doubt=True) for f in failed)
+    if zero := _may_be_zero(judgment, setup, wanted, result):
+        judgment = judgment.unknown(f"{zero} {ZERO}")
+        if extend in ("named", "learned"):
+            result = None
+    if result is None:
+        return judgment, Extension(failed=failed)
+    amplitudes = _amplitudes(result, [setup.candidates[e] for e in wanted])
+    return judgment, Extension(wanted, result, amplitudes, _biased(problem, base, result, wanted, setup), failed)
+
+
+def _with_open_answer(
+    strategy: Strategy, judgment: Judgment, learned: bool, problem: Problem, missed: bool
+) -> tuple[Judgment, Extension]:
+    """The model extended by the first of several answers with which it gives a result.
+
+    Answers without a result are skipped. With a prediction, a note gives the errors of the other answers.
+
+    Parameters
+    ----------
+    missed : whether the baseline misses the logs; if all answers miss them, too, none is accepted.
+    """
+    setup = strategy.model.setup
+    if zero := _may_be_zero(judgment, setup, (), None):
+        return judgment.unknown(f"{zero} {ZERO}"), Extension()
+    found, results = Extension(), dict[tuple[str, ...], Result]()
+    alone = all(len(answer.effects) == 1 for answer in judgment.possible)
+    tried = [a for a in judgment.possible if learned or not set(a.effects) & setup.learned]
+    for answer in tried:
+        effects = [setup.candidates[e] for e in answer.effects]
+        result, failed = publish_with(problem, effects, strategy.relinearized(answer.fitted).values)
+        if result is None:
+            found = found if found.effects else Extension(failed=failed)
+            continue
+        results[answer.effects] = result
+        if not found.effects:
+            found = Extension(answer.effects, result, _amplitudes(result, effects), open=True)
+        elif alone:  # linear fits about a refused baseline give wrong amplitudes
+            found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
+    if missed and tried and not results:
+        judgment = judgment.unknown(STILL_MISSED, judgment.beyond_range)
+    return judgment, replace(found, answers=results)
+
+
+def _less_doubtful(result: Result | None, base: Result) -> bool:
+    """Whether a result with an effect beyond its plausible range replaces the baseline's: it must remove a doubt.
+
+    Such an effect can imitate another law, as a fading brake does the air drag: the parameters are then physically
+    wrong, and the noise estimate absorbs the residual.
+    """
+    return result is not None and len(result.fit.warnings) < len(base.fit.warnings)
+
+
+def _missed(base: Result) -> bool:
+    """Whether the baseline has no result because its simulation misses the logs."""
+    return any(f.doubt for f in base.refused)
+
+
+def _without_baseline(strategy: Strategy, judgment: Judgment, base: Result) -> bool:
+    """Whether one of several answers, or an effect beyond its plausible range, replaces the baseline.
+
+    It does if the baseline has no result. It also does if the data exclude the baseline: the logs contradict it (effect
+    beyond its range), or every answer is one effect with an amplitude far from zero.
+    """
+    if judgment.beyond_range is not None:
+        return bool(base.refused) or base.contradicted
+    if judgment.verdict != "ambiguous" or not (base.refused or base.parameters):
+        return False
+    if base.refused or any(len(answer.effects) > 1 for answer in judgment.answers):
+        return bool(base.refused)
+    return all(_far_from_zero(strategy, answer) for answer in judgment.answers)
+
+
+def _far_from_zero(strategy: Strategy, answer: CandidateModel) -> bool:
+    near = replace(answer, fitted=strategy.relinearized(answer.fitted))
+    found = fitted_amplitudes(near, strategy.model.setup).values()
+    return any(abs(e.value) > POLICY.excluding_amplitude * e.std > 0 for e in found)
+
+
+def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, base: Result) -> tuple[str, ...]:
+    """The effects by which to extend the model: the requested or the named ones.
+
+    A learned law is used without a request if the baseline has no result or the logs contradict it.
+    """
+    if isinstance(extend, list):
+        return tuple(n for n in setup.candidates if n in extend)
+    if judgment.answer is None or extend not in ("named", "learned"):
+        return ()
+    learned = set(judgment.answer.effects) & setup.learned
+    return judgment.answer.effects if extend == "learned" or base.refused or base.contradicted or not learned else ()
+
+
+def publish_with(
+    problem: Problem, effects: Sequence[Effect], start: Mapping[str, float] = NO_VALUES
+) -> tuple[Result | None, tuple[Finding, ...]]:
+    """The step's estimate with effects in its model, or findings why there is none.
+
+    Shape parameters are free; if that fails, they stay at their nominal values.
+
+    Parameters
+    ----------
+    effects : without any, no estimate is made. start : starting values of the effects' unknowns.
+    """
+    if not effects:
+        return None, ()
+    failed: tuple[Finding, ...] = ()
+    extra = [started_at(u, start) for e in effects for u in unknowns_of(e, holding=start)]
+    shapes = {n for e in effects for n in shapes_of(e)}
+    for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
+        result = published(problem, tuple(effects), tuple(free))
+        if not isinstance(result, Failure):
+            return result, ()
+        why = result.findings[0]
+        where = "" if why.where == "fit" else f"{why.where}: "
+        what = f"the model could not be extended by {', '.join(e.name for e in effects)}: {where}{why.what}"
+        failed = (Finding("diagnosis", what, why.got, why.remedy),)
+    return None, failed
+
+
+def _may_be_zero(judgment: Judgment, setup: DiagnosisSetup, effects: Sequence[str], result: Result | None) -> str:
+    """The named effect that is not significantly different from zero, in words; empty where there is none.
+
+    By ``result`` if that is extended by exactly the named effects, else by the diagnosis's fit.
+    """
+    if not judgment.answers:
+        return ""
+    # With a free shape, the amplitude is uncertain even if the effect is certain; held-out runs then decide.
+    confirmed = judgment.gain is not None and judgment.gain.better
+    if judgment.answer is None:
+        each = (
+            len(a.effects) == 1 and _holding_zero(fitted_amplitudes(a, setup), setup, a.effects, confirmed)
+            for a in judgment.answers
+        )
+        return "the amplitude of each confounded effect" if all(each) else ""
+    named = judgment.answer.effects
+    if result is not None and set(effects) == set(named):
+        return _holding_zero(_amplitudes(result, [setup.candidates[e] for e in named]), setup, named, confirmed)
+    return _holding_zero(fitted_amplitudes(judgment.answer, setup), setup, named, confirmed)
+
+
+def _holding_zero(
+    amplitudes: Mapping[str, Estimate], setup: DiagnosisSetup, effects: Sequence[str], confirmed: bool
+) -> str:
+    """The first effect with one amplitude whose interval contains zero, in words; empty where there is none.
+
+    ``confirmed``: held-out runs are predicted significantly better; effects with a shape parameter then pass.
+    """
+    for effect in (setup.candidates[e] for e in effects):
+        (first, *others) = effect.unknowns
+        if first in amplitudes and (not others or (not confirmed and set(others) == set(shapes_of(effect)))):
+            low, high = amplitudes[first].interval95
+            if low <= 0.0 <= high:
+                return effect.label if len(effects) > 1 else "the amplitude"
+    return ""
+
+
+def _amplitudes(result: Result, effects: Sequence[Effect]) -> dict[str, Estimate]:
+    """Amplitudes of the effects by the fit of the extended model."""
+    found = result.amplitudes
+    return {n: with_meaning(found[n], effect, n) for effect in effects for n in effect.unknowns if n in found}
+
+
+def _biased(
+    problem: Problem, base: Result, result: Result, effects: Sequence[str], setup: DiagnosisSetup
+) -> dict[str, dict[str, float]]:
+    """The bias of the parameters without each effect, with the others in the model."""
+    found = {}
+    for effect in effects:
+        others = [setup.candidates[e] for e in effects if e != effect]
+        without = publish_with(problem, others)[0] if others and result.parameters else base
+        found[effect] = {} if without is None else _difference(without, result)
+    return found
+
+
+def _difference(before: Result, after: Result) -> dict[str, float]:
+    return {
+        n: before.parameters[n].value - e.value
+        for n, e in after.parameters.items()
+        if n in before.parameters and before.parameters[n].value != e.value
+    }

@@ -1,0 +1,176 @@
+"""Publishes each answer that a verdict leaves open, and widens the intervals to include them all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from vdyn_cli.diagnosis.detect.unexplained import unexplained_biases
+from vdyn_cli.diagnosis.extend.extension import Extension, publish_with
+from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, biases, widened
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
+from vdyn_cli.diagnosis.name.probable_answers import probable_answers
+from vdyn_cli.diagnosis.part.learned_law import Learned
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import BASELINE, Estimate
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import SimulatedProblem
+from vdyn_cli.steps.interval_text import with_wider_intervals
+
+NO_RESULTS: Mapping[tuple[str, ...], Result] = MappingProxyType({})
+HOLD_ALL = "The intervals include every answer that the diagnosis leaves open."
+HOLD_REMAINDER = "The intervals include the bias by the unexplained residual."
+
+
+def with_open_answers(
+    strategy: Strategy, judgment: Judgment, extension: Extension, problem: SimulatedProblem, base: Result
+) -> Result:
+    """The result with intervals widened by the verdict.
+
+    * ``adequate``: the mixture of the baseline with answers of one effect.
+    * ``ambiguous``: all answers, and the baseline if it has a result and is not excluded.
+    * ``unknown``: the baseline and the closest model, each with the bias by its unexplained residual.
+    * An answer that is not in the model (a learned law, unless requested): that answer and the baseline. A learned law
+      in the model because the logs contradict the baseline: both, too. The baseline then has the bias by its whole
+      unexplained residual, since its parameters may have absorbed an unknown share of the missing law.
+    * ``named``: the mixture with answers of one more effect. With a significant residual: the bias by that residual,
+      and every probable answer of one more effect.
+
+    Parameters
+    ----------
+    extension : its result is widened, else that of the baseline, ``base``. problem : publishes the other answers.
+    """
+    result, answer, learned = extension.result or base, judgment.answer, strategy.model.setup.learned
+    if extension.open and not result.parameters:
+        return _beside_others(result, list(extension.answers.values())[1:])
+    if not result.parameters or judgment.verdict == "not_testable":
+        return result
+    if judgment.verdict == "adequate" and (extension.result is not None or judgment.immaterial is not None):
+        return result
+    widening = _Widening(strategy, problem, base, result, extension.open)
+    if judgment.verdict == "adequate":
+        return widening.averaged(judgment.base)
+    if judgment.verdict == "ambiguous" or extension.open:
+        found, others = widening.published(judgment.possible, known=extension.answers)
+        return widening.including(found if extension.open else [widening.baseline(), *found], others)
+    if judgment.verdict == "unknown" or (answer and not set(answer.effects) <= set(extension.effects)):
+        law = answer if answer and not set(answer.effects) & learned else None
+        explained = law is not None and (law.sufficient or law.nearly_sufficient)
+        found, others = widening.published(filter(None, [answer or judgment.closest]), not explained)
+        return widening.including([widening.baseline(None if explained else judgment.base), *found], others)
+    if base.contradicted and set(extension.effects) & learned:
+        return widening.including([widening.baseline(judgment.base)])
+    if answer is None:  # a sensor did not measure
+        return widening.including([])
+    if answer.sufficient:
+        return widening.averaged(answer.fitted)
+    near = strategy.relinearized(answer.fitted)
+    more, others = widening.published(one for one, _ in probable_answers(strategy, near))
+    own = OpenAnswer(_label(answer), result.parameters, widening.biases(near, result))
+    return widening.including([own, *more], others, HOLD_REMAINDER)
+
+
+@dataclass(frozen=True)
+class _Widening:
+    """Widens the intervals of ``result``: ``base``, or with effects in its model, which may be ``one_of_several``."""
+
+    strategy: Strategy
+    problem: SimulatedProblem
+    base: Result
+    result: Result
+    one_of_several: bool
+
+    def including(self, found: Sequence[OpenAnswer], others: Sequence[Result] = (), note: str = HOLD_ALL) -> Result:
+        """The result with intervals that include these answers; ``others`` are their results where published."""
+        result = self.result
+        if others:
+            excluded = self.base.refused or self.one_of_several
+            result = self.problem.spanning(result, others if excluded else [self.base, *others])
+        return with_wider_intervals(result, widened(result.parameters, found), note)
+
+    def baseline(self, at: FittedModel | None = None) -> OpenAnswer:
+        """The baseline as an answer, with the bias by the unexplained residual of its fit ``at``."""
+        return OpenAnswer(BASELINE, self.base.parameters, self.biases(at, self.base) if at else {})
+
+    def averaged(self, fitted: FittedModel) -> Result:
+        """The result of this fit, with the intervals of its mixture with answers of one more effect."""
+        found, others = list[OpenAnswer](), list[tuple[float, Result]]()
+        for answer, probability in probable_answers(self.strategy, fitted):
+            (one,), results = self.published([answer])
+            found.append(replace(one, probability=probability))
+            others += [(probability, result) for result in results]
+        averaged = self.problem.averaged(self.result, others) if others else self.result
+        return with_wider_intervals(averaged, widened(averaged.parameters, found))
+
+    def published(
+        self,
+        answers: Iterable[CandidateModel],
+        unexplained: bool = False,
+        known: Mapping[tuple[str, ...], Result] = NO_RESULTS,
+    ) -> tuple[list[OpenAnswer], list[Result]]:
+        """The parameters with each answer in the model, and the results of those answers that the step can publish.
+
+        Where it publishes none, the parameters have the values of the diagnosis's fit.
+
+        Parameters
+        ----------
+        unexplained : add the bias by the unexplained residual.
+        known : results of answers that are published already, by the names of their effects.
+        """
+        found, results, candidates = [], [], self.strategy.model.setup.candidates
+        for answer in answers:
+            near = self.strategy.relinearized(answer.fitted)
+            result = known.get(answer.effects)
+            if result is None:
+                result = publish_with(self.problem, [candidates[e] for e in answer.effects], near.values)[0]
+            bias = self.biases(near, result or self.result) if unexplained else {}
+            parameters = result.parameters if result else _by_fit(near, self.result)
+            found.append(OpenAnswer(_label(answer), parameters, bias))
+            results += [result] if result else []
+        return found, results
+
+    def biases(self, at: FittedModel, result: Result) -> dict[str, float]:
+        """Half the 95 % interval of each published parameter's bias by the unexplained residual of a fit."""
+        found = unexplained_biases(self.strategy.model, at)
+        fitted = {n: float(v) for n, v in at.values.items()}
+        return biases(fitted, found, result.parameters, self.problem.derived)
+
+
+def _beside_others(result: Result, others: Sequence[Result]) -> Result:
+    """The prediction by one of several answers, with a note on how well the others predict."""
+    if not others:
+        return result
+    rms = sorted(one.fit.rms for one in others)
+    errors = f"{rms[0]:.3g}" if len(rms) == 1 else f"{rms[0]:.3g} to {rms[-1]:.3g}"
+    which = "the other answer" if len(rms) == 1 else f"each of the {len(rms)} other answers"
+    what = f"with {which} instead, the simulation is off by {errors} {result.fit.unit} rms ({result.fit.rms:.3g} now)"
+    return replace(result, findings=(*result.findings, Finding("diagnosis", what, minor=True)))
+
+
+def holding_free_curve(result: Result, extension: Extension, law: Learned | None, problem: SimulatedProblem) -> Result:
+    """The result of a learned formula ``law``, with intervals that include those of the free curve; others unchanged.
+
+    A formula may deviate locally by more than its own interval: for example a sine at the flank of a step.
+    """
+    if law is None or law.free is None or extension.effects != (law.name,) or not result.parameters:
+        return result
+    curve = publish_with(problem, [law.free])[0]
+    return result if curve is None else problem.spanning(result, [curve])
+
+
+def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:
+    """The published parameters among the fitted ones, with the values and intervals of a fit of the diagnosis."""
+    fit = near.solution
+    return {
+        n: replace(e, value=float(fit.values[n]), std=float(fit.std[n]), interval95=fit.interval95[n])
+        for n, e in base.parameters.items()
+        if n in fit.values
+    }
+
+
+def _label(answer: CandidateModel) -> str:
+    return " + ".join(answer.effects)

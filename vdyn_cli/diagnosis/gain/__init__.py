@@ -1,0 +1,1 @@
+"""How much better the extended model predicts data that were held out."""

@@ -1,0 +1,1 @@
+"""Which candidate effects are accepted as answers."""

@@ -1,0 +1,276 @@
+"""Candidate models: the baseline with one or more effects, refitted, and the tests of their residuals.
+
+An effect is named if it suffices (with it in the model, no other candidate is significant), not if it ranks first. An
+effect that only improves the fit is no answer: a brake drag removes most of the error that a headwind causes.
+
+``found`` are the scores of the candidates beside the baseline, ``tried`` the candidate models of one effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, permutations
+from math import inf, sqrt
+
+from vdyn_cli.diagnosis.detect.detection import Detection, is_testable, p_value
+from vdyn_cli.diagnosis.detect.scores import equivalent, scores
+from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+
+
+@dataclass(frozen=True)
+class CandidateModel:
+    """The fitted baseline with some effects, and the tests of its residual.
+
+    Parameters
+    ----------
+    rest_p : p value of the other candidates and of the profiles in the residual.
+    rest_mostly : the candidate or profile that is strongest in the residual.
+    rest_share : what that one would explain in addition, beyond chance, as a share of the rms misfit: the root of the
+        ratio of whitened sums of squares.
+    rest_in_part : whether that one corrects a law that one of the effects corrects, too.
+    unphysical : a parameter of the baseline that is significantly outside its physical range; empty where none is.
+    """
+
+    effects: tuple[str, ...]
+    fitted: FittedModel
+    rest_p: float
+    rest_mostly: str | None
+    rest_share: float
+    rest_in_part: bool = False
+    unphysical: str = ""
+
+    @property
+    def cost(self) -> float:
+        """Half the sum of squares of the whitened residuals."""
+        return self.fitted.solution.cost
+
+    @property
+    def sufficient(self) -> bool:
+        """Whether the residual is not significantly different from noise, with physically possible parameters."""
+        return self.rest_p > POLICY.rest_level and not self.unphysical
+
+    @property
+    def nearly_sufficient(self) -> bool:
+        """Whether the residual is negligible although significant; a single effect may leave more in its own part."""
+        alone = len(self.effects) == 1 and self.rest_in_part
+        least = POLICY.negligible_rest if alone else POLICY.exact_rest
+        return self.rest_share < least and not self.unphysical
+
+    @property
+    def explains_most(self) -> bool:
+        """Whether it explains at least ``part_squares`` of the squared misfit, or leaves no significant residual."""
+        return self.rest_p > POLICY.rest_level or self.rest_share**2 <= 1 - POLICY.part_squares
+
+
+def best_fit(models: Sequence[CandidateModel]) -> CandidateModel | None:
+    """The candidate model with the least cost; None without any."""
+    return min(models, key=lambda m: m.cost, default=None)
+
+
+def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
+    """A candidate model for each effect that could be the whole answer and can be fitted, the strongest first."""
+    models = [candidate_model(strategy, (n,)) for n in _likely_singles(found)]
+    return tuple(m for m in models if m is not None)
+
+
+def _likely_singles(found: Detection) -> list[str]:
+    """The candidates whose evidence reaches ``single_evidence`` and ``single_share``, the strongest first."""
+    evidence = found.scores.evidence
+    most = max((evidence[n] for n in found.testable), default=0.0)
+    least = max(POLICY.single_evidence, POLICY.single_share * most)
+    return sorted((n for n in found.testable if evidence[n] >= least), key=lambda n: -evidence[n])
+
+
+def singles_beyond_range(
+    strategy: Strategy, tried: Sequence[CandidateModel], found: Detection, own: bool = False
+) -> tuple[CandidateModel, ...]:
+    """Models of single effects with amplitudes beyond their plausible range, up to ``open_range`` times it.
+
+    ``own``: each linearized about its own fit where the baseline is far off; their costs are then not comparable.
+    """
+    names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
+    models = [candidate_model(strategy.with_open_range(n if own else ""), (n,)) for n in names]
+    return tuple(m for m in models if m is not None)
+
+
+def candidate_model(strategy: Strategy, effects: Sequence[str]) -> CandidateModel | None:
+    """Refit with these effects and test the residual.
+
+    None where the refit fails, an effect exceeds its range, or its amplitude significantly has an impossible sign.
+    """
+    model, fitted = strategy.model, strategy.fitted(effects)
+    if fitted is None or any(_wrong_sign(model, fitted, e) for e in effects):
+        return None
+    candidates, families = model.setup.candidates, model.setup.families
+    found = model.scores(fitted, [*candidates, *families])
+    others = [n for n in candidates if n not in effects and is_testable(model, found, n)]
+    strongest = found.strongest([*others, *families])
+    explained = _explained(strategy, fitted)
+    share = inf
+    if strongest and explained > 0:
+        left = max(found.statistic[strongest] - found.rank[strongest], 0.0)
+        share = sqrt(left / (explained + left))
+    on = {law for e in effects for law in model.by_name[e].on}
+    within = strongest is not None and not on.isdisjoint(model.by_name[strongest].on)
+    rest_p, unphysical = p_value(model, fitted, found, others), _unphysical(model, fitted)
+    return CandidateModel(tuple(effects), fitted, rest_p, strongest, share, within, unphysical)
+
+
+def _unphysical(model: FullModel, fitted: FittedModel) -> str:
+    """The first parameter of the baseline that is significantly outside its physical range."""
+    for u in model.regression.shared:
+        if u.physical is not None and u.name in fitted.solution.values:
+            value, margin = fitted.values[u.name], POLICY.needed_t * fitted.solution.std[u.name]
+            if not u.physical[0] - margin <= value <= u.physical[1] + margin:
+                return u.name
+    return ""
+
+
+def _explained(strategy: Strategy, fitted: FittedModel) -> float:
+    """The misfit that a fit explains, 2 d(log likelihood).
+
+    Where the baseline is far off, its linearized fit is no measure of its misfit. Then the whitened squares of the fit
+    are scaled by the ratio of the squared errors of the main channel, baseline over fit.
+    """
+    setup = strategy.model.setup
+    if setup.coarse_error is not None and fitted.effects:
+        return 2 * fitted.solution.cost * (setup.coarse_error((), ()) / max(rms_of(fitted.runs), 1e-12)) ** 2
+    return 2 * (strategy.base.solution.cost - fitted.solution.cost)
+
+
+def _wrong_sign(model: FullModel, fitted: FittedModel, name: str) -> bool:
+    """Whether the amplitude is significantly on the side of zero that its range includes only for noise."""
+    effect = model.setup.candidates.get(name)
+    if effect is None or len(model.amplitudes(name)) > 1:
+        return False
+    unknown = model.amplitudes(name)[0]
+    range_, value = effect.unknowns[unknown], fitted.values[unknown]
+    small, large = sorted((range_.lower, range_.upper), key=abs)
+    one_sided = range_.lower < 0 < range_.upper and abs(small) < POLICY.one_sided_share * abs(large)
+    return one_sided and value * small > 0 and abs(value) > POLICY.needed_t * fitted.solution.std[unknown]
+
+
+def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> tuple[CandidateModel, ...]:
+    """Candidate models of two effects that are both needed, and of single effects to which a pair adds nothing.
+
+    Such a single effect may be untried so far: where the baseline is far off, the score of the true effect may be low.
+    """
+    model = strategy.model
+    evidence = {n: found.scores.evidence[n] for n in found.testable}
+    for one in tried:
+        beside = model.scores(one.fitted, list(model.setup.candidates))
+        for name in (n for n in beside.names if is_testable(model, beside, n)):
+            evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
+    names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
+    models = [candidate_model(strategy, p) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
+    both = [m for m in models if m is not None]
+    seen = {t.effects for t in tried}
+    alone = dict.fromkeys(
+        (e,) for m in both for e, other in permutations(m.effects) if not _is_needed(strategy, m, other)
+    )
+    enough = [candidate_model(strategy, e) for e in alone if e not in seen]
+    return (*filter(None, enough), *(m for m in both if all_needed(strategy, m)))
+
+
+def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str]]:
+    """The pairs that explain most to first order; only these are refitted."""
+    model, base = strategy.model, strategy.base
+    every = list(combinations(names, 2))
+    explained: dict[tuple[str, str], float] = {}
+    for first in dict.fromkeys(a for a, _ in every):
+        alone = model.scores(base, [first])
+        others = {b: model.amplitudes(b) for a, b in every if a == first}
+        beside = scores(base.system, [*model.base, *model.amplitudes(first)], others)
+        for b in others:
+            both = alone.statistic[first] + beside.statistic[b]
+            explained[first, b] = float(equivalent(both, alone.rank[first] + beside.rank[b]))
+    return sorted(explained, key=lambda pair: -explained[pair])[: POLICY.pairs_refitted]
+
+
+def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | None:
+    """Forward selection: add the effect with the strongest evidence in the residual until none is significant.
+
+    For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the
+    others; None where that fails or the selection does not end within ``POLICY.most_effects``.
+    """
+    evidence = found.scores.evidence
+    names = [n for n in found.testable if evidence[n] > POLICY.single_evidence]
+    tried = candidate_model(strategy, sorted(names, key=lambda n: -evidence[n])[:1]) if names else None
+    while tried is not None and not tried.sufficient:
+        more = len(tried.effects) < POLICY.most_effects and not catalogue_falls_short(strategy, tried)
+        tried = with_next(strategy, tried) if more else None
+    several = tried is not None and len(tried.effects) > 1
+    return tried if tried and several and all_needed(strategy, tried) else None
+
+
+def catalogue_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
+    """Whether all candidates together leave much of the misfit, so that no set of them suffices.
+
+    To first order about the fit ``tried``: what a free profile would explain beside all candidates.
+    """
+    model = strategy.model
+    candidates, families = model.setup.candidates, model.setup.families
+    others = [n for n in candidates if n not in tried.effects]
+    free = [*model.with_base(tried.effects), *(a for n in others for a in model.amplitudes(n))]
+    system = tried.fitted.system
+    beside = scores(system, free, {n: model.amplitudes(n) for n in families})
+    strongest = beside.strongest()
+    if strongest is None or beside.evidence[strongest] < POLICY.large_t:
+        return False
+    left = beside.statistic[strongest] - beside.rank[strongest]
+    together = scores(system, model.with_base(tried.effects), {"": free[len(model.with_base(tried.effects)) :]})
+    explained = max(_explained(strategy, tried.fitted), 0.0) + together.statistic[""]
+    return left > (1 - POLICY.part_squares) * (explained + left)
+
+
+def with_next(strategy: Strategy, tried: CandidateModel) -> CandidateModel | None:
+    """The candidate model with the strongest further effect whose refit succeeds; None where none is significant."""
+    beside = strategy.model.scores(tried.fitted, list(strategy.model.setup.candidates))
+    shown = [n for n in beside.names if beside.evidence[n] >= POLICY.needed_t]
+    for name in sorted(shown, key=lambda n: -beside.evidence[n]):
+        if is_testable(strategy.model, beside, name):
+            found = candidate_model(strategy, (*tried.effects, name))
+            if found is not None:
+                return found
+    return None
+
+
+def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -> tuple[CandidateModel, ...]:
+    """Candidate models that differ from the answer in one effect and are not significantly worse.
+
+    They need not suffice: of two equally likely sets of many effects, chance decides which one passes that test.
+    """
+    result = []
+    for effect in answer.effects:
+        others = tuple(e for e in answer.effects if e != effect)
+        without = strategy.fitted(others)
+        if without is None:
+            continue
+        beside = strategy.model.scores(without, [*found.testable, effect]).statistic
+        for rival in found.testable:
+            if rival in answer.effects or beside[effect] - beside[rival] > POLICY.needed_t**2:
+                continue
+            tried = candidate_model(strategy, (*others, rival))
+            if tried is None or tried.unphysical or not all_needed(strategy, tried):
+                continue
+            if 2 * (tried.cost - answer.cost) <= POLICY.needed_t**2:
+                result.append(tried)
+    return tuple(result)
+
+
+def all_needed(strategy: Strategy, tried: CandidateModel) -> bool:
+    """Whether each effect of a candidate model is significant beside the others."""
+    return all(_is_needed(strategy, tried, e) for e in tried.effects)
+
+
+def _is_needed(strategy: Strategy, tried: CandidateModel, effect: str) -> bool:
+    """Whether the effect is significant beside the others of a candidate model."""
+    without = strategy.fitted([e for e in tried.effects if e != effect])
+    if without is None:  # the others would have to exceed their plausible range
+        solution, names = tried.fitted.solution, strategy.model.amplitudes(effect)
+        return any(abs(solution.values[n]) > POLICY.needed_t * solution.std[n] for n in names)
+    return strategy.model.scores(without, [effect]).statistic[effect] > POLICY.needed_t**2

@@ -1,0 +1,78 @@
+"""Sensor errors that the baseline contains as nuisance parameters, such as the latency of a logger: do they matter?
+
+A nuisance parameter with a prior stands for the effects that cover it (``Effect.covers``), so that these are not
+mistaken for others. Predictions at prior values keep it at its prior mean. If its estimate changes them by more than
+the limit, the effects are named, alone or beside the answer; else a note states them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import erfc, sqrt
+
+from vdyn_cli.diagnosis.gain.held_out_gain import Selection, held_out_gain
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, candidate_model
+from vdyn_cli.diagnosis.name.model_selection import not_significantly_worse
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.size.finding_size import Limits, finding_size
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+
+
+def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits) -> Judgment:
+    """The judgment with the sensor errors that the baseline contains: named where they matter, else as a note.
+
+    Only where predictions keep prior values; other steps publish fitted values, which include these errors.
+    """
+    answer = judgment.answer
+    if not strategy.prior_values or not (answer or judgment.verdict == "adequate"):
+        return judgment
+    fitted = judgment.base if answer is None else answer.fitted
+    tried = _covering(strategy, fitted)
+    if not tried:
+        return judgment
+    answers = not_significantly_worse(strategy.model, tried) or (min(tried, key=lambda t: t.cost),)
+    best = min(answers, key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, t.cost))  # loggers are late, not early
+    # The error need not matter more than the least of the answers that these data cannot discriminate does.
+    size = min((finding_size(strategy, fitted, one.fitted) for one in answers), key=lambda one: one.change)
+    noted = replace(judgment, absorbed=best)
+    if not (size.plain and size.change > limits.output):
+        return noted
+    if answer is None:
+        found = judgment.detection
+        chance = erfc(max(_deviation(strategy.model, t) for t in tried) / sqrt(2.0))
+        found = replace(found, p_value=min(found.p_value, max(chance, found.scores.smallest_p())))
+        verdict = replace(judgment, verdict="ambiguous" if len(answers) > 1 else "data_fault", detection=found)
+        return replace(
+            verdict, answers=answers, tried=(*judgment.tried, *tried), size=size, material=True, immaterial=None
+        )
+    gain = held_out_gain(strategy, judgment.base, best.fitted, Selection(best.effects, judgment.base))
+    if gain is not None and (gain.worse or not gain.positive):
+        return noted
+    size = finding_size(strategy, judgment.base, best.fitted)
+    return replace(judgment, answers=(best,), tried=(*judgment.tried, best), gain=gain, size=size)
+
+
+def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
+    """The models with one more sensor effect that stands for nuisance parameters and is significant in their place."""
+    model = strategy.model
+    nuisances = model.nuisances & set(model.base)
+    names = [e.name for e in model.setup.effects if e.sensor and nuisances & set(e.covers)]
+    models = [candidate_model(strategy, (*fitted.effects, n)) for n in names if n not in fitted.effects]
+    likely = [m for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
+    # Each about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it.
+    solutions = [strategy.relinearized(m.fitted).solution for m in likely]
+    return [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
+
+
+def _deviation(model: FullModel, one: CandidateModel) -> float:
+    """The amplitude of the last effect, in standard errors."""
+    value, std = _amplitude(model, one)
+    return abs(value) / std if std > 0.0 else 0.0
+
+
+def _amplitude(model: FullModel, one: CandidateModel) -> tuple[float, float]:
+    """The amplitude of the last effect, and its standard error."""
+    name, solution = model.amplitudes(one.effects[-1])[0], one.fitted.solution
+    return solution.values[name], solution.std[name]

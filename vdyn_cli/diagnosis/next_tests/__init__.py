@@ -1,0 +1,1 @@
+"""Which tests to drive next, and what they would show."""

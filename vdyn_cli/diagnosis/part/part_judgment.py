@@ -1,0 +1,174 @@
+"""Revises the judgment by the part of the model at fault: first the part is found, then its law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, Selection, held_out_gain
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, all_needed, candidate_model, with_next
+from vdyn_cli.diagnosis.part.learned_judgment import with_learned_law
+from vdyn_cli.diagnosis.part.learned_law import Learned
+from vdyn_cli.diagnosis.part.part_finding import LawWithin, PartFinding, part_finding
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.steps import SimulatedProblem
+from vdyn_cli.steps.free_part import Part
+
+
+@dataclass(frozen=True)
+class PartJudgment:
+    """A judgment with the part of the model at fault.
+
+    Parameters
+    ----------
+    strategy : of the judgment's fits. finding : the part; None where none was searched or none has evidence.
+    law : the law of the catalogue within the part that the judgment names. learned : the learned law that it names.
+    """
+
+    strategy: Strategy
+    judgment: Judgment
+    finding: PartFinding | None = None
+    law: LawWithin | None = None
+    learned: Learned | None = None
+
+
+def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
+    """The judgment, revised if a part of the model at fault explains more than the candidates.
+
+    The part is used if no candidate suffices, if the part explains much more than each answer, or if each answer is a
+    law of the part with a further effect that only corrects its shape. Then the law of the catalogue that follows the
+    part's curve is named if it predicts held-out runs better; else two laws that together do, else the law learned from
+    the curve. A part that does not suffice changes nothing.
+    """
+    detected = judgment.verdict in ("named", "ambiguous", "unknown")
+    # A problem of a plug-in may have no parts.
+    parts = getattr(problem, "parts", ())
+    if not detected or not parts or judgment.beyond_range or _explained_elsewhere(strategy, judgment, parts):
+        return PartJudgment(strategy, judgment)
+    finding = part_finding(strategy, problem)
+    if finding is None:
+        return PartJudgment(strategy, judgment)
+    same = PartJudgment(strategy, judgment, finding, _named_law(judgment, finding))
+    more = judgment.verdict == "unknown" or _surpassed(judgment, finding)
+    if not finding.explains or not (more or _beside_a_law(strategy, judgment, finding)):
+        return same
+    for law in finding.laws:
+        if law.follows and (named := _with_law(strategy, judgment, law)) is not None:
+            return PartJudgment(strategy, named, finding, law)
+    if not more:
+        return same
+    # A law over the position on the road, or of a wind, reads no signal of the model that a learned law could read.
+    # With prior values (drives), there is no linearization in which a learned law could be refitted.
+    if strategy.prior_values or any(p.reads is not None for p in finding.parts):
+        return same
+    if (two := _with_two_laws(strategy, judgment, finding)) is not None:
+        return PartJudgment(strategy, two, finding)
+    found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
+    return same if found is None else PartJudgment(found[0], found[1], finding, None, found[2])
+
+
+def _explained_elsewhere(strategy: Strategy, judgment: Judgment, parts: Sequence[Part]) -> bool:
+    """Whether the one answer, which acts on none of these parts, explains as much as a part at fault must."""
+    if judgment.answer is None or judgment.gain is None:
+        return False
+    candidates = strategy.model.setup.candidates
+    if any(p.concerns(candidates[n]) for p in parts for n in judgment.answer.effects if n in candidates):
+        return False
+    return judgment.gain.share >= 1.0 - float(np.sqrt(1.0 - POLICY.part_squares))
+
+
+def label_of(parts: Sequence[Part]) -> str:
+    """The label of parts of one element: "the rear damper's force", "the dampers' force"."""
+    first = parts[0]
+    return first.what if len(parts) == 1 else first.what.replace(f"{first.place} ", "").replace("'s ", "s' ")
+
+
+def _named_law(judgment: Judgment, finding: PartFinding) -> LawWithin | None:
+    """The law within the part that the judgment names already; None where it names none."""
+    named = judgment.answer.effects if judgment.answer is not None else ()
+    return next((law for law in finding.laws if law.effect in named), None)
+
+
+def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
+    """Whether the part explains much more than each answer, so that none of the answers is the true effect.
+
+    An answer whose refit fails here, such as one at a bound, stands if it is sufficient.
+    """
+    search = finding.search
+    most = search.explained(finding.fitted)
+    for answer in judgment.answers:
+        fitted = search.refitted((), answer.effects)
+        if fitted is None and answer.sufficient:
+            return False
+        if fitted is None:
+            continue
+        explained = search.explained(fitted)
+        if explained >= POLICY.part_squares * most or most - explained < 2 * POLICY.part_gain * search.floor:
+            return False
+    return True
+
+
+def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> bool:
+    """Whether each answer is a law of the part with a further effect, which only corrects the shape of that law.
+
+    A profile, such as that of a road, can have any shape: an effect needed beside it is a separate one.
+    """
+    model = strategy.model
+    laws = {w.effect for w in finding.laws if w.follows and len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns}
+    answers = judgment.answers
+    return bool(answers) and all(len(a.effects) > 1 and laws & set(a.effects) for a in answers)
+
+
+def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
+    """The judgment that names a law of the catalogue; None if it fails, is unphysical, or its gain is not positive.
+
+    If the law leaves much that one further effect explains, both are named if they predict held-out runs better.
+    """
+    answer = candidate_model(strategy, (law.effect,))
+    if answer is None or answer.unphysical:
+        return None
+    gain = _gain_of(strategy, judgment, answer)
+    more = None if answer.explains_most else with_next(strategy, answer)
+    if gain is not None and more is not None and more.explains_most and all_needed(strategy, more):
+        further = _gain_of(strategy, judgment, more)
+        if further is not None and further.after < min(gain.before, gain.after):
+            answer, gain = more, further
+    tried = (*(t for t in judgment.tried if t.effects != answer.effects), answer)
+    return _naming(replace(judgment, tried=tried), answer, gain)
+
+
+def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> Judgment | None:
+    """The judgment that names two laws of the part, which together explain what its free curve does; None without such.
+
+    A part may depart from its law in two ways at once, as a damper of other rates in rebound and in fast strokes.
+    """
+    search, model = finding.search, strategy.model
+    names = [w.effect for w in finding.laws if len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns]
+    found: list[tuple[float, CandidateModel]] = []
+    for pair in combinations(names, 2):
+        fitted = search.refitted((), pair)
+        if fitted is None or search.share_of_part(fitted, finding.fitted) < POLICY.law_share:
+            continue
+        answer = candidate_model(strategy, pair)
+        if answer is not None and not answer.unphysical and all_needed(strategy, answer):
+            found.append((fitted.squares, answer))
+    if not found:
+        return None
+    answer = min(found, key=lambda one: one[0])[1]
+    return _naming(judgment, answer, _gain_of(strategy, judgment, answer))
+
+
+def _naming(judgment: Judgment, answer: CandidateModel, gain: HeldOutGain | None) -> Judgment | None:
+    """The judgment that names this answer; None where its held-out gain is not positive."""
+    if gain is not None and not gain.positive:
+        return None
+    return replace(judgment, verdict="named", why="", answers=(answer,), gain=gain, closest=None)
+
+
+def _gain_of(strategy: Strategy, judgment: Judgment, answer: CandidateModel) -> HeldOutGain | None:
+    return held_out_gain(strategy, judgment.base, answer.fitted, Selection(answer.effects, judgment.base))

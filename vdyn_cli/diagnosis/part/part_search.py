@@ -1,0 +1,266 @@
+"""Searches the part of the model at fault: gives each element's law a free addition and compares the evidence.
+
+The additions of all parts are linearized about the baseline's fit in one pass. A part's evidence is its marginal
+likelihood, which penalizes flexibility, so that parts with any number of coefficients can be compared with each other
+and with the effects of the catalogue. The most likely parts are then refitted nonlinearly, with the prior of smoothness
+that maximizes the evidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, unknowns_of
+from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, linearize, linearized_system
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
+from vdyn_cli.inference.linearized_regression import linearized
+from vdyn_cli.inference.qr_factors import orthonormal
+from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps import SimulatedProblem
+from vdyn_cli.steps.free_part import Part
+
+MOST_ITERATIONS = 25  # of a refit: slow convergence along a kink is cut off, and the fit so far is used
+
+
+@dataclass(frozen=True)
+class FittedParts:
+    """The baseline with the free additions of some parts of one element.
+
+    Parameters
+    ----------
+    parts : of one element over one coordinate; none for the baseline alone.
+    effects : of the catalogue, in the fit instead of parts.
+    solution : of the fit; its priors keep the additions smooth.
+    squares : sum of squares of the residuals, without the penalty of the additions' priors.
+    gain : log evidence of the fit over the baseline.
+    variance : prior variances of the coefficients. freedom : effective number of free coefficients.
+    """
+
+    parts: tuple[Part, ...]
+    effects: tuple[str, ...]
+    solution: Solution
+    squares: float
+    gain: float
+    variance: Array
+    freedom: float
+
+
+@dataclass(frozen=True)
+class PartSearch:
+    """The regression with all parts and candidates, and the evidence of each part by its linearization.
+
+    Parameters
+    ----------
+    regression : baseline, candidates, and coefficients of all parts without priors.
+    base : names of the baseline's shared unknowns.
+    start : the baseline's solution.
+    parts : all parts of the step.
+    gains : evidence of every set of parts, the largest first.
+    rivals : evidence of every candidate effect, on the same scale.
+    floor : variance of the whitened residual with all parts and candidates: 1 where the noise model is valid.
+    """
+
+    strategy: Strategy
+    regression: Regression
+    base: tuple[str, ...]
+    start: Solution
+    parts: tuple[Part, ...]
+    gains: tuple[tuple[tuple[Part, ...], FunctionEvidence], ...]
+    rivals: Mapping[str, FunctionEvidence]
+    floor: float
+
+    def noise(self, fitted: FittedParts) -> float:
+        """Noise variance of a whitened row: the smaller of ``floor`` and that of a fit."""
+        return min(self.floor, solution_floor(fitted.solution))
+
+    @property
+    def most_gain(self) -> float:
+        """The log evidence over the baseline of a fit that leaves only noise."""
+        return (self.start.cost - 0.5 * self.floor * len(self.start.residuals)) / self.floor
+
+    def explained(self, fitted: FittedParts) -> float:
+        """Reduction of the sum of squares by a fit, beyond what its free coefficients explain by chance."""
+        return 2 * self.start.cost - fitted.squares - self.noise(fitted) * fitted.freedom
+
+    def explained_share(self, fitted: FittedParts) -> float:
+        """Squares explained by a fit, as a share of these plus those that the best addition would explain; 0 to 1."""
+        explained = self.explained(fitted)
+        return float(np.clip(explained / max(explained + self.rest(fitted), 1e-12), 0.0, 1.0))
+
+    def rest(self, fitted: FittedParts) -> float:
+        """Squares that the best other part or candidate would explain beside the fitted parts; 0 if not significant."""
+        names = [n for p in fitted.parts for n in p.unknowns]
+        priors = dict(zip(names, np.sqrt(fitted.variance).tolist(), strict=True))
+        unknowns = tuple(
+            replace(u, prior=(0.0, priors[u.name])) if u.name in priors else u for u in self.regression.unknowns
+        )
+        regression = replace(self.regression, unknowns=unknowns)
+        try:
+            system = linearized_system(linearize(regression, fitted.solution.values, fitted.solution.per_run))
+        except (ResultError, ArithmeticError):
+            return 0.0
+        projected = _Projected(system, [*self.base, *names, *system.own])
+        others = [p for p in self.parts if p.group != fitted.parts[0].group]
+        gains, rivals = _gains(self.strategy, projected, others, self.noise(fitted))
+        beside = [e for _, e in gains] + [
+            e for n, e in rivals.items() if not fitted.parts[0].concerns(self.strategy.model.setup.candidates[n])
+        ]
+        return max((e.explained * self.noise(fitted) for e in beside if e.gain > POLICY.part_gain), default=0.0)
+
+    def share_of_part(self, law: FittedParts, part: FittedParts) -> float:
+        """The rms error that a law explains, as a share of that which the part explains, 0 to 1."""
+        share = self.explained(law) / max(self.explained(part), 1e-12)
+        return 1.0 - float(np.sqrt(1.0 - np.clip(share, 0.0, 1.0)))
+
+    def refitted(
+        self,
+        parts: Sequence[Part],
+        effects: Sequence[str] = (),
+        by: FunctionEvidence | None = None,
+        near: FittedParts | None = None,
+    ) -> FittedParts | None:
+        """The nonlinear fit with these parts free, or with these effects of the catalogue; None where it fails.
+
+        Parameters
+        ----------
+        by : the evidence with the prior of the additions. near : a fit from which this one starts.
+        """
+        names = [n for p in parts for n in p.unknowns]
+        variance = by.variance if by is not None and names else np.zeros(0)
+        priors = dict(zip(names, np.sqrt(variance).tolist(), strict=True))
+        free = {*self.base, *names, *(n for e in effects for n in self.strategy.model.freed(e))}
+        known = self.strategy.fitted(effects) if effects else None
+        begin = next((f.solution for f in (known, near) if f is not None), self.start)
+        values = known.values if known is not None else begin.values
+        shapes = {n for e in self.strategy.model.setup.effects for n in e.nominal}
+        held = {u.name: u.start if u.name in shapes else 0.0 for u in self.regression.shared if u.name not in free}
+        # Held unknowns start at their held value, so that the simulation can omit them.
+        unknowns = tuple(
+            replace(u, start=values.get(u.name, 0.0), prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf)
+            if u.name in priors
+            else replace(u, start=held.get(u.name, float(np.clip(values.get(u.name, u.start), u.lower, u.upper))))
+            for u in self.regression.unknowns
+        )  # fmt: skip
+        full = replace(self.regression, unknowns=unknowns)
+        try:
+            solution = solve(
+                restricted(full, held, begin),
+                tolerance=LEAST_STEP,
+                most_iterations=MOST_ITERATIONS,
+                unconverged=True,
+            )
+        except (ResultError, ArithmeticError):
+            return None
+        penalty = sum((solution.values[n] / s) ** 2 for n, s in priors.items())
+        squares = 2 * solution.cost - penalty
+        floor = min(self.floor, solution_floor(solution))
+        shrunk = self._shrinkage(solution, priors)
+        gain = (self.start.cost - solution.cost) / floor + 0.5 * float(np.sum(np.log(shrunk)))
+        freedom = float(np.sum(1.0 - shrunk)) if names else float(len(free) - len(self.base))
+        return FittedParts(tuple(parts), tuple(effects), solution, squares, gain, variance, freedom)
+
+    def _shrinkage(self, solution: Solution, priors: Mapping[str, float]) -> Array:
+        """Eigenvalues (n,) of the additions' posterior covariance relative to the prior's, 0 to 1."""
+        at = [solution.names.index(n) for n in priors]
+        prior = np.array(list(priors.values()))
+        variance = solution_floor(solution)
+        covariance = solution.classical_covariance[np.ix_(at, at)] / variance
+        values = np.linalg.eigvalsh(covariance / np.outer(prior, prior)) if at else np.ones(0)
+        return np.asarray(np.clip(values, 1e-12, 1.0))
+
+
+def solution_floor(solution: Solution) -> float:
+    """Variance of a whitened row at a solution: the sum of squares over the rows less the unknowns, at least one."""
+    rows = sum(r.size for r in solution.residuals)
+    return max(1.0, 2 * solution.cost / max(rows - len(solution.names), 1))
+
+
+def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | None:
+    """The evidence of every part beside the baseline's fit; None where a step has no parts or cannot be linearized."""
+    base, parts = strategy.base, problem.parts
+    if not parts:
+        return None
+    regression = _regression(strategy, problem)
+    try:
+        system = linearized_system(linearize(regression, base.values, base.solution.per_run))
+    except (ResultError, ArithmeticError):
+        return None
+    projected = _Projected(system, [*strategy.model.base, *system.own])
+    floor = _floor(strategy, projected, system, parts)
+    gains, rivals = _gains(strategy, projected, parts, floor)
+    return PartSearch(strategy, regression, strategy.model.base, base.solution, parts, gains, rivals, floor)
+
+
+def _gains(
+    strategy: Strategy, projected: _Projected, parts: Sequence[Part], floor: float
+) -> tuple[tuple[tuple[tuple[Part, ...], FunctionEvidence], ...], dict[str, FunctionEvidence]]:
+    """The evidence of every set of parts, the largest first, and of every candidate."""
+    gains = []
+    for some in _sets(parts):
+        information, score = projected.of([n for p in some for n in p.unknowns])
+        found = best_evidence(information / floor, score / floor, some[0].orders, some[0].size, len(some))
+        gains.append((some, found))
+    rivals = {}
+    for name, effect in strategy.model.setup.candidates.items():
+        information, score = projected.of(strategy.model.amplitudes(name))
+        every = [effect.unknowns[n] for n in amplitudes_of(effect)]
+        ranges = np.array([max(abs(q.lower), abs(q.upper)) for q in every])
+        rivals[name] = evidence(information / floor, score / floor, (POLICY.catalogue_prior * ranges) ** 2)
+    return tuple(sorted(gains, key=lambda pair: -pair[1].gain)), rivals
+
+
+class _Projected:
+    """Information and scores of columns beside the fitted unknowns."""
+
+    def __init__(self, system: LinearizedSystem, fitted: Sequence[str]) -> None:
+        self.system, self.basis = system, orthonormal(system.of(fitted))
+        self.y = system.y - self.basis @ (self.basis.T @ system.y)
+
+    def left(self, names: Sequence[str]) -> Array:
+        whole = self.system.of(names)
+        return np.asarray(whole - self.basis @ (self.basis.T @ whole))
+
+    def of(self, names: Sequence[str]) -> tuple[Array, Array]:
+        left = self.left(names)
+        return left.T @ left, left.T @ self.y
+
+
+def _floor(strategy: Strategy, projected: _Projected, system: LinearizedSystem, parts: Sequence[Part]) -> float:
+    """Residual variance of a row with all parts and candidates fitted, at least one."""
+    names = [n for p in parts for n in p.unknowns]
+    names += [n for e in strategy.model.setup.candidates for n in strategy.model.amplitudes(e)]
+    q = orthonormal(projected.left(names))
+    rest = projected.y - q @ (q.T @ projected.y)
+    rows = float(system.counts[system.run >= 0].sum())
+    degrees = max(rows - q.shape[1] - projected.basis.shape[1], 1.0)
+    return float(max(1.0, float(rest @ rest) / degrees))
+
+
+def _sets(parts: Sequence[Part]) -> list[tuple[Part, ...]]:
+    """Each part alone, and all places of one element together."""
+    elements: dict[tuple[str, str], list[Part]] = {}
+    for part in parts:
+        elements.setdefault((part.group, part.coordinate), []).append(part)
+    return [*((p,) for p in parts), *(tuple(places) for places in elements.values() if len(places) > 1)]
+
+
+def _regression(strategy: Strategy, problem: SimulatedProblem) -> Regression:
+    """The step's regression with every candidate and every part, with the noise model of the strategy's regression."""
+    setup, parts = strategy.model.setup, problem.parts
+    extra = [u for e in setup.effects for u in unknowns_of(e, prior=True)]
+    extra += [Unknown(n, 0.0, unit=p.unit, prior=(0.0, p.size)) for p in parts for n in p.unknowns]
+    effects = (*setup.effects, *(p.effect for p in parts))
+    regression = problem.regression_like(strategy.model.regression, effects, extra, {})
+    amplitudes = {n for e in setup.effects for n in amplitudes_of(e)} | {n for p in parts for n in p.unknowns}
+    unknowns = tuple(replace(u, prior=None) if u.name in amplitudes else u for u in regression.unknowns)
+    regression = replace(regression, unknowns=unknowns)
+    return linearized(regression) if setup.linearized else regression

@@ -1,0 +1,1 @@
+"""How large a finding is, and whether it matters."""

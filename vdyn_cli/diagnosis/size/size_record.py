@@ -1,0 +1,121 @@
+"""The published size of a finding: change of the output, shift of the parameters, share of the rms error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.size.finding_size import FindingSize, explained_share, finding_size, places_of
+from vdyn_cli.diagnosis.size.materiality import main_output
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.quantities.diagnosis import PointChange, Remainder, Size
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.result import Comparison, Result
+
+PLACES = ("start", "largest", "end")  # of a run
+WHITENED = "error over its noise"
+
+
+def published_size(found: FindingSize | None, base: Result, last: Result | None, unit: str) -> Size | None:
+    """The size of a finding in output, parameters and rms error; None without a finding.
+
+    Parameters
+    ----------
+    found : by the diagnosis's fits. base, last : results without and with the effects. Without ``last`` (the model was
+        not extended by exactly these effects), the size is that of the fits. unit : of the main channel.
+    """
+    if found is None:
+        return None
+    if last is not None and (size := _by_results(found, base, last)) is not None:
+        return size
+    in_unit = found.plain and base.fit.unit == unit
+    floor = base.fit.noise_floor if in_unit else 1.0 if not found.plain else float("nan")
+    runs = base.fit.runs
+    points = tuple(
+        PointChange(run=runs[k] if k < len(runs) else str(k + 1), at=PLACES[i], change=change)
+        for i, (k, _, change) in enumerate(found.points)
+    )
+    return Size(
+        output=main_output(base) if found.plain else WHITENED,
+        unit=unit if found.plain else "",
+        change=found.change,
+        noise_floor=floor,
+        points=points,
+        shifts_in_std=_in_std(found.shifts, base.parameters, found.stds),
+        share_of_rms=explained_share(found.before, found.after, floor),
+    )
+
+
+def effect_sizes(
+    strategy: Strategy, judgment: Judgment, base: Result, last: Result | None, unit: str
+) -> dict[str, Size]:
+    """The size of each effect of the answer, with its other effects in the model."""
+    answer = judgment.answer
+    if answer is None:
+        return {}
+    if len(answer.effects) == 1:
+        size = published_size(judgment.size, base, last, unit)
+        return {answer.effects[0]: size} if size else {}
+    found = {}
+    for effect in answer.effects:
+        without = strategy.fitted([e for e in answer.effects if e != effect])
+        if without is not None:
+            size = published_size(finding_size(strategy, without, answer.fitted), base, None, unit)
+            assert size is not None
+            found[effect] = size
+    return found
+
+
+def remainder(judgment: Judgment) -> Remainder | None:
+    """The significant residual of the answer, or of the model that comes closest."""
+    one = judgment.remainder
+    if one is None or not np.isfinite(one.rest_share):
+        return None
+    return Remainder(share_of_rms=one.rest_share, p_value=one.rest_p, mostly=one.rest_mostly)
+
+
+def _by_results(found: FindingSize, base: Result, last: Result) -> Size | None:
+    """The size by the step's results, in the unit of the fit; None where no channel is compared in that unit."""
+    channel = main_output(base)
+    after = {(c.run, c.channel): c for c in last.comparisons}
+    changes = []
+    for one in base.comparisons:
+        other = after.get((one.run, one.channel))
+        if one.channel.replace(" ", "_") != channel or other is None or other.simulated.shape != one.simulated.shape:
+            continue
+        change = other.simulated - one.simulated
+        if np.isfinite(change).any():
+            changes.append((one, change))
+    if not changes:
+        return None
+    every = np.concatenate([c[np.isfinite(c)] for _, c in changes])
+    largest, change = max(changes, key=lambda pair: float(np.nanmax(np.abs(pair[1]))))
+    floor = last.fit.noise_floor
+    return Size(
+        output=channel,
+        unit=base.fit.unit,
+        change=float(np.sqrt(np.mean(every**2))),
+        noise_floor=floor,
+        points=_points(largest, change),
+        shifts_in_std=_in_std(
+            {n: e.value - base.parameters[n].value for n, e in last.parameters.items() if n in base.parameters}
+            or found.shifts,
+            base.parameters,
+            found.stds,
+        ),
+        share_of_rms=explained_share(base.fit.rms, last.fit.rms, floor),
+    )
+
+
+def _points(run: Comparison, change: np.ndarray) -> tuple[PointChange, ...]:
+    places = places_of(change)
+    return tuple(PointChange(run=run.run, at=f"{run.x_label} {run.x[i]:.3g}", change=float(change[i])) for i in places)
+
+
+def _in_std(
+    shifts: Mapping[str, float], published: Mapping[str, Estimate], stds: Mapping[str, float]
+) -> dict[str, float]:
+    std = {n: published[n].std if n in published else stds.get(n, 0.0) for n in shifts}
+    return {n: moved / std[n] for n, moved in shifts.items() if std[n] > 0}

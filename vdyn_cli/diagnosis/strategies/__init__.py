@@ -1,0 +1,1 @@
+"""How candidate models are fitted: simulated at every step, or linearized."""

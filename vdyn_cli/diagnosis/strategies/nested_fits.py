@@ -1,0 +1,98 @@
+"""Fits of models nested in the full model, each computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, FullModel
+from vdyn_cli.diagnosis.strategies.linearized_system import linearize, linearized_system
+from vdyn_cli.inference import Regression, Solution, solve
+from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.quantities.errors import ResultError
+
+MOST_ITERATIONS = 200  # of a fit: it ends where it converges, and this bounds its cost
+PROFILE_ITERATIONS = 25  # of a free profile: a fit that has not converged by then does not suffice anyway
+KnownFits = Mapping[tuple[str, ...], FittedModel | None]  # by sorted effects; None: they cannot be fitted
+
+
+@dataclass
+class NestedFits:
+    """The fits of one full model, by their effects.
+
+    Parameters
+    ----------
+    starts : (regression, effects, whether their shapes are free) -> the regression with further starts.
+    secants : effects in the model -> by unknown without a slope at zero, the amplitude of its secant.
+    known : fits from elsewhere.
+    """
+
+    model: FullModel
+    starts: Callable[[Regression, Sequence[str], bool], Iterable[Regression]] = lambda regression, effects, free: ()
+    secants: Callable[[Sequence[str]], Mapping[str, float]] = lambda effects: {}
+    known: KnownFits = field(default_factory=dict)
+    _made: dict[tuple[str, ...], FittedModel | None] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._made = dict(self.known)
+
+    @property
+    def base(self) -> FittedModel:
+        """The fit without effects; raises as ``fitted`` does."""
+        base = self.fitted(())
+        assert base is not None
+        return base
+
+    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
+        """The fit with these effects; None where the data do not determine it, or it exceeds the plausible range.
+
+        Raises
+        ------
+        ResultError, ArithmeticError : the baseline itself cannot be fitted.
+        """
+        key = tuple(sorted(effects))
+        if key not in self._made:
+            self._made[key] = self._fit(key)
+        return self._made[key]
+
+    def _fit(self, effects: tuple[str, ...]) -> FittedModel | None:
+        try:
+            solution = self._solved(effects)
+            runs = linearize(self.model.regression, solution.values, solution.per_run, self.secants(effects))
+        except (ResultError, ArithmeticError):
+            if not effects:
+                raise
+            return None
+        return FittedModel(effects, solution, runs, linearized_system(runs))
+
+    def _solved(self, effects: tuple[str, ...]) -> Solution:
+        """The best of the fits from every start; shapes stay at nominal where the data do not determine them.
+
+        The fit starts from the best known fit of a subset of these effects, and from further starts of the other
+        effects. Shapes are freed from the best fit with nominal shapes.
+        """
+        full = self.model.regression
+        subsets = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]
+        before = min(subsets, key=lambda f: f.solution.cost, default=None)
+        others = [e for e in effects if before is None or e not in before.effects]
+        shapes = {n for e in effects for n in self.model.freed(e) if n not in self.model.amplitudes(e)}
+        free = self.model.held(effects)
+        nominal = free | {u.name: u.start for u in full.shared if u.name in shapes}
+        failed: list[ResultError] = []
+        best: list[Solution] = []
+        most = PROFILE_ITERATIONS if effects and set(effects) <= set(self.model.setup.families) else MOST_ITERATIONS
+        for held in (nominal, free) if shapes else (free,):
+            regression = restricted(full, held, best[0] if best else before.solution if before else None)
+            found: list[Solution] = []
+            for start in (regression, *self.starts(regression, others, bool(shapes) and held is free)):
+                start = replace(start, reached=min((s.cost for s in found), default=np.inf))
+                try:
+                    found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))
+                except ResultError as error:
+                    failed.append(error)
+            best = [min(found, key=lambda s: s.cost)] if found else best
+        if best:
+            return best[0]
+        raise failed[-1]

@@ -1,0 +1,107 @@
+"""The strategy for models that are cheap to simulate: every step of a fit simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from vdyn_cli.diagnosis.detect.detection import Detection
+from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, shapes_of, started_at
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel, with_open_range
+from vdyn_cli.diagnosis.strategies.nested_fits import KnownFits, NestedFits
+from vdyn_cli.inference import Regression
+from vdyn_cli.steps.contract import NO_VALUES
+
+
+@dataclass(frozen=True)
+class RefitStrategy:
+    """Nonlinear fits, from several starts for effects whose slope at zero amplitude is zero or misleading.
+
+    Parameters
+    ----------
+    known : fits from elsewhere.
+    """
+
+    model: FullModel
+    known: KnownFits = field(default_factory=dict)
+
+    @cached_property
+    def _fits(self) -> NestedFits:
+        return NestedFits(self.model, self._starts, self.secants, self.known)
+
+    @property
+    def base(self) -> FittedModel:
+        """See Strategy."""
+        return self._fits.base
+
+    @property
+    def nonlinear(self) -> bool:
+        """True: every fit simulates at its own values."""
+        return True
+
+    @property
+    def prior_values(self) -> Mapping[str, float]:
+        """Empty: predictions use fitted values."""
+        return NO_VALUES
+
+    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
+        """See Strategy."""
+        return self._fits.fitted(effects)
+
+    def relinearized(self, fitted: FittedModel) -> FittedModel:
+        """The fit itself: it is linearized about its own amplitudes already."""
+        return fitted
+
+    def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
+        """None: predictions use the fit itself."""
+        return None
+
+    def with_open_range(self, about: str = "") -> RefitStrategy:
+        """See Strategy."""
+        return RefitStrategy(with_open_range(self.model), {(): self.base})
+
+    def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
+        """The middle probe of each nondifferentiable effect that is not in the model."""
+        return {
+            amplitudes_of(e)[0]: e.probes[len(e.probes) // 2]
+            for e in self.model.setup.effects
+            if e.probes and e.name not in effects
+        }
+
+    def focused(self, found: Detection) -> tuple[RefitStrategy, Detection]:
+        """Unchanged: nonlinear fits do not distort large effects."""
+        return self, found
+
+    def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
+        candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]
+        for effect in candidates if not shapes else ():
+            for probe in spread_over(effect.probes, POLICY.most_probes):
+                # Bounded from below: a fit that returns to zero converges slowly, and the start at zero covers that.
+                floor = POLICY.probe_floor * min(effect.probes)
+                first = amplitudes_of(effect)[0]
+                yield replace(
+                    regression,
+                    unknowns=tuple(
+                        replace(u, start=probe, lower=floor) if u.name == first else u for u in regression.unknowns
+                    ),
+                )
+        for effect in candidates if shapes else ():
+            # At zero amplitude the data do not determine a shape; with a wrong shape, the amplitude may have the wrong
+            # sign.
+            first = amplitudes_of(effect)[0]
+            range_ = effect.unknowns[first]
+            some = POLICY.shape_start * (range_.upper if range_.upper > 0 else range_.lower)
+            for shape in shapes_of(effect):
+                quantity, nominal = effect.unknowns[shape], effect.nominal[shape]
+                for end in (quantity.lower, quantity.upper):
+                    start = {shape: (nominal + end) / 2, first: some}
+                    yield replace(regression, unknowns=tuple(started_at(u, start) for u in regression.unknowns))
+
+
+def spread_over(probes: Sequence[float], most: int) -> list[float]:
+    """At most ``most`` of the probes, evenly over their list, including the first and the last."""
+    last = len(probes) - 1
+    count = min(most, len(probes))
+    return [probes[round(i * last / max(count - 1, 1))] for i in range(count)]

@@ -1,0 +1,57 @@
+"""Contract of the two ways to fit candidate models: simulate at every step of a fit, or fit a linearization."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+
+if TYPE_CHECKING:
+    from vdyn_cli.diagnosis.detect.detection import Detection
+
+
+class Strategy(Protocol):
+    """The fits that a diagnosis needs; each is computed once."""
+
+    @property
+    def model(self) -> FullModel:
+        """The full model whose nested models are fitted."""
+
+    @property
+    def base(self) -> FittedModel:
+        """The fit of the baseline, without effects."""
+
+    @property
+    def nonlinear(self) -> bool:
+        """Whether the sensitivities of a fit with effects differ from those of the baseline's fit."""
+
+    @property
+    def prior_values(self) -> Mapping[str, float]:
+        """Values at which predictions hold the parameters, whatever a fit gives; empty where they use fitted ones."""
+
+    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
+        """The fit with these effects; None where it fails. If the fit of the baseline fails, it raises instead."""
+
+    def relinearized(self, fitted: FittedModel) -> FittedModel:
+        """The same fit linearized about its own amplitudes, with no other effects in the model."""
+
+    def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
+        """The runs simulated at the prior values with these effects, weighted by the noise of ``fitted``.
+
+        None where predictions use the fit itself, or where the model has no finite value.
+        """
+
+    def with_open_range(self, about: str = "") -> Strategy:
+        """The strategy whose effects may exceed their plausible range up to ``open_range``.
+
+        Parameters
+        ----------
+        about : an effect; where the baseline is far off, the strategy is linearized about that effect's fit.
+        """
+
+    def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
+        """Amplitudes over which secants replace the slopes of nondifferentiable effects, with ``effects`` fitted."""
+
+    def focused(self, found: Detection) -> tuple[Strategy, Detection]:
+        """A strategy whose fits do not distort large effects, and the detection repeated with it."""

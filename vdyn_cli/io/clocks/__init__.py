@@ -1,0 +1,1 @@
+"""Clocks and rates: sample times, alignment of loggers, channels of different rates."""

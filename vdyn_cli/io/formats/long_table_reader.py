@@ -1,0 +1,139 @@
+"""Long tables: one row for each value, with time, channel name, value and unit, as OBD loggers write them.
+
+SECONDS;PID;VALUE;UNITS
+73772.550;Engine RPM;714;rpm
+73772.570;Vehicle speed;0;mph
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.io.clocks.clock_unit import unit_of_name
+from vdyn_cli.io.clocks.written_times import is_instant, since_first, written_seconds
+from vdyn_cli.io.csv.csv_cells import number_of
+from vdyn_cli.io.file_units import stated_unit
+from vdyn_cli.io.formats.stored_channels import StoredChannel, refuse_missing
+from vdyn_cli.io.formats.stored_reader import StoredReader
+from vdyn_cli.io.reader import is_clock, since_1970
+from vdyn_cli.quantities.arrays import Array, Rows
+from vdyn_cli.quantities.errors import Finding, InputError
+
+_NAME = re.compile(r"(pid|name|channel|signal|parameter|sensor|variable|measurement)s?([ _]?name)?", re.IGNORECASE)
+_VALUE = re.compile(r"values?", re.IGNORECASE)
+_UNIT = re.compile(r"units?", re.IGNORECASE)
+_DELIMITERS = ";,\t|"
+_WIDEST = 8  # columns
+
+
+@dataclass(frozen=True)
+class _Head:
+    """Delimiter, and the indices of the four columns; ``unit`` is -1 if there is none."""
+
+    delimiter: str
+    names: tuple[str, ...]
+    time: int
+    name: int
+    value: int
+    unit: int
+
+
+class _LongTable:
+    """The channels of one file, each with the times of its rows."""
+
+    row = "line"
+
+    def __init__(self, head: _Head, rows: Sequence[Sequence[str]], lines: Sequence[int]) -> None:
+        cells = [np.array([row[i] for row in rows], dtype=object) for i in (head.time, head.name, head.value)]
+        time, self._lines = _seconds(cells[0]), np.array(lines)
+        self._values = _numbers(cells[2])
+        names = cells[1]
+        self._rows: list[Rows] = [np.flatnonzero(names == n) for n in dict.fromkeys(names)]
+        self._times = [time[at] for at in self._rows]
+        unit = "s" if is_instant(str(cells[0][0])) else _unit_of(head.names[head.time], time)
+        listed: list[StoredChannel] = []
+        for i, at in enumerate(self._rows):
+            table = next(k for k in range(i + 1) if np.array_equal(self._times[k], self._times[i]))
+            if table == i:
+                listed.append(StoredChannel(head.names[head.time], unit, table, (i, "time"), master=True))
+            stated = rows[int(at[0])][head.unit].strip() if head.unit >= 0 else ""
+            listed.append(StoredChannel(str(names[at[0]]), stated, table, (i, "values")))
+        self.listed = tuple(listed)
+
+    def line(self, channel: StoredChannel, row: int) -> int:
+        """The line of a channel's row in the file."""
+        which = channel.at[0] if isinstance(channel.at, tuple) else 0
+        return int(self._lines[self._rows[which][row]])
+
+    def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
+        """Times and values; None for a channel of text."""
+        found: list[Array | None] = []
+        for channel in wanted:
+            which = channel.at[0] if isinstance(channel.at, tuple) else 0
+            values = self._times[which] if channel.master else self._values[self._rows[which]]
+            found.append(values if np.isfinite(values).any() else None)
+        return found
+
+
+def _unit_of(clock: str, time: Array) -> str:
+    written = time[np.isfinite(time)]
+    span = float(np.ptp(written)) if written.size else 0.0
+    dates = since_1970(written.size / span, float(written[0])) if span > 0.0 else []
+    return stated_unit(clock) or unit_of_name(clock) or next(iter(dates), "s")
+
+
+def _head(text: str) -> _Head | None:
+    """The columns of a long table; None if the first line is not the header of one."""
+    line = text.splitlines()[0] if text.strip() else ""
+    for delimiter in _DELIMITERS:
+        names = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+        while names and not names[-1]:
+            names.pop()
+        timed = [i for i, n in enumerate(names) if is_clock(n) or n.lower().startswith("second")]
+        found = [[i for i, n in enumerate(names) if kind.fullmatch(n)] for kind in (_NAME, _VALUE, _UNIT)]
+        if len(timed) == 1 and len(found[0]) == len(found[1]) == 1 and len(found[2]) < 2 and len(names) <= _WIDEST:
+            return _Head(delimiter, tuple(names), timed[0], found[0][0], found[1][0], (found[2] or [-1])[0])
+    return None
+
+
+def _parsed(path: Path) -> _LongTable:
+    refuse_missing(path)
+    text = path.read_bytes().decode("utf-8-sig", "replace")
+    head = _head(text)
+    assert head is not None  # `matches` has seen it
+    width = 1 + max(head.time, head.name, head.value, head.unit)
+    reader = csv.reader(StringIO(text), delimiter=head.delimiter)
+    next(reader)
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    for row in reader:
+        if len(row) >= width and row[head.name].strip():
+            rows.append(row)
+            lines.append(reader.line_num)
+    if not rows:
+        raise InputError(Finding(path.name, "has no rows below its header", remedy="export the log again"))
+    return _LongTable(head, rows, lines)
+
+
+def _seconds(cells: NDArray[np.object_]) -> Array:
+    return since_first(written_seconds(cells)) if is_instant(str(cells[0])) else _numbers(cells)
+
+
+def _numbers(cells: NDArray[np.object_]) -> Array:
+    decimal = "," if any("," in str(cell) for cell in cells) and not any("." in str(cell) for cell in cells) else "."
+    values = [number_of(str(cell), decimal)[0] for cell in cells]
+    return np.array([np.nan if value is None else value for value in values])
+
+
+READER = StoredReader(
+    lambda head, path: _head(head.decode("utf-8-sig", "replace")) is not None, lambda path: nullcontext(_parsed(path))
+)

@@ -1,0 +1,315 @@
+"""Check of a test's runs before the car leaves the track, without estimate or diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from vdyn_cli.description.yaml_source import load_yaml
+from vdyn_cli.io.file_units import wrong_units
+from vdyn_cli.io.quality.cuts import TESTS, CutLog
+from vdyn_cli.project.checks.check_policy import CHECK
+from vdyn_cli.project.checks.description_checks import refuse_pipeline
+from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
+from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
+from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
+from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
+from vdyn_cli.quantities.cut_ledger import LedgerRow
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.number_text import moment
+from vdyn_cli.quantities.quality_flags import EVERY, Flag
+from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
+from vdyn_cli.steps import Step, load_step, names
+from vdyn_cli.steps.contract import TrackCheck, named_channels
+
+_FEWEST_STEPS = 50  # of a clock that is sampled; a table of split times has fewer
+Segment = tuple[float, float, int, str]  # first and last time (s), samples, the fact
+
+
+def step_of(path: Path) -> Step:
+    """The step of a description.
+
+    Raises
+    ------
+    InputError : the file cannot be read, or its key ``test`` is not the name of a step.
+    """
+    source = load_yaml(path)
+    refuse_pipeline(source)
+    test = source.data.get("test") if isinstance(source.data, dict) else None
+    if test not in names():
+        known = ", ".join(names())
+        remedy = did_you_mean(str(test), names(), f"write 'test:' and one of {known}")
+        what = "the key 'test' is missing" if test is None else f"{str(test)!r} is not a step"
+        raise InputError(Finding(source.where(("test",)), what, remedy=remedy))
+    return load_step(str(test))
+
+
+def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, Inputs]:
+    """Check the runs of a test description; also return the inputs, for the figures of the page.
+
+    Parameters
+    ----------
+    path : the description. known_files : parameter files.
+
+    Raises
+    ------
+    InputError : the description or a log is wrong, as for the step itself, or there is no log.
+    """
+    inputs = gather(step_of(path), path, known_files)
+    if not inputs.unsplit:
+        what = "the description has no runs: there is no log to check"
+        remedy = f"list each log under 'runs'; a test without logs needs no check: run 'vdyn {inputs.step.name}'"
+        raise InputError(Finding(str(path), what, remedy=remedy))
+    found, refused = _track_check(inputs), _refused(inputs)
+    tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
+    redundancy, contradictions = compared_over_runs(tied)
+    vehicle = implausible_rotating_mass(inputs)
+    runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]
+    document = CheckDocument(
+        format="vdyn/check/1",
+        step=inputs.step.name,
+        title=inputs.spec.title,
+        good=all(r.verdict == "keep" for r in runs),
+        sentence=" ".join((*_wrong_description(inputs), _sentence(runs, found, vehicle))),
+        runs=runs,
+        flags=[flag for one in inputs.unsplit for flag in _flags(one)],
+        redundancy=redundancy,
+        clocks=[ClockEntry.model_validate(c.to_json()) for c in inputs.clocks],
+        coasts=found.coasts,
+        parameters="not evaluated",
+        findings=[
+            FindingEntry(**f.to_json())
+            for f in merge_similar(
+                [
+                    *refused,
+                    *contradictions,
+                    *vehicle,
+                    *inputs.findings,
+                    *(f for one in inputs.unsplit for f in one.log.findings),
+                ]
+            )
+        ],
+    )
+    return document, inputs
+
+
+def _wrong_description(inputs: Inputs) -> tuple[str, ...]:
+    """What must be corrected in the description before anything else about the runs is known."""
+    wrong = merge_similar(wrong_units(f for one in inputs.unsplit for f in one.log.findings))
+    return tuple(f"Correct the description first: {f.what}." for f in wrong)
+
+
+def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[Finding]) -> str:
+    """The answer: the runs to repeat or those with notes, doubts about the vehicle, and missing directions or unmet
+    limits of the campaign."""
+    coasts, said = track.coasts, [_of_runs(runs), *(f"Doubtful: {f.what}." for f in vehicle)]
+    if coasts is None:
+        return " ".join(said)
+    if not coasts.out and not coasts.back:
+        said.append("No run states its direction.")
+    unmet = [f"{x.regulation} {x.clause} ({x.found})" for x in coasts.limits if x.outcome == "not met"]
+    if unmet:
+        said.append(f"Not met: {'; '.join(unmet)}.")
+    return " ".join(said)
+
+
+def _of_runs(runs: Sequence[CheckedRun]) -> str:
+    bad = [r.run for r in runs if r.verdict == "repeat"]
+    noted = [r.run for r in runs if r.why]
+    number = f"{len(runs)} {'run' if len(runs) == 1 else 'runs'}"
+    if bad:
+        return f"Repeat {len(bad)} of {number}: {', '.join(bad)}."
+    if noted:
+        return f"No run must be repeated. {len(noted)} of {number} with notes: {', '.join(noted)}."
+    return f"All {number} are good." if len(runs) > 1 else "The run is good."
+
+
+def _track_check(inputs: Inputs) -> TrackCheck:
+    if inputs.step.track_check is None:
+        return TrackCheck()
+    whole = tuple(inputs.ready(_bridged(one)) for one in inputs.unsplit)
+    with errors_of_step(inputs.step, inputs.source, inputs.logs):
+        return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
+
+
+def _bridged(one: CutLog) -> Log:
+    """The log interpolated linearly over its cuts, so that wrong samples do not affect the extent of its run."""
+    measured = {name: values for name, values in one.log.channels.items() if name in one.whole}  # others are recomputed
+    bridged = {}
+    for name, values in measured.items():
+        cut, known = np.isnan(values) & ~np.isnan(one.whole[name]), np.isfinite(values)
+        if cut.any() and known.any():
+            bridged[name] = np.where(cut, np.interp(one.log.time, one.log.time[known], values[known]), values)
+    return replace(one.log, channels=measured).with_channels(**bridged)
+
+
+def _refused(inputs: Inputs) -> tuple[Finding, ...]:
+    """The step's errors in its runs before any estimate, such as the sign of a channel."""
+    logs = tuple(one.log.name for one in inputs.unsplit)
+    try:
+        with errors_of_step(inputs.step, inputs.source, inputs.logs):
+            inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
+    except (InputError, ResultError) as error:
+        return tuple(finding for finding in error.findings if finding.where.startswith(logs))
+    except ArithmeticError:  # from an estimate during the preparation
+        return ()
+    return ()
+
+
+def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
+    """The index of the run of each log; the parts of a run that long cuts split share their ledger."""
+    found: list[int] = []
+    for i, part in enumerate(inputs.cut):
+        again = i > 0 and len(part.ledger) > 0 and part.ledger is inputs.cut[i - 1].ledger
+        found.append(found[-1] if again else (found[-1] + 1 if found else 0))
+    return tuple(found)
+
+
+def _checked(
+    inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Finding], tied: Sequence[TiedPair]
+) -> CheckedRun:
+    """One run: whether it must be repeated, and why."""
+    one, needed = inputs.unsplit[index], _needed(inputs.step)
+    span = track.evaluated.get(index, (float(one.log.time[0]), float(one.log.time[-1])))
+    lost, cuts = _lost(one, needed, span), [f for f in _flags(one) if f.decision == "cut"]
+    units = [_text(f) for f in wrong_units(one.log.findings)]
+    if units:  # a wrong description is no reason to drive again, and all else may follow from it
+        return _one_run(one, "keep", units, lost)
+    repeat = [track.rejected[index]] if index in track.rejected else []
+    if lost > CHECK.most_lost:
+        worst = max((f for f in cuts if f.channel in (*needed, EVERY)), key=lambda f: f.samples)
+        repeat.append(f"{100 * lost:.0f} % of the evaluated {span[1] - span[0]:.0f} s are cut: {_flag_text(worst)}")
+    repeat += [_text(f) for f in one.log.findings if f.fault]
+    repeat += [
+        f"{f.channel} is saturated: {f.why} ({f.samples} samples); set the sensor's range"
+        for f in _flags(one)
+        if f.test == "saturated" and f.channel in needed
+    ]
+    notes = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused if f.where.startswith(one.log.name)]
+    if span[1] - span[0] < CHECK.least_evaluated * one.log.duration:
+        evaluated = f"only {span[0]:.0f} to {span[1]:.0f} s of {one.log.duration:.0f} s"
+        notes.append(f"{evaluated} would be evaluated: if the log is of another drive, remove it")
+    notes += [f"cut: {_flag_text(f)}" for f in cuts]
+    notes += track.left_out.get(index, ())
+    notes += _contradictions(inputs, one.log.name, tied)
+    notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
+    notes += _uneven(one)
+    notes += [_flag_text(f) for f in _flags(one) if f.test in ("missing", "clock_gap")]
+    return _one_run(one, "repeat" if repeat else "keep", repeat or notes, lost)
+
+
+def _one_run(one: CutLog, verdict: Literal["keep", "repeat"], why: Sequence[str], lost: float) -> CheckedRun:
+    samples = int(one.log.time.size)
+    return CheckedRun(
+        run=one.log.name, verdict=verdict, why=list(why), duration=one.log.duration, samples=samples, lost=lost
+    )
+
+
+def _contradictions(inputs: Inputs, run: str, tied: Sequence[TiedPair]) -> Iterator[str]:
+    """The contradicting pairs of channels of a run; of those in only some runs of several loggers, the likely cause."""
+    several = any(clock.run == run for clock in inputs.clocks)
+    for pair in tied:
+        if pair.run == run and pair.good is False:
+            alike = [p.good for p in tied if (p.first, p.second) == (pair.first, pair.second)]
+            mixed = "; its logs are probably not from one run" if several and True in alike else ""
+            yield f"{pair.first} contradicts {pair.second}: {pair.what}{mixed}"
+
+
+def _uneven(one: CutLog) -> Iterator[str]:
+    """A note if the steps of the clock differ by more than jitter, so that samples are missing."""
+    steps = np.diff(one.whole.time)
+    if steps.size >= _FEWEST_STEPS:
+        low, usual, high = (float(x) for x in np.quantile(steps, (0.05, 0.5, 0.95)))
+        if high - low > CHECK.uneven_clock * usual:
+            yield f"uneven clock: 90 % of the steps lie between {low:.3g} s and {high:.3g} s; used as recorded"
+
+
+def _text(finding: Finding) -> str:
+    return f"{finding.what}" + (f" (got {finding.got})" if finding.got else "")
+
+
+def _flag_text(flag: CheckFlag) -> str:
+    meaning = TESTS.get(flag.test, "")
+    more = f", and {flag.segments - 1} more" if flag.segments > 1 else ""
+    at = (
+        f"at {moment(flag.start)} s"
+        if flag.start == flag.stop
+        else f"from {moment(flag.start)} to {moment(flag.stop)} s"
+    )
+    channel = "all channels" if flag.channel == EVERY else flag.channel
+    why = flag.why if flag.why.startswith("all channels") else f"{channel} {flag.why}"
+    return f"{why}, {at}{f' ({meaning})' if meaning else ''}{more}"
+
+
+def _needed(step: Step) -> tuple[str, ...]:
+    """The channels that the step requires, including those from which they can be computed."""
+    names_ = [n for entry in step.required for n in named_channels(entry)]
+    sources = [one.source for one in step.scaled if one.target in names_]
+    return tuple(n for n in (*names_, *sources) if n != "time")
+
+
+def _lost(one: CutLog, needed: Sequence[str], span: tuple[float, float]) -> float:
+    """Share of the rows between two times in which a needed channel is cut."""
+    time = one.log.time
+    inside = (time >= span[0]) & (time <= span[1])
+    gone = np.zeros(time.size, dtype=bool)
+    for row in one.ledger:
+        if row.decision != "kept" and row.channel in (EVERY, *needed):
+            gone |= (time >= row.start) & (time <= row.stop)
+    return float(np.mean(gone[inside])) if inside.any() else 0.0
+
+
+def _flags(one: CutLog) -> Iterator[CheckFlag]:
+    """The failed and suspect segments of a run, one entry per channel and test."""
+    groups: dict[tuple[str, str, Decision], list[Segment]] = {}
+    for row in one.ledger:
+        decision: Decision = "kept" if row.decision == "kept" else "cut"
+        groups.setdefault((row.channel, row.test, decision), []).append(_segment(row))
+    time = one.whole.time
+    for fault in one.flags.faults:
+        if fault.state == Flag.SUSPECT:
+            segment = (float(time[fault.first]), float(time[fault.stop - 1]), fault.samples, fault.why)
+            groups.setdefault((fault.channel, fault.test, "marked"), []).append(segment)
+    for name in one.whole.channels:
+        holes = list(_holes(one, name))
+        if holes:
+            groups[name, "missing", "marked"] = holes
+    for (channel, test, decision), segments in groups.items():
+        first, last, _, why = max(segments, key=lambda s: (s[2], s[1] - s[0], -s[0]))
+        samples = sum(s[2] for s in segments)
+        yield CheckFlag.model_validate(
+            {
+                "run": one.log.name,
+                "channel": channel,
+                "test": test,
+                "decision": decision,
+                "segments": len(segments),
+                "from": first,
+                "to": last,
+                "samples": samples,
+                "share": samples / max(time.size, 1),
+                "why": why,
+            }
+        )
+
+
+def _segment(row: LedgerRow) -> Segment:
+    return row.start, row.stop, row.samples, row.why
+
+
+def _holes(one: CutLog, name: str) -> Iterator[Segment]:
+    """Gaps of a channel that has values elsewhere in the log; the whole log if it has hardly any."""
+    time, rows = one.whole.time, np.flatnonzero(np.isfinite(one.whole[name]))
+    if rows.size < 2:
+        yield float(time[0]), float(time[-1]), int(time.size - rows.size), "has no values"
+        return
+    steps = np.diff(time[rows])
+    least = max(CHECK.shortest_hole, CHECK.hole_steps * float(np.median(steps)))
+    for k in np.flatnonzero((steps > least) & (np.diff(rows) > 1)):
+        why = f"has no value for {steps[k]:.3g} s"
+        yield float(time[rows[k] + 1]), float(time[rows[k + 1] - 1]), int(rows[k + 1] - rows[k] - 1), why

@@ -1,0 +1,220 @@
+"""Comparison of physically related ("tied") channels of a run: gain, offset, delay and sign of each pair.
+
+Over windows of a second (T)::
+
+    sum |position step|          = gain * integral |speed| dt
+    integral acceleration dt / T = gain * (speed step) / T + offset
+    wheel speed left             = gain * wheel speed right
+    wheel speed * wheel radius   = gain * speed
+    front load + rear load       = gain * mass * g
+
+The limits are those of the quality tests, whose findings decide whether a run is used; this table shows all pairs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import atan, degrees
+
+import numpy as np
+
+from vdyn_cli.io.clocks.clock_estimate import clock_difference
+from vdyn_cli.io.clocks.tied_channels import tie_of
+from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
+from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
+from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.project.checks.check_policy import CHECK
+from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
+from vdyn_cli.quantities.check_schema import TiedPair
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
+
+WINDOW = 1.0  # s
+REACH = 1.0  # s, largest delay
+TIMES_RADIUS = " * wheel_radius"
+ROLLING = 3.0  # m/s, above which wheel speeds are compared
+FEWEST = 10  # windows
+MEDIAN_ERROR = 0.93  # standard error of the median of n normal values / (interquartile range / sqrt(n)): 1.253 / 1.349
+
+
+def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
+    """Every physically related pair of the log's channels.
+
+    Parameters
+    ----------
+    log : SI, NaN where a sample is missing or cut. known : mass and wheel radius are used if they are known.
+    """
+    speed = next((n for n in ("speed", "vehicle_speed") if n in log), None)
+    if speed is not None and "position" in log:
+        yield _distance(log, speed)
+    if speed is not None and "acceleration" in log:
+        yield _change(log, speed)
+    for left, right in AXLES:
+        if left in log and right in log:
+            yield _ratio(log, left, right, 1.0, QUALITY.axle_speeds)
+    if speed is not None and "wheel_radius" in known.estimates:
+        radius = known["wheel_radius"]
+        limit = min(QUALITY.reported_scale, CHECK.rolling_slip + CHECK.agreeing * radius.std / radius.value)
+        for wheel in ("wheel_speed", *WHEEL_SPEEDS):
+            if wheel in log:
+                yield _ratio(log, wheel, speed, radius.value, limit)
+    if {"front_load", "rear_load"} <= set(log.channels) and "mass" in known.estimates:
+        total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
+        good = abs(total - 1.0) <= QUALITY.reported_scale
+        yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
+
+
+def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
+    """The pairs of all runs, and findings on contradictions that all runs together show.
+
+    A gain of the position that is not significant in one run is significant if it is the same in all runs; the pairs of
+    position are then marked as contradicting.
+    """
+    findings = tuple(_radius_findings(pairs))
+    places = [p for p in pairs if p.first == "position" and p.gain is not None]
+    gain = common_gain([p.gain for p in places if p.gain is not None])
+    if gain is None or not gain.contradicts:
+        return list(pairs), findings
+    judged = [p.model_copy(update={"good": False, "sign": 1}) if p in places else p for p in pairs]
+    return judged, (gain_finding(gain, True), *findings)
+
+
+def _radius_findings(pairs: Sequence[TiedPair]) -> Iterator[Finding]:
+    """Findings on wheel speeds times the radius that contradict the car's speed in every comparable run."""
+    compared = [p for p in pairs if p.first.endswith(TIMES_RADIUS) and p.gain is not None]
+    for first, second in dict.fromkeys((p.first, p.second) for p in compared):
+        same = [p for p in compared if p.first == first]
+        if any(p.good for p in same):
+            continue
+        gains = [p.gain for p in same if p.gain is not None]
+        what = f"{first} is {float(np.median(gains)):.3f} times {second} in {len(same)} of {len(same)} runs"
+        remedy = "correct wheel_radius, or the scale of one of the two speeds"
+        yield Finding(f"{first.removesuffix(TIMES_RADIUS)} and {second}", what, "", remedy, doubt=True)
+
+
+# Eight parameters: one for each result of the pair.
+def _pair(
+    log: Log,
+    first: str,
+    second: str,
+    what: str,
+    good: bool | None = None,
+    *,
+    gain: float | None = None,
+    offset: float | None = None,
+    delay: tuple[float, float] | None = None,
+) -> TiedPair:
+    return TiedPair(
+        run=log.name,
+        first=first,
+        second=second,
+        gain=gain,
+        offset=offset,
+        delay=None if delay is None else delay[0],
+        delay_std=None if delay is None else delay[1],
+        sign=None if gain is None or good is None else -1 if gain < 0.0 else 1,
+        good=good,
+        what=what if delay is None else f"{what}, delay {1e3 * delay[0]:+.1f} +- {1e3 * delay[1]:.1f} ms",
+    )
+
+
+def _finite(*values: Array) -> Mask:
+    return np.asarray(np.all([np.isfinite(v) for v in values], axis=0))
+
+
+def _distance(log: Log, speed: str) -> TiedPair:
+    known = _finite(log[speed], log["position"])
+    time, v, place = (x[known] for x in (log.time, log[speed], log["position"]))
+    if time.size < FEWEST:
+        return _pair(log, "position", speed, "too few samples")
+    driven = cumulative_integral(time, np.abs(v))
+    if driven[-1] < LEAST_DISTANCE:
+        return _pair(log, "position", speed, f"not determined: the run is shorter than {LEAST_DISTANCE:g} m")
+    ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
+    straight = distance_gain(time, v, place)
+    gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1]) if straight is None else straight
+    good = abs(gain - 1.0) <= QUALITY.reported_scale
+    delay = _delay(log, "position", speed) if good else None
+    return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain, delay=delay)
+
+
+def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
+    """Integral of the acceleration and speed (2 x m), means over steps of a common grid.
+
+    NaN where one of the channels has no value in a step; the integral interpolates over missing samples.
+    """
+    a, v = (log[n] for n in names)
+    known = _finite(a, v)
+    time = log.time[known]
+    gained = cumulative_integral(time, a[known])
+    label = ((time - log.time[0]) / step).astype(np.int64)
+    size = int((log.time[-1] - log.time[0]) / step) + 1
+    count = np.bincount(label, minlength=size)
+    with np.errstate(invalid="ignore"):
+        return tuple(np.bincount(label, values, size) / count for values in (gained, v[known]))
+
+
+def _change(log: Log, speed: str) -> TiedPair:
+    """Acceleration against the change of speed; only its offset if it varies too little for a gain."""
+    first, second = "acceleration", f"change of {speed}"
+    if _finite(log["acceleration"], log[speed]).sum() < FEWEST:
+        return _pair(log, first, second, "too few samples")
+    y, x = (np.diff(mean) / WINDOW for mean in _grid(log, ("acceleration", speed), WINDOW))
+    use = _finite(x, y)
+    if use.sum() < FEWEST:
+        return _pair(log, first, second, "too short")
+    x, y = x[use], y[use]
+    lively = float(np.nanstd(log["acceleration"])) >= QUALITY.least_acceleration_std
+    likeness = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
+    if not lively or abs(likeness) < CHECK.least_likeness:
+        offset = float(np.mean(y - x))
+        tilt = degrees(atan(offset / GRAVITY))
+        what = f"offset {offset:+.3f} m/s^2 (equal to {tilt:+.2f} deg of tilt or slope); gain not determined: "
+        what += "varies too little"
+        return _pair(log, first, second, what, offset=offset)
+    gain = float(np.copysign(np.std(y) / np.std(x), likeness))
+    offset = float(np.mean(y) - gain * np.mean(x))
+    signed = log if gain > 0.0 else log.with_channels(acceleration=-log[first])
+    delay = _delay(signed, first, speed)
+    what = f"gain {gain:.3f}, offset {offset:+.3f} m/s^2"
+    what += ", opposite signs" if gain < 0.0 else ""
+    return _pair(
+        log, first, second, what, abs(gain - 1.0) <= QUALITY.reported_scale, gain=gain, offset=offset, delay=delay
+    )
+
+
+def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
+    """Delay of the first channel behind the second, s, and its standard error; None if not determined."""
+    tie = tie_of(second, first)
+    steps = np.diff(log.time)
+    if tie is None or log.time.size < FEWEST or float(np.median(steps)) <= 0.0:
+        return None
+    try:
+        found = clock_difference(log, log, tie)
+    except InputError:
+        return None
+    clear = abs(found.delay) <= REACH and found.delay_std <= CHECK.largest_delay_error
+    return (found.delay, found.delay_std) if clear else None
+
+
+def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> TiedPair:
+    """The median ratio of two speeds while the wheels turn; not judged if it varies because of slip or bends."""
+    y, x = np.abs(log[first]) * scale, np.abs(log[second])
+    own = ROLLING if scale != 1.0 else ROLLING / 0.3
+    use = _finite(x, y) & (np.maximum(np.nan_to_num(x), np.nan_to_num(y)) > own)
+    shown = first if scale == 1.0 else first + TIMES_RADIUS
+    if use.sum() < FEWEST:
+        return _pair(log, shown, second, "not determined: the car hardly moves")
+    low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
+    if high - low > 2.0 * QUALITY.reported_scale:
+        return _pair(log, shown, second, f"not compared: the ratio varies from {low:.2f} to {high:.2f} (slip or bends)")
+    if scale == 1.0:
+        return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)
+    error = MEDIAN_ERROR * (high - low) / max(1.0, use.mean() * log.duration / WINDOW) ** 0.5
+    if abs(gain - 1.0) > limit + CHECK.agreeing * error:
+        what = f"gain {gain:.3f} +- {error:.3f}: check wheel_radius and the scale of {first} and {second}"
+        return _pair(log, shown, second, what, False, gain=gain)
+    return _pair(log, shown, second, f"gain {gain:.3f}", True, gain=gain, delay=_delay(log, first, second))

@@ -1,0 +1,1 @@
+"""A first description of unknown logs, for ``vdyn init``."""

@@ -1,0 +1,165 @@
+"""Selection of the logs of a folder that are runs of one description, with reasons for the others."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.io.clocks.sample_times import COARSEST
+from vdyn_cli.project.drafting.channel_guess import ChannelGuess, Words, without_unit
+
+_LEAST_RECORDED = 0.5  # of a log, in which a needed channel has values: less is refused when it is read
+_RUN_IN = 5.0  # s before a coast-down that belong to its run
+_LEAST_FALL = 10.0  # s, or half of the log, for which the speed of a log with a coast-down decreases without a break
+
+
+@dataclass(frozen=True)
+class GuessedLog:
+    """A log, or the part of one of its coast-downs, with facts on its columns and a guess for each channel.
+
+    ``name``: of the file, with the folders that distinguish it. ``window``: the keys of a run that select that part of
+    the log, as text.
+    """
+
+    path: Path
+    facts: tuple[ChannelFacts, ...]
+    guesses: Mapping[str, ChannelGuess]
+    name: str
+    window: str = ""
+
+    def decided_columns(self) -> dict[str, tuple[tuple[Words, str], str]]:
+        """Column, without its unit, and group of each decided channel."""
+        return {channel: (without_unit(column), group) for channel, (column, group) in self.columns().items()}
+
+    def differing(self, other: GuessedLog, channels: Collection[str]) -> str:
+        """The keys of a run, as text, for ``channels`` whose columns have another name, unit or sign in ``other``."""
+        own, others = self.guesses, other.guesses
+        there = [c for c in channels if own[c].facts is not None and others[c].facts is not None]
+        columns = [f'{c}: "{own[c].column}"' for c in there if own[c].column != others[c].column]
+        units = [f'{c}: "{own[c].unit}"' for c in there if own[c].unit not in ("?", others[c].unit)]
+        signs = [f"{c}: -1" for c in there if own[c].sign != others[c].sign]
+        keys = (("columns", columns), ("units", units), ("signs", signs))
+        return "".join(f", {key}: {{{', '.join(found)}}}" for key, found in keys if found)
+
+    def columns(self) -> dict[str, tuple[str, str]]:
+        """Column and group of each decided channel."""
+        return {
+            channel: (guess.facts.column, guess.facts.info.group)
+            for channel, guess in self.guesses.items()
+            if guess.facts is not None
+        }
+
+
+def split_coast_downs(log: GuessedLog, falling: str, drive: Collection[str]) -> list[GuessedLog]:
+    """The parts of a log with several coast-downs, each from 5 s before it; else the log alone.
+
+    A coast-down is a decrease of the speed of at least 10 s without a break, and of half the longest one.
+
+    Parameters
+    ----------
+    falling : the channel that decreases in a coast-down; empty: the log is not split.
+    drive : channels that drive the car; a log with one of them is not split.
+    """
+    facts = log.guesses[falling].facts if falling else None
+    if facts is None or set(drive) & set(log.columns()):
+        return [log]
+    falls = [fall for fall in facts.falls if fall[1] - fall[0] >= _LEAST_FALL]
+    longest = max((stop - start for start, stop in falls), default=0.0)
+    coasts = [(start, stop) for start, stop in falls if stop - start >= 0.5 * longest]
+    if len(coasts) < 2:
+        return [log]
+    parts, last = [], facts.info.span[0]
+    for start, stop in coasts:
+        begin, last = max(start - _RUN_IN, last), stop
+        keys = f", from_time: {begin:.1f} s, to_time: {stop:.1f} s"
+        parts.append(GuessedLog(log.path, survey(log.path, (begin, stop)), log.guesses, log.name, keys))
+    return parts
+
+
+def reference_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog:
+    """The log with which the others are compared: of those with most needed channels, one of the most frequent kind."""
+    keys = [_key(log, needed) for log in logs]
+    alike = Counter(keys)
+    return max(zip(logs, keys, strict=True), key=lambda one: (len(one[1]), alike[one[1]]))[0]
+
+
+def why_left_out(
+    logs: Sequence[GuessedLog], usual: GuessedLog, needed: Collection[str], falling: str, drive: Collection[str]
+) -> list[str]:
+    """For each log why it is not a run like the usual one; empty if it is.
+
+    Parameters
+    ----------
+    needed : channels that must be the same columns in all runs.
+    falling : the channel that must decrease in a run; empty: none. drive : channels that drive the car; if all logs
+        have one, ``falling`` is not required.
+
+    A test that leaves out every log is not applied: the draft then lists them, and the user decides.
+    """
+    unlike = [_unlike(log, usual, needed) for log in logs]
+    reasons = [why or _doubtful(log, logs[:k], needed) for k, (log, why) in enumerate(zip(logs, unlike, strict=True))]
+    reasons = unlike if all(reasons) else reasons
+    kept = [log for log, why in zip(logs, reasons, strict=True) if not why]
+    if not falling or all(set(drive) & set(log.columns()) for log in kept):
+        return reasons
+    falls = [why or _no_coast(log.guesses[falling].facts) for log, why in zip(logs, reasons, strict=True)]
+    return falls if not all(falls) else reasons
+
+
+def _key(log: GuessedLog, needed: Collection[str]) -> tuple[tuple[str, tuple[tuple[Words, str], str]], ...]:
+    return tuple((n, at) for n, at in log.decided_columns().items() if n in needed)
+
+
+def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:
+    own, others = dict(_key(log, needed)), dict(_key(usual, needed))
+    if own == others:
+        return ""
+    lacking = [f"no {n}: {log.guesses[n].why}" for n in others if n not in own]
+    if lacking:
+        return "; ".join(lacking)
+    differs = ", ".join(n for n in own if own[n] != others.get(n))
+    return f"other columns than {usual.name} ({differs}): describe such logs in a separate file"
+
+
+def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[str]) -> str:
+    """Why a log is not used as it is: a clock in a wrong unit, a channel recorded in less than half of it, a copy."""
+    clock = log.guesses["time"].facts
+    assert clock is not None
+    (first, last), rate = clock.info.span, clock.info.rate
+    if rate < 1.0 / COARSEST:
+        unit = clock.info.unit or "s"
+        return f"a sample every {1.0 / rate:.0f} s: its time is not in {unit}; if it is in ms, add units: {{time: ms}}"
+    for name in sorted({*needed} & log.columns().keys() - {"time"}):
+        one = next(f for f in log.facts if (f.column, f.info.group) == log.columns()[name])
+        start, stop = one.info.span
+        if not log.window and stop - start < _LEAST_RECORDED * (last - first):
+            return (
+                f"{name} is recorded from {start:.4g} to {stop:.4g} s only: add from_time and to_time to use that part"
+            )
+    same = next((other for other in before if _is_copy(log, other)), None)
+    return f"the same recording as {same.name}{same.window}" if same else ""
+
+
+def _is_copy(log: GuessedLog, other: GuessedLog) -> bool:
+    """Whether all varying channels of one of the logs are also in the other."""
+    own, others = _values(log), _values(other)
+    return bool(own) and bool(others) and (own <= others or own >= others)
+
+
+def _values(log: GuessedLog) -> frozenset[tuple[float, ...]]:
+    """Times, extremes, ends and a mean of each varying channel, to six digits: those of a copy are equal."""
+    varying = [f for f in log.facts if f.state == "varies"]
+    every = [(*f.info.span, f.lowest, f.highest, *f.ends, f.angle.real, f.angle.imag) for f in varying]
+    return frozenset(tuple(float(f"{x:.6g}") for x in one) for one in every)
+
+
+def _no_coast(facts: ChannelFacts | None) -> str:
+    if facts is None:
+        return ""
+    fall, length = facts.longest_fall, facts.info.span[1] - facts.info.span[0]
+    if not fall < min(_LEAST_FALL, 0.5 * length):
+        return ""
+    return f"not a coast-down: the speed decreases for at most {fall:.0f} s of {length:.0f} s without a break"

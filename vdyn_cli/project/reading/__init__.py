@@ -1,0 +1,1 @@
+"""Runs of a test from their logs."""

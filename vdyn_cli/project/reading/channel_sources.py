@@ -1,0 +1,154 @@
+"""The source of each channel of a run: a column of its logs, a constant, or another channel times constants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.description.description_model import Channel, Description, KnownChannel
+from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.quantity import UnitError, parse
+from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps import Step
+from vdyn_cli.steps.contract import named_channels
+from vdyn_cli.steps.scaled_channel import ScaledChannel
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """A channel computed from another one, with the constants used.
+
+    Parameters
+    ----------
+    channel : its source, constants and assumption.
+    constants : the estimates of the constants, by name.
+    """
+
+    channel: ScaledChannel
+    constants: Mapping[str, Estimate]
+
+    @property
+    def factor(self) -> float:
+        """The product of the constants, SI."""
+        return float(np.prod([e.value for e in self.constants.values()]))
+
+    @property
+    def relative_std(self) -> float:
+        """Relative standard deviation of the factor, for independent constants."""
+        return float(np.sqrt(sum((e.std / e.value) ** 2 for e in self.constants.values())))
+
+    def note(self) -> Finding:
+        """The finding that states the source and the constants."""
+        stated = " and ".join(
+            f"{n} {e.value:.5g}{f' +- {e.std:.2g}' if e.std else ''} {e.unit}".rstrip()
+            for n, e in self.constants.items()
+        )
+        what = f"is {self.channel.source} times {stated}. {self.channel.assumes}"
+        exact = [n for n, e in self.constants.items() if e.std == 0 and n not in self.channel.optional]
+        if not exact:
+            return Finding(self.channel.target, what.rstrip("."))
+        e = self.constants[exact[0]]
+        remedy = f"write '{exact[0]}: {e.value:.5g} +- <standard deviation> {e.unit}'"
+        return Finding(self.channel.target, f"{what} {' and '.join(exact)} taken as exact", "", remedy)
+
+
+def channel_maps(spec: Description) -> list[tuple[Mapping[str, Channel | KnownChannel], Location]]:
+    """The channels of each logger, and their location in the description."""
+    if not spec.loggers:
+        return [(spec.channels, ("channels",))]
+    return [(logger.channels, ("loggers", i, "channels")) for i, logger in enumerate(spec.loggers)]
+
+
+def logged_channels(channels: Mapping[str, Channel | KnownChannel]) -> dict[str, Channel]:
+    """The channels that are read from a column of a log."""
+    return {n: c for n, c in channels.items() if isinstance(c, Channel)}
+
+
+def known_channels(step: Step, spec: Description, source: YamlSource, problems: list[Finding]) -> dict[str, float]:
+    """The value, SI, of every channel of the description ``spec`` that is stated as a constant.
+
+    Parameters
+    ----------
+    problems : list to which problems of the constants are added.
+    """
+    found: dict[str, float] = {}
+    quantities = step.channels()
+    for channels, at in channel_maps(spec):
+        for name, stated in channels.items():
+            if isinstance(stated, Channel) or name == "time" or name not in quantities:
+                continue
+            where, quantity = source.where((*at, name, "constant")), quantities[name]
+            try:
+                value = parse(stated.constant, quantity.unit).value
+            except UnitError as error:
+                example = f"constant: 0 {quantity.unit}".rstrip()
+                problems.append(Finding(where, str(error), "", f"write it as '{example}'"))
+                continue
+            if not quantity.allows(value):
+                span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+                got, remedy = str(stated.constant), "check its unit and sign"
+                problems.append(Finding(where, f"channel '{name}' lies outside {span}", got, remedy))
+                continue
+            found[name] = value
+    return found
+
+
+def scalings(step: Step, spec: Description, known: Parameters) -> tuple[Scaling, ...]:
+    """The unmapped channels of the description ``spec`` that are computed from mapped ones.
+
+    Parameters
+    ----------
+    known : parameters, with the constants of the scales.
+
+    Raises
+    ------
+    MissingParameterError : a constant is unknown.
+    """
+    mapped = {n for channels, _ in channel_maps(spec) for n in channels}
+    found = []
+    for one in step.scaled:
+        if one.target in mapped or one.source not in mapped:
+            continue
+        known.require(*one.constants, where=f"channel '{one.target}' from {one.source}")
+        constants = {n: known[n] for n in one.constants}
+        constants |= {n: known[n] for n in one.optional if n in known}
+        found.append(Scaling(one, constants))
+    return tuple(found)
+
+
+def with_known_channels(log: Log, constants: Mapping[str, float], made: Sequence[Scaling]) -> Log:
+    """The log with its constant channels and those computed from others.
+
+    Parameters
+    ----------
+    constants : SI value of each constant channel. made : the computed channels.
+    """
+    log = log.with_channels(**{n: np.full(log.time.size, value) for n, value in constants.items()})
+    for one in made:
+        if one.channel.source in log:
+            log = log.with_channels(**{one.channel.target: one.factor * log[one.channel.source]})
+    return log
+
+
+def unused_sources(step: Step, spec: Description, source: YamlSource) -> Iterator[Finding]:
+    """Findings on mapped channels that are needed only to compute a channel that is mapped, too."""
+    own = {n for entry in (*step.required, *step.optional) for n in named_channels(entry)}
+    for channels, at in channel_maps(spec):
+        for one in step.scaled:
+            if one.source in channels and one.target in channels and one.source not in own:
+                what = f"channel '{one.source}' is not used: '{one.target}' is mapped"
+                yield Finding(source.where((*at, one.source)), what, "", "remove one of them")
+
+
+def needed_channel(step: Step, names: Sequence[str]) -> str:
+    """Text of how to compute one of the needed channels ``names`` from another channel; empty if impossible."""
+    for one in step.scaled:
+        if one.target in names:
+            constants = " and ".join(f"{n} ({PARAMETERS[n].unit or '1'})" for n in one.constants)
+            return f", or map '{one.source}' and give {constants} under vehicle"
+    return ""

@@ -1,0 +1,246 @@
+"""Reading of one run of a test from its logs: on one clock, cut to its window, with totals and constants."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from vdyn_cli.description.description_model import Channel, Description, Logger, Run
+from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.io.clocks.align import AlignOn, merge
+from vdyn_cli.io.clocks.held_values import with_held_interpolated
+from vdyn_cli.io.clocks.sample_times import impossible_clock
+from vdyn_cli.io.file_units import unit_problem
+from vdyn_cli.io.files import remedy_for_missing_file
+from vdyn_cli.io.fingerprinted_reading import read_unchanged
+from vdyn_cli.io.formats.log_formats import read_log
+from vdyn_cli.io.quality.channel_quality import WHOLE, Window
+from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
+from vdyn_cli.io.reader import Column, ReadOptions
+from vdyn_cli.project.collected_problems import attempt
+from vdyn_cli.project.reading.channel_sources import Scaling, channel_maps, logged_channels, with_known_channels
+from vdyn_cli.project.reading.road_profile import with_grade
+from vdyn_cli.quantities.clock_difference import ClockDifference
+from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.number_text import moment
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps import Step
+from vdyn_cli.steps.contract import alternatives
+from vdyn_cli.steps.road_survey import RoadSurvey
+
+
+def log_names(run: Run) -> list[str]:
+    """The logs of a run as the description names them, one for each logger."""
+    return [run.log] if run.log is not None else list(run.logs or [])
+
+
+def read_run(
+    step: Step, spec: Description, source: YamlSource, index: int, files: dict[Path, str]
+) -> tuple[CutLog, tuple[ClockDifference, ...]]:
+    """One run's log, from one logger or merged from several, cut to its window, and the differences of the clocks.
+
+    Parameters
+    ----------
+    spec, source : the description, and its places for messages. index : of the run.
+    files : to which the run's files are added, with their sha256.
+
+    Raises
+    ------
+    InputError : with all problems of the run's logs.
+    """
+    run = spec.runs[index]
+    names = log_names(run)
+    loggers = spec.loggers or [Logger(channels=spec.channels, reading=spec.reading)]
+    place = source.where(("runs", index))
+    if len(names) != len(loggers):
+        remedy = "give one log per entry of 'loggers', in the same order"
+        raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
+    problems = [f for key in ("columns", "signs", "units") for f in _unmapped(run, spec, source, ("runs", index, key))]
+    read, no_unit, units = [], set[str](), dict[str, str]()
+    for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
+        mapped = logged_channels(channels)
+        mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
+        mapped |= {n: c.model_copy(update={"sign": c.sign * run.signs[n]}) for n, c in mapped.items() if n in run.signs}
+        mapped |= {n: c.model_copy(update={"unit": run.units[n]}) for n, c in mapped.items() if n in run.units}
+        quantities = {n: q for n, q in step.channels().items() if n in mapped}
+        columns = {n: column_of(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
+        own = {n: source.where(("runs", index, "units", n)) for n in columns if n in run.units}
+        columns |= {n: replace(columns[n], where=at_run, of_run=True) for n, at_run in own.items()}
+        wrong = {n: f for n, c in columns.items() if (f := unit_problem(c, name)) is not None}
+        problems += [f for n, f in wrong.items() if n in own]  # the others are reported with the channels
+        columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
+        no_unit |= wrong.keys()
+        units |= {n: c.unit for n, c in columns.items()}
+        window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
+        options = ReadOptions(**logger.reading.model_dump(), window=window)
+        called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
+        file = source.path.parent / name
+        if not os.path.exists(file):  # Path.exists raises for a folder without permission
+            problems.append(Finding(place, f"the log {name} does not exist", "", remedy_for_missing_file(file)))
+            continue
+        if "time" not in columns:  # reported with the channels
+            continue
+        reader = partial(_log_and_file, file, columns, options, called)
+        read.append(attempt(problems, read_unchanged, reader, (file,)))
+    raise_all(problems)
+    logs = [one[0] for one in read if one is not None]
+    if len(logs) < len(loggers):
+        raise InputError()
+    for one in read:
+        files |= one[1] if one is not None else {}
+    delays = [logger.delay for logger in loggers[1:]]
+    log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec), delays)
+    raise_all(_segments_outside(run, log, source, ("runs", index)))
+    found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
+    found = _in_window(run, found, place)
+    # If a torque drives the vehicle, the fit can decide which of two channels has the wrong scale.
+    log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
+    log = with_totals(step, within_physical_limits(step, log, no_unit))
+    tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
+    log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
+    return replace(found, log=log), clocks
+
+
+def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
+    """The part of a run between from_time and to_time, which are times on the log's clock.
+
+    Raises
+    ------
+    InputError : a time is counted from the beginning of a log whose clock does not start at zero, or the window has no
+        samples.
+    """
+    time, name = found.log.time, found.log.name
+    first, last = float(time[0]), float(time[-1])
+    start, stop = (g.value if g else end for g, end in ((run.from_time, first), (run.to_time, last)))
+    for key, given, end in (("from_time", run.from_time, start), ("to_time", run.to_time, stop)):
+        if given is not None and 0.0 < end < first - (last - first):
+            what = f"'{key}' is long before the clock of {name} starts, at {moment(first)} s"
+            remedy = f"use the clock of the log: '{key}: {moment(first + end)} s' is {moment(end)} s after its start"
+            raise InputError(Finding(place, what, f"{moment(end)} s", remedy))
+    if run.from_time is not None and run.to_time is not None and start >= stop:
+        what = f"'from_time' is not before 'to_time': the time window of {name} contains no samples"
+        raise InputError(
+            Finding(place, what, f"{moment(start)} s to {moment(stop)} s", "exchange them, or correct one")
+        )
+    within = found if run.from_time is None and run.to_time is None else found.between(start, stop)
+    if within is not found and within.log.time.size < 2:
+        stated = {"from_time": run.from_time, "to_time": run.to_time}
+        got = ", ".join(f"{key}: {moment(g.value)} s" for key, g in stated.items() if g)
+        what = f"the time window contains no samples of {name}, which spans {moment(first)} s to {moment(last)} s"
+        raise InputError(Finding(place, what, got, "choose it within this span, on the log's clock"))
+    return within
+
+
+def _window(run: Run) -> Window:
+    """The times between which a run is used, s on its log's clock."""
+    start, stop = run.from_time, run.to_time
+    return start.value if start else WHOLE[0], stop.value if stop else WHOLE[1]
+
+
+def _align_on(spec: Description) -> AlignOn:
+    return (spec.align_on[0], spec.align_on[1]) if isinstance(spec.align_on, list) else spec.align_on
+
+
+def _unmapped(run: Run, spec: Description, source: YamlSource, at: Location) -> list[Finding]:
+    """Findings on columns, signs or units of a run for channels that no logger maps."""
+    mapped = [n for channels, _ in channel_maps(spec) for n in logged_channels(channels)]
+    remedy = "map it, with its unit, under channels"
+    return [
+        Finding(source.where((*at, n)), f"channel '{n}' is not mapped", str(value), remedy)
+        for n, value in getattr(run, str(at[-1])).items()
+        if n not in mapped
+    ]
+
+
+def _log_and_file(
+    file: Path, columns: Mapping[str, Column], options: ReadOptions, name: str
+) -> tuple[Log, tuple[Path, ...]]:
+    return read_log(file, columns, options, name), (file,)
+
+
+def ready_log(
+    step: Step, constants: Mapping[str, float], made: Sequence[Scaling], road: RoadSurvey | None, log: Log
+) -> Log:
+    """The log with held channels interpolated, and constant channels, computed channels, totals and the grade added.
+
+    Parameters
+    ----------
+    constants : SI value of each constant channel. made : computed channels. road : the road survey, or None.
+    """
+    return with_grade(with_totals(step, with_known_channels(with_held_interpolated(log), constants, made)), road)
+
+
+def _cut_orders(run: Run) -> CutOrders:
+    """The description's keys on cuts in this run."""
+    listed = run.cuts if isinstance(run.cuts, list) else []
+    cut, kept = (tuple(TimeSpan(s.channel, s.start.value, s.stop.value) for s in group) for group in (listed, run.keep))
+    return CutOrders(run.cuts == "automatic", cut, kept)
+
+
+def _segments_outside(run: Run, log: Log, source: YamlSource, at: Location) -> Iterator[Finding]:
+    """Findings on segments to cut or keep that contain no sample of the run's log."""
+    for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
+        for k, one in enumerate(listed if isinstance(listed, list) else ()):
+            inside = np.searchsorted(log.time, one.stop.value, "right") - np.searchsorted(log.time, one.start.value)
+            if inside < 1:
+                what = f"'{key}': the segment contains no sample of {log.name}"
+                got = f"{moment(one.start.value)} s to {moment(one.stop.value)} s"
+                remedy = f"choose it between {moment(log.time[0])} s and {moment(log.time[-1])} s"
+                yield Finding(source.where((*at, key, k)), what, got, remedy)
+
+
+def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
+    """The log, if its clock and channels are possible for a vehicle; otherwise a unit is probably wrong.
+
+    Parameters
+    ----------
+    no_unit : channels with an unknown unit, which are not checked.
+
+    Raises
+    ------
+    InputError : the clock is impossible, or more than 1 % of a channel's samples are outside its physical range; all
+        channels are reported at once.
+    """
+    problems = list(impossible_clock(log))
+    for name, quantity in step.channels().items():
+        values = log[name] if name in log and name != "time" and name not in no_unit else None
+        if values is None or not np.isfinite(values).any():
+            continue
+        outside = (values < quantity.lower) | (values > quantity.upper)
+        if np.mean(outside) > 0.01 or np.nanmax(np.abs(values)) > 1e12:
+            worst = values[np.nanargmax(np.abs(values))]
+            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
+            got = f"{worst:.4g} {quantity.unit}".strip()
+            remedy = "check the unit and the column of this channel"
+            problems.append(Finding(f"{log.name}, channel '{name}'", f"lies outside {span}", got, remedy))
+    raise_all(problems)
+    return log
+
+
+def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Location) -> Column:
+    """The column of a log from which a channel is read.
+
+    Parameters
+    ----------
+    quantity : of the channel. channel : its entry in the description, at the location ``at``.
+    """
+    place = source.where(at)
+    unit, sign, group = channel.unit, channel.sign, channel.group
+    return Column(channel.column, unit, quantity.unit, sign, False, place, group, channel.source, channel.scale)
+
+
+def with_totals(step: Step, log: Log) -> Log:
+    """The log with totals summed from mapped parts, such as ``front_load|front_left_load+front_right_load``."""
+    for entry in (*step.required, *step.optional):
+        (total, *_), *ways = alternatives(entry)
+        for parts in ways:
+            if total not in log and all(part in log for part in parts):
+                log = log.with_channels(**{total: sum(log[part] for part in parts)})
+    return log

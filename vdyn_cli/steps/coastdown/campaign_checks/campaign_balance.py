@@ -1,0 +1,243 @@
+"""Balance of a coast-down campaign before any fit: directions, order, wind and accuracy of its runs.
+
+The mean deceleration of each run over the speeds that all runs pass is regressed on direction and order::
+
+    a_i = m + d h_i + b t_i
+
+with the heading h = +1 out, -1 back and t the start (or the order) from -1/2 to 1/2: b is the trend due to warming
+tires or changing wind, 2 d the difference between the directions, due to a slope 2 d / (2 g) or a wind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.check_schema import CoastBalance, RunDeceleration, TimeAccuracy
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, falling_speed, paired_runs
+from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
+from vdyn_cli.steps.coastdown.problem import CoastdownProblem
+
+LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
+
+
+@dataclass(frozen=True)
+class _Effects:
+    """Trend and difference of the mean decelerations with half their 95 % intervals, and the residual's std.
+
+    None: too few runs, or for the difference runs of one direction.
+    """
+
+    trend: float | None = None
+    trend_half: float | None = None
+    difference: float | None = None
+    difference_half: float | None = None
+    scatter: float | None = None
+
+
+@dataclass(frozen=True)
+class CampaignCoasts:
+    """The longest usable segment of each usable run; directions and starts of all runs of the description."""
+
+    problem: CoastdownProblem
+    segments: tuple[CoastSegment, ...]
+    directions: tuple[str | None, ...]
+    starts: tuple[float, ...] | None
+
+    @property
+    def heading(self) -> Array:
+        """Heading (n,) of the runs: +1 out, -1 back."""
+        return np.array([-1.0 if self.directions[s.run] == "back" else 1.0 for s in self.segments])
+
+    @property
+    def order(self) -> Array:
+        """Order (n,) of the runs from -1/2 (first) to 1/2 (last), by start or by order in the description."""
+        at = np.array([self.starts[s.run] if self.starts else float(s.run) for s in self.segments])
+        return np.asarray((at - at.min()) / max(float(np.ptp(at)), 1e-12) - 0.5)
+
+    @property
+    def common(self) -> tuple[float, float] | None:
+        """Highest and lowest speed that all segments pass, m/s."""
+        falls = [falling_speed(s)[1] for s in self.segments]
+        if not falls:
+            return None
+        top, bottom = min(float(v.max()) for v in falls), max(float(v.min()) for v in falls)
+        return (top, bottom) if top - bottom >= LEAST_SPAN else None
+
+    def decelerations(self) -> Array | None:
+        """Mean decelerations over the common speeds, (n,) m/s^2; None without common speeds."""
+        if self.common is None:
+            return None
+        top, bottom = self.common
+        times = []
+        for time, falling in map(falling_speed, self.segments):
+            upper, lower = (float(np.interp(-v, -falling, time)) for v in (top, bottom))
+            times.append(lower - upper)
+        return np.asarray((top - bottom) / np.array(times))
+
+    def outlier(self) -> tuple[int, str] | None:
+        """The run whose mean deceleration is an outlier, and the reason; None where there is none."""
+        found = self.decelerations()
+        worst = None if found is None else outlying_run(found, self.heading)
+        if found is None or worst is None:
+            return None
+        share = worst.force / float(np.mean(found))
+        why = (
+            f"decelerates {100 * abs(share):.1f} % {'more' if share > 0 else 'less'} than predicted from the other runs"
+        )
+        return self.segments[worst.run].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust"
+
+    def balance(self, names: Sequence[str]) -> CoastBalance:
+        """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""
+        found, directions = self.decelerations(), self.directions
+        effects = _Effects() if found is None else _effects(found, self.heading, self.order)
+        pairs = paired_runs(self.segments, directions)
+        partners = {self.segments[k].run for pair in pairs for k in pair}
+        ways = [directions[s.run] for s in self.segments]
+        known = len(ways) > 1 and all(w in ("out", "back") for w in ways)
+        driven = [ways[i] for i in np.argsort(self.order, kind="stable")] if known else []
+        alternating = all(a != b for a, b in pairwise(driven)) if known else None
+        accuracy = [
+            TimeAccuracy(speed=3.6 * t.speed, time=t.mean, r83=t.r83, wltp=t.wltp)
+            for t in coast_times(self.segments, directions)
+        ]
+        speeds, runs = self.common, self._runs(names, found)
+        balance = CoastBalance(
+            out=ways.count("out"),
+            back=ways.count("back"),
+            pairs=len(pairs),
+            unpaired=[names[s.run] for s in self.segments if s.run not in partners and directions[s.run]],
+            alternating=alternating,
+            speeds=None if speeds is None else (3.6 * speeds[0], 3.6 * speeds[1]),
+            trend=effects.trend,
+            trend_half=effects.trend_half,
+            difference=effects.difference,
+            difference_half=effects.difference_half,
+            scatter=effects.scatter,
+            runs=runs,
+            accuracy=accuracy,
+            limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
+            sentences=[],
+        )
+        return balance.model_copy(update={"sentences": _sentences(balance)})
+
+    def _runs(self, names: Sequence[str], found: Array | None) -> list[RunDeceleration]:
+        place = {s.run: i for i, s in enumerate(self.segments)}
+        shifts = None if found is None else _influence(found, self.heading)
+        rows = []
+        for k, name in enumerate(names):
+            i = place.get(k)
+            wind = self.segments[i].log.channels.get("wind_speed") if i is not None else None
+            shift = shifts[i] if shifts is not None and i is not None else None
+            rows.append(
+                RunDeceleration(
+                    run=name,
+                    direction=self.directions[k] or "",
+                    start=self.starts[k] if self.starts else None,
+                    mean=float(found[i]) if found is not None and i is not None else None,
+                    influence=None if shift is None else shift[0],
+                    material=shift is not None and abs(shift[0]) > shift[1],
+                    wind_mean=None if wind is None else float(np.nanmean(wind)),
+                    wind_peak=None if wind is None or np.ptp(wind) == 0.0 else float(np.nanmax(np.abs(wind))),
+                )
+            )
+        return rows
+
+    def _day(self, pairs: int, accuracy: Sequence[TimeAccuracy], runs: Sequence[RunDeceleration]) -> TestDay:
+        spec, known = self.problem.spec, self.problem.known
+        warm = {r.temperature.value for r in spec.runs if r.temperature is not None}
+        if not warm and "temperature" in known.estimates:
+            warm = {known["temperature"].value}
+        density = known["air_density"].value if "air_density" in known.estimates else None
+        across = [r.crosswind.value for r in spec.runs if r.crosswind is not None]
+        wind = tuple((r.wind_mean, r.wind_peak) for r in runs if r.wind_mean is not None)
+        crosswinds = tuple(across) if len(across) == len(spec.runs) else ()
+        return TestDay(tuple(sorted(warm)), density, wind, pairs, self.common, accuracy, crosswinds)
+
+
+def _effects(found: Array, heading: Array, order: Array) -> _Effects:
+    """Trend, difference and scatter of mean decelerations; without values for too few runs."""
+    both = bool(np.ptp(heading) > 0)
+    rows = np.column_stack([np.ones(found.size), order, *([heading] if both else [])])
+    degrees = found.size - np.linalg.matrix_rank(rows)
+    if degrees < 1 or np.linalg.matrix_rank(rows) < rows.shape[1]:
+        return _Effects()
+    inverse = np.linalg.inv(rows.T @ rows)
+    values = inverse @ rows.T @ found
+    spread = float(np.sqrt(np.sum((found - rows @ values) ** 2) / degrees))
+    half = t_quantile(float(degrees)) * spread * np.sqrt(np.diag(inverse))
+    mean = float(values[0])
+    way, way_half = (2.0 * float(values[2]), 2.0 * float(half[2])) if both else (None, None)
+    return _Effects(float(values[1]) / mean, float(half[1]) / mean, way, way_half, spread / mean)
+
+
+def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]:
+    """For each run, change of the mean without it and half the 95 % interval of that mean, relative to the full mean.
+
+    The mean weights both directions equally, so that an additional run in one of them does not shift it.
+    """
+    shifts: list[tuple[float, float] | None] = []
+    for i in range(found.size):
+        left = np.arange(found.size) != i
+        groups = [found[left & (heading == way)] for way in (1.0, -1.0) if np.any(heading == way)]
+        degrees = sum(g.size - 1 for g in groups)
+        if any(g.size == 0 for g in groups) or degrees < 1:
+            shifts.append(None)
+            continue
+        mean = _mean_of_directions(found, heading)
+        squares = sum(float(np.sum((g - g.mean()) ** 2)) for g in groups)
+        error = np.sqrt(squares / degrees * sum(1.0 / g.size for g in groups)) / len(groups)
+        shift = float(np.mean([g.mean() for g in groups])) - mean
+        shifts.append((shift / mean, t_quantile(float(degrees)) * float(error) / mean))
+    return shifts
+
+
+def _mean_of_directions(found: Array, heading: Array) -> float:
+    return float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
+
+
+def _sentences(b: CoastBalance) -> list[str]:
+    """Sentences on balance, order, warm-up and wind."""
+    lines = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
+    if not b.out and not b.back:
+        what = "no run states its direction: a wind or a slope is collinear with resistance"
+        lines = [f"{what}; add 'direction: out' or 'back' to each run"]
+    if b.out != b.back:
+        fewer = "out" if b.out < b.back else "back"
+        lines[0] += f"; drive {abs(b.out - b.back)} more {fewer}"
+    if b.unpaired:
+        lines.append(f"without a run in the opposite direction: {', '.join(b.unpaired)}")
+    if b.alternating is False:
+        what = "directions do not alternate: a change of wind or tires is collinear with a slope"
+        lines.append(f"{what}; drive out and back in turn")
+    if b.trend is not None and b.trend_half is not None:
+        sure = abs(b.trend) > b.trend_half
+        text = (
+            f"from the first to the last run the deceleration changes by {100 * b.trend:+.1f} % +- "
+            f"{100 * b.trend_half:.1f} %"
+        )
+        warm = " (tires still warming up: drive longer before the first run)" if b.trend < 0 else " (wind or load)"
+        lines.append(text + (warm if sure else ", not significant"))
+    if b.difference is not None and b.difference_half is not None:
+        slope = 100.0 * b.difference / (2.0 * GRAVITY)
+        sure = abs(b.difference) > b.difference_half
+        text = f"mean deceleration out minus back: {b.difference:+.4f} +- {b.difference_half:.4f} m/s^2"
+        cause = f": a wind, or a slope of {slope:+.2f} %" if sure else ": no significant wind or slope"
+        lines.append(text + cause)
+    if b.scatter is not None:
+        lines.append(f"runs of one direction scatter by {100 * b.scatter:.1f} % of the mean deceleration")
+    measured = [r for r in b.runs if r.wind_mean is not None]
+    if measured:
+        strongest = max(measured, key=lambda r: abs(r.wind_mean or 0.0))
+        lines.append(f"strongest mean wind {strongest.wind_mean:+.1f} m/s along the road ({strongest.run})")
+    else:
+        lines.append("wind is not measured: only the scatter and the directions of the runs show it")
+    return lines

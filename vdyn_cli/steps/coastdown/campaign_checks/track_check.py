@@ -1,0 +1,85 @@
+"""Check of coast-downs at the track: which runs the step uses, and the balance of the campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCoasts
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, NoSegmentError, RejectedSegment, coast_segment
+from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.spec import CoastdownSpec
+from vdyn_cli.steps.contract import TrackCheck
+
+
+def track_check(
+    spec: CoastdownSpec, whole: tuple[Log, ...], data: Any, known: Parameters, origin: tuple[int, ...]
+) -> TrackCheck:
+    """The runs that the step rejects with reasons, the evaluated spans, and the balance of the campaign.
+
+    Parameters
+    ----------
+    spec, data : runs and logs, split at long cuts. whole : the logs of the runs, interpolated where they are cut.
+    origin : (len(data),), index in ``whole`` of each of ``data``.
+
+    Raises
+    ------
+    InputError : the step refuses the description.
+    """
+    evaluated = _evaluated(spec, whole)
+    try:
+        problem = prepare(spec, data, known)
+    except ResultError as error:
+        left_out = error.rejected if isinstance(error, NoSegmentError) else ()
+        reasons = {r.run: r.why for r in left_out} or {f.where: f.what for f in error.findings}
+        default = next(iter(reasons.values()))
+        return TrackCheck({k: reasons.get(log.name, default) for k, log in enumerate(whole)}, evaluated)
+    kept = [replace(s, run=origin[s.run]) for s in problem.selection.segments]
+    names = [one.name for one in data]
+    rejected: dict[int, str] = {}
+    parts: dict[int, list[str]] = {}
+    for one in problem.selection.rejected:
+        k = next(
+            (origin[i] for i, name in enumerate(names) if one.run == name or one.run.startswith(f"{name}, ")), None
+        )
+        if k is not None and all(s.run != k for s in kept):
+            rejected.setdefault(k, one.why)
+        elif k is not None and not one.usual:
+            parts.setdefault(k, []).append(f"{one.start:.0f} to {one.stop:.0f} s would be left out: {one.why}")
+    if problem.campaign.drive != "coasting":
+        return TrackCheck(rejected, evaluated, left_out=parts)
+    longest = {k: max((s for s in kept if s.run == k), key=_duration) for k in sorted({s.run for s in kept})}
+    runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
+    coasts = CampaignCoasts(problem, tuple(longest.values()), tuple(r.direction for r in runs), _starts(runs))
+    worst = coasts.outlier()
+    if worst is not None:
+        rejected[worst[0]] = worst[1]
+    return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]), parts)
+
+
+def _duration(segment: CoastSegment) -> float:
+    return segment.log.duration
+
+
+def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:
+    """Start times of the runs, s since the first one; None unless every run states one."""
+    found = [r.start.value for r in runs if r.start is not None]
+    return tuple(found) if len(found) == len(runs) and np.ptp(found) > 0 else None
+
+
+def _evaluated(spec: CoastdownSpec, whole: Sequence[Log]) -> dict[int, tuple[float, float]]:
+    """First and last time of the coast through the speed window in each log, ignoring cuts."""
+    speeds = [v.value for v in spec.settings.speed_window or ()]
+    window = (max(speeds), min(speeds)) if speeds else None
+    found = {}
+    for k, log in enumerate(whole):
+        one = coast_segment(k, log, window, 0.0) if np.isfinite(log["speed"]).any() else None
+        if one is not None and not isinstance(one, RejectedSegment) and spec.settings.windows in ("auto", "coast"):
+            found[k] = (float(one.log.time[0]), float(one.log.time[-1]))
+    return found

@@ -1,0 +1,1 @@
+"""Selection of the coasts in the logs: where each begins and ends, and what is left out."""

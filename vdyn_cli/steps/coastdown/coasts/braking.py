@@ -1,0 +1,277 @@
+"""Brakes, engaged drivelines and throttles that no channel shows, detected as outliers of the common deceleration.
+
+All segments share one law of deceleration over speed, c(direction) + k V^2, fitted with least absolute deviations,
+which tolerates outliers in up to half of the points. Parts that decelerate or accelerate more than that are cut off; a
+run of which too little is left is rejected. A deviation that all runs of a direction share is a slope or a wind, and
+one that the runs of both directions repeat at a place, where the position is logged, is a hill.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
+from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
+from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, groups
+from vdyn_cli.steps.coastdown.input_checks import HEADING
+from vdyn_cli.steps.coastdown.road.road_position import first_place
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+INTERVAL = 2.0  # s, over which a deceleration is averaged
+ROUNDS = 30  # of reweighting in a fit with least absolute deviations
+
+
+@dataclass(frozen=True)
+class _ExcessDeceleration:
+    """Excess of a segment's deceleration over the common law, (b,) m/s^2 at ``time`` s and ``speed`` m/s.
+
+    ``usual`` is the mean of that law and ``limit`` the allowed excess, m/s^2.
+    """
+
+    segment: CoastSegment
+    time: Array
+    speed: Array
+    excess: Array
+    usual: float
+    limit: float
+
+    @property
+    def outliers(self) -> NDArray[np.int64]:
+        """Indices where two successive intervals exceed the limit, or one exceeds it by far.
+
+        A brake or a throttle changes the speed for good. An excess that the neighboring intervals cancel is a wrong
+        reading and is not returned.
+        """
+        beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > STEP_POLICY.brake_gross * self.limit
+        # Net excess of each pair with up to two neighbors at either side.
+        total, n = np.pad(np.cumsum(np.r_[0.0, self.excess]), 2, mode="edge"), self.excess.size - 1
+        net = [np.abs(total[4 + j : 4 + j + n] - total[2 - i : 2 - i + n]) for i in range(3) for j in range(3)]
+        kept = np.min(net, axis=0) > self.limit
+        return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept)
+
+    def reason(self, at: int) -> str:
+        """Sentence on the excess in interval ``at``, with its number, time and speed."""
+        at += int(abs(self.excess[at + 1]) > abs(self.excess[at])) if at + 1 < self.excess.size else 0
+        what, cause = ("slows by", "brake or driveline?") if self.excess[at] > 0 else ("accelerates", "throttle?")
+        return (
+            f"{what} {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
+            f"{3.6 * self.speed[at]:.0f} km/h ({cause})"
+        )
+
+
+def without_braking(
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], window: float | None
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without the parts that deviate from the common deceleration (the module's law), and the rejected parts.
+
+    Without a stated window, half of the runs may be driven over the upper speeds and half over the lower ones, and all
+    are braked to rest: then a run is compared with what the others cover, not with the range of all together.
+
+    Parameters
+    ----------
+    known : for each segment (n,) m/s^2, the acceleration by drive and slope.
+    directions : of each segment; a slope shifts all runs of one direction alike.
+    window : m/s, span of speed of which at least ``STEP_POLICY.least_covered`` must be left; None: the median of the
+        spans that are left.
+    """
+    kept: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    compared = _compared(segments, known, directions)
+    if window is None:
+        window = float(np.median([_covered(each.segment, _undisturbed(each)[0]) for each in compared]))
+    for each in compared:
+        segment, cut_off = _longest_part(each, window)
+        kept += [segment] if segment else []
+        rejected += cut_off
+    return kept, rejected
+
+
+def braked_while_coasting(
+    wholes: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
+) -> dict[int, list[tuple[float, str]]]:
+    """Times (s) and reasons of every braking within each run's coast, by run, whether or not that part is fitted.
+
+    A driver who brakes and releases leaves warm, dragging brakes, and the other runs do not repeat that coast. An
+    excess in the first ``RELEASED`` s of the coast is a late clutch and is left out.
+
+    Parameters
+    ----------
+    wholes : each run from its highest speed on. known, directions : as in ``without_braking``.
+    """
+    found: dict[int, list[tuple[float, str]]] = {}
+    for each in _compared(wholes, known, directions):
+        late = [int(k) for k in each.outliers if each.excess[k] > 0 and each.time[k] - each.time[0] > RELEASED]
+        if late:
+            found[each.segment.run] = [(float(each.time[k]), each.reason(k)) for k in late]
+    return found
+
+
+def without_outliers(
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], shortest: float
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Driven segments without the parts that deviate from drive and common law, and the rejected parts.
+
+    Parameters
+    ----------
+    known : for each segment (n,) m/s^2, the acceleration by drive and slope. directions : of each segment.
+    shortest : s, duration of a window that is kept.
+    """
+    kept: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for each in _compared(segments, known, directions):
+        if not (at := each.outliers).size:
+            kept.append(each.segment)
+            continue
+        time = each.segment.log.time
+        marked = [(time > each.time[k] - INTERVAL) & (time < each.time[k + 1] + INTERVAL) for k in at]
+        outside = np.asarray(np.any(marked, axis=0))
+        begin, end = float(time[outside][0]), float(time[outside][-1])
+        rejected.append(RejectedSegment(each.segment.name, begin, end, each.reason(int(at[0]))))
+        kept += _windows_between(each.segment, outside, shortest)
+    return kept, rejected
+
+
+def _windows_between(segment: CoastSegment, outliers: Mask, shortest: float) -> list[CoastSegment]:
+    """The rows between outliers, as windows of one segment."""
+    time, part = segment.log.time, segment.part
+    label = np.r_[0, np.cumsum((outliers[1:] != outliers[:-1]) | (part[1:] != part[:-1]))]
+    good = np.zeros(time.size, dtype=bool)
+    for a, b in groups(label):
+        good[a : b + 1] = not outliers[a] and time[b] - time[a] >= shortest
+    return [replace(segment, part=label).rows(good)] if good.any() else []
+
+
+def _compared(
+    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
+) -> list[_ExcessDeceleration]:
+    """The excess deceleration of each segment over the law that all segments share and the hills of the road."""
+    seen = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
+    found = _over_common_law(segments, seen, directions)
+    places = [_places(s, d, f.time) for s, d, f in zip(segments, directions, found, strict=True)]
+    placed = [k for k, place in enumerate(places) if place is not None]
+    excess = [PlacedExcess(HEADING[directions[k]], np.asarray(places[k]), found[k].excess) for k in placed]
+    hills = dict(zip(placed, repeated_slope(excess), strict=True))
+    if not any(np.any(hill) for hill in hills.values()):
+        return found
+    level = [(time, speed, value - hills.get(k, 0.0)) for k, (time, speed, value) in enumerate(seen)]
+    return _over_common_law(segments, level, directions)
+
+
+def _over_common_law(
+    segments: Sequence[CoastSegment], seen: Sequence[tuple[Array, Array, Array]], directions: Sequence[str | None]
+) -> list[_ExcessDeceleration]:
+    """The excess of each segment's deceleration over the law c(direction) + k V^2 that all segments share.
+
+    Parameters
+    ----------
+    seen : of each segment, time, speed and deceleration, (b,) s, m/s, m/s^2.
+    """
+    speeds, values = [s[1] for s in seen], [s[2] for s in seen]
+    counts = {d: directions.count(d) for d in directions}
+    ways = sorted({str(d) for d in directions})
+    column = np.array([ways.index(str(d)) for d in directions])
+    constants = np.eye(len(ways))[np.repeat(column, [v.size for v in speeds])]
+    design = np.column_stack([constants, np.concatenate(speeds) ** 2])
+    law = least_absolute_deviations(design, np.concatenate(values))
+    level = _levels(law[:-1], column, [v - law[-1] * u**2 for u, v in zip(speeds, values, strict=True)])
+    found = []
+    for segment, (time, speed, value), c, direction in zip(segments, seen, column, directions, strict=True):
+        common = level[c] + law[-1] * speed**2
+        separate = counts[direction] >= STEP_POLICY.separating_runs
+        limit = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few
+        found.append(_ExcessDeceleration(segment, time, speed, value - common, float(np.mean(common)), limit))
+    return found
+
+
+def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]) -> Array:
+    """The constant term of each direction's deceleration, (d,) m/s^2.
+
+    Of two differing runs, least absolute deviations cannot decide which one is braked: the one closer to the median of
+    all directions is used.
+
+    Parameters
+    ----------
+    fitted : (d,) of each direction. column : (r,) direction of each run. constants : of each run, (b,) m/s^2.
+    """
+    runs = np.array([np.median(c) for c in constants])
+    level = fitted.copy()
+    for way in range(fitted.size):
+        own = runs[column == way]
+        if 1 < own.size < STEP_POLICY.separating_runs and fitted.size > 1:
+            level[way] = own[np.argmin(np.abs(own - np.median(runs)))]
+    return level
+
+
+def _deceleration(segment: CoastSegment, known: Array) -> tuple[Array, Array, Array]:
+    """Time, speed and deceleration minus that by known forces, (b,) s, m/s, m/s^2."""
+    bins = cut(segment.log.time, INTERVAL, segment.part)
+    time, speed, pushed = bins.time, bins.mean(segment.log["speed"]), bins.mean(known)
+    middles = [0.5 * (x[1:] + x[:-1]) for x in (time, speed, pushed)]
+    return middles[0], middles[1], middles[2] - np.diff(speed) / np.diff(time)
+
+
+def _places(segment: CoastSegment, direction: str | None, time: Array) -> Array | None:
+    """Road coordinates of a run at times (b,) s, m; None where its position on the road is not logged."""
+    log = segment.log
+    if "position" not in log:
+        return None
+    heading = HEADING[direction]
+    first = first_place(log.time, log["speed"], log["position"], heading)
+    if first is None:
+        return None
+    return first + heading * np.interp(time, log.time, cumulative_integral(log.time, log["speed"]))
+
+
+def least_absolute_deviations(design: Array, values: Array) -> Array:
+    """Coefficients (k,) of least absolute deviations, by iteratively reweighted least squares.
+
+    Parameters
+    ----------
+    design : (n, k). values : (n,).
+    """
+    weight = np.ones(values.size)
+    for _ in range(ROUNDS):
+        root = np.sqrt(weight)
+        law = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
+        weight = 1.0 / np.maximum(np.abs(values - design @ law), 1e-3)
+    return np.asarray(law)
+
+
+def _longest_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment | None, list[RejectedSegment]]:
+    """The part between the outliers of a coast that covers most speed, and the rejected rest."""
+    name, time = one.segment.name, one.segment.log.time
+    begin, end = float(time[0]), float(time[-1])
+    middle = float(np.median(one.excess))
+    if middle > max(STEP_POLICY.engaged_least, STEP_POLICY.engaged_share * one.usual):
+        why = (
+            f"slows by {middle:.2f} m/s^2 more than the other runs throughout: check for an engaged driveline "
+            "or a dragging brake"
+        )
+        return None, [RejectedSegment(name, begin, end, why)]
+    if not (at := one.outliers).size:
+        return one.segment, []
+    best, since, until = _undisturbed(one)
+    if _covered(one.segment, best) < STEP_POLICY.least_covered * window:
+        return None, [RejectedSegment(name, begin, end, one.reason(int(at[0])))]
+    lost = ((begin, since, at[one.time[at] < since]), (until, end, at[one.time[at] > until]))
+    return one.segment.rows(best), [RejectedSegment(name, a, b, one.reason(int(k[0]))) for a, b, k in lost if k.size]
+
+
+def _undisturbed(one: _ExcessDeceleration) -> tuple[Mask, float, float]:
+    """Rows before, between or after the outliers, whichever cover most speed, and their begin and end, s."""
+    time, at = one.segment.log.time, one.outliers
+    begins = [float(time[0]), *(one.time[at + 1] + INTERVAL).tolist()]
+    ends = [*(one.time[at] - INTERVAL).tolist(), float(time[-1])]
+    parts = [((time >= a) & (time <= b), a, b) for a, b in zip(begins, ends, strict=True)]
+    return max(parts, key=lambda p: _covered(one.segment, p[0]))
+
+
+def _covered(segment: CoastSegment, keep: Mask) -> float:
+    """Span of speed of these rows, m/s."""
+    return float(np.ptp(segment.log["speed"][keep])) if keep.sum() >= segment.fewest else 0.0

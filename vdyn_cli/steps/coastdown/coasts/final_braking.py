@@ -1,0 +1,71 @@
+"""A short braking at the very end of a coast, which lasts too little for a mean deceleration to show it.
+
+Drivers brake as soon as the test speed is reached, and loggers stop with the car. The deceleration of the 4 s before is
+continued over the last 2 s: a speed that falls short of it was lost by a brake or a gear. Slope, wind and road load
+change too little in that time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vdyn_cli.quantities.arrays import Mask
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+LAST, BEFORE = 2.0, 4.0  # s
+FEWEST = 6  # samples of a line that tells its scatter
+
+
+def without_final_braking(
+    segments: Sequence[CoastSegment], kept: Sequence[Sequence[tuple[float, float]]]
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without the last 2 s, where the speed falls by more than the deceleration before, and those parts.
+
+    Parameters
+    ----------
+    kept : for each segment, first and last times (s) of what the description keeps.
+    """
+    found: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for segment, held in zip(segments, kept, strict=True):
+        one, end = segment, float(segment.log.time[-1])
+        lost = 0.0
+        while not any(a <= end <= b for a, b in held) and (drop := _lost_speed(one)):
+            lost += drop
+            one = one.rows(_before_last(one))
+        found.append(one)
+        if lost:
+            begin = float(one.log.time[-1])
+            why = (
+                f"the speed falls by {3.6 * lost:.1f} km/h more than the deceleration before explains, from "
+                f"{3.6 * float(one.log['speed'][-1]):.0f} km/h on: brake or gear?"
+            )
+            rejected.append(RejectedSegment(segment.name, begin, end, why))
+    return found, rejected
+
+
+def _before_last(segment: CoastSegment) -> Mask:
+    time = segment.log.time
+    return np.asarray(time < time[-1] - LAST)
+
+
+def _lost_speed(segment: CoastSegment) -> float:
+    """The speed, m/s, by which the last sample falls short of the line through the 4 s before the last 2 s.
+
+    Zero where that is below ``brake_loss``, or below ``brake_loss_std`` standard deviations of the line there.
+    """
+    time, speed = segment.log.time, segment.log["speed"]
+    first = time - time[-1]
+    line = (first >= -LAST - BEFORE) & (first < -LAST)
+    last = first >= -LAST
+    rest = int(np.count_nonzero(first < -LAST))
+    if segment.split or line.sum() < FEWEST or rest < 2 * segment.fewest or np.ptp(segment.part[line | last]) > 0:
+        return 0.0
+    fit, cov = np.polyfit(first[line], speed[line], 1, cov="unscaled")
+    scatter = float(np.sqrt(np.sum((speed[line] - np.polyval(fit, first[line])) ** 2) / (line.sum() - 2)))
+    lost = float(fit[1] - speed[-1])
+    error = scatter * float(np.sqrt(1.0 + cov[1, 1]))
+    return lost if lost > max(STEP_POLICY.brake_loss, STEP_POLICY.brake_loss_std * error) else 0.0

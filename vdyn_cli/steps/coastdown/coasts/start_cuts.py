@@ -1,0 +1,63 @@
+"""Removal of the first seconds of all coasts for a common reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, rows
+
+BEFORE = 1.0  # s before a coast within which a log counts as beginning with it: the speed is smoothed over this span
+
+
+@dataclass(frozen=True)
+class StartCut:
+    """What is cut from the start of every coast.
+
+    Parameters
+    ----------
+    length : s from the start. slack : s, by which a span that the user keeps may be shorter at either end of the cut.
+    why : a sentence.
+    """
+
+    length: float
+    slack: float
+    why: str
+
+
+def without_starts(
+    segments: Sequence[CoastSegment],
+    starts: Sequence[Log],
+    kept: Sequence[Sequence[tuple[float, float]]],
+    cut: StartCut,
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without their start, except those whose start the user keeps, and the cut parts.
+
+    Parameters
+    ----------
+    starts : of each segment, the log from the start of the coast (``from_start``). kept : spans (s, s) of its run.
+    """
+    found: list[CoastSegment] = []
+    rejected: list[RejectedSegment] = []
+    for one, start, spans in zip(segments, starts, kept, strict=True):
+        begin, until = float(one.log.time[0]), float(start.time[0]) + cut.length
+        if any(first <= begin + cut.slack and until - cut.slack <= stop for first, stop in spans):
+            found.append(one)
+            continue
+        keep = f"[{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]"
+        found.append(one.rows(one.log.time > until))
+        rejected.append(RejectedSegment(one.name, begin, until, f"{cut.why} To use it, add 'keep: {keep}' to the run"))
+    return found, rejected
+
+
+def from_start(coast: Log, whole: Log) -> Log:
+    """The coast, extended to the first row of its log where the log begins with the coast.
+
+    A coast begins at the highest smoothed speed, which is half a second after the first row of a log cut there.
+    """
+    begin, end = float(coast.time[0]), float(coast.time[-1])
+    here = np.isfinite(whole["speed"]) & (whole.time <= end)
+    return rows(whole, here) if begin - float(whole.time[0]) < BEFORE else coast

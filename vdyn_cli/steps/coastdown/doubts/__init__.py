@@ -1,0 +1,1 @@
+"""Doubts about a fitted road load, and how much wider they make its intervals."""

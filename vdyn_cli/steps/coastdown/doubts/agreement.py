@@ -1,0 +1,229 @@
+"""Whether the fitted road load agrees with the decelerations that the logs show, without its noise model.
+
+In classes of speed, the force of each run is inertia times the slope of a straight line through its measured speed,
+less the known slope of the road. The mean of both directions is compared with the fitted road load at the same speeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter
+FEWEST_SAMPLES = 5  # of a run in a class: a slope from fewer samples is mostly noise
+
+
+@dataclass(frozen=True)
+class LocalForces:
+    """Forces in classes of speed, from the decelerations of the measured and of the simulated runs.
+
+    Parameters
+    ----------
+    speed : (k,) m/s. measured, fitted : (k,) N. half : (k,) N, half the 95 % interval of their difference.
+    """
+
+    speed: Array
+    measured: Array
+    fitted: Array
+    half: Array
+
+    def disagreeing(self, speed: float) -> tuple[float, float] | None:
+        """Measured minus fitted force at a speed and half its interval, N; None where they agree.
+
+        Parameters
+        ----------
+        speed : m/s; both forces are interpolated between the classes and constant beyond the outermost ones.
+        """
+        off = float(np.interp(speed, self.speed, self.measured - self.fitted))
+        half = float(np.interp(speed, self.speed, self.half))
+        return (off, half) if abs(off) > bonferroni_factor(self.speed.size) * half else None
+
+    @property
+    def outside(self) -> NDArray[np.bool_]:
+        """Whether the interval of each class does not contain the fitted force, (k,)."""
+        return np.abs(self.measured - self.fitted) > self.half
+
+
+def local_forces(fit: RoadLoadFit) -> LocalForces | None:
+    """Measured and fitted forces in classes of speed; None where the car is driven or no class has enough runs.
+
+    Means over the runs of each direction (at least two), then over directions; the interval is 95 % (Welch). Assumes
+    that a run's deceleration within a class belongs to its mean speed, for measured and simulated run alike. The
+    intervals include the slope of the road, which all runs of a direction share, with its fitted roughness.
+    """
+    if fit.campaign.drive != "coasting" or not fit.campaign.speed_fitted:
+        return None
+    low, high = fit.speeds
+    edges = np.linspace(low, high, CLASSES + 1)
+    headings = np.array([r.heading for r in fit.campaign.runs])
+    level = {**fit.at, **dict.fromkeys(fit.rows.road, 0.0)}
+    fitted = fit.solution.per_run["start.speed"]
+    simulated = [fit.simulate_with(k, level, float(fitted[k])).outputs["speed"] for k in range(headings.size)]
+    rows = []
+    for a, b in pairwise(edges):
+        seen = np.array([_forces(fit, k, simulated[k], float(a), float(b)) for k in range(headings.size)])
+        good = np.isfinite(seen).all(axis=1)  # the log may miss a class that the simulation passes
+        means, variance, fewest = [], 0.0, np.inf
+        for way in np.unique(headings[good]):
+            mine = seen[good & (headings == way)]
+            if len(mine) < 2:
+                continue
+            means.append(mine.mean(axis=0))
+            variance += float(np.var(mine[:, 1] - mine[:, 2], ddof=1)) / len(mine)
+            fewest = min(fewest, len(mine))
+        if means and len(means) == len(np.unique(headings)):
+            speed, force, model = np.mean(means, axis=0)
+            # Welch: the degrees of freedom of the summed variances are at least those of the smaller group.
+            scatter = t_quantile(len(means) * (fewest - 1.0)) * np.sqrt(variance) / len(means)
+            road = NORMAL95 * _road_force(fit, float(a), float(b))
+            rows.append((speed, force, model, float(np.hypot(scatter, road))))
+    return LocalForces(*np.array(rows).T) if rows else None
+
+
+def _forces(fit: RoadLoadFit, run: int, simulated: Array, low: float, high: float) -> tuple[float, float, float]:
+    """Mean speed (m/s) of a run between two speeds, and the forces (N) from its measured and simulated speed."""
+    one = fit.campaign.runs[run]
+
+    def slope(speed: Array) -> tuple[float, float]:
+        falling = np.minimum.accumulate(speed)
+        inside = (falling >= low) & (falling <= high)
+        if inside.sum() < FEWEST_SAMPLES:
+            return np.nan, np.nan
+        time = one.time[inside] - one.time[inside].mean()
+        grade = one.inputs["grade"]
+        known = float(np.mean(grade[inside])) if isinstance(grade, np.ndarray) else float(grade)
+        rate = float(time @ speed[inside]) / float(time @ time)
+        return float(speed[inside].mean()), -fit.inertia * rate - fit.at["mass"] * GRAVITY * known
+
+    speed, measured = slope(one.speed)
+    return speed, measured, slope(simulated)[1]
+
+
+def _road_force(fit: RoadLoadFit, low: float, high: float) -> float:
+    """Standard deviation of the road's slope force between two speeds, N, averaged over the directions."""
+    layout = fit.campaign.layout
+    if layout is None or not fit.rows.road:
+        return 0.0
+    each: dict[float, list[Array]] = {}
+    for k, run in enumerate(fit.campaign.runs):
+        inside = (run.speed >= low) & (run.speed <= high)
+        if inside.any():
+            each.setdefault(run.heading, []).append(layout.weights(k)[inside].mean(axis=0))
+    if not each:
+        return 0.0
+    way = np.mean([np.mean(rows, axis=0) for rows in each.values()], axis=0)
+    return fit.at["mass"] * GRAVITY * fit.sizes[ROUGHNESS] * float(np.linalg.norm(way @ layout.factor))
+
+
+def disagreement(found: LocalForces | None) -> float:
+    """Largest ratio of difference to half interval over the k classes, divided by ``bonferroni_factor(k)``.
+
+    Above 1 measured and fitted forces disagree; 0 where no comparison was possible.
+    """
+    if found is None:
+        return 0.0
+    worst = float(np.max(np.abs(found.measured - found.fitted) / np.maximum(found.half, 1e-300)))
+    return worst / bonferroni_factor(found.speed.size)
+
+
+def bonferroni_factor(classes: int) -> float:
+    """Factor by which each interval widens so that those of k classes jointly keep the significance level.
+
+    z(1 - level/(2 k)) / z(0.975) with the normal quantile z
+    """
+    return -float(ndtri(STEP_POLICY.disagreement_level / 2 / classes)) / NORMAL95
+
+
+def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
+    """Rolling resistance and drag area (m^2) that fit the local forces; those of the two that are estimated.
+
+    Least squares of measured minus fitted force on M g and 1/2 rho V^2, weighted by the intervals.
+    """
+    columns = {
+        "rolling_resistance": np.full(found.speed.size, fit.at["mass"] * GRAVITY),
+        "drag_area": 0.5 * fit.at["air_density"] * found.speed**2,
+    }
+    names = [n for n in columns if n in fit.solution.names]
+    matrix = np.column_stack([columns[n] for n in names]) / found.half[:, None]
+    step = np.linalg.lstsq(matrix, (found.measured - found.fitted) / found.half, rcond=None)[0]
+    return {n: fit.solution.values[n] + float(d) for n, d in zip(names, step, strict=True)}
+
+
+def widened_to_include(solution: Solution, other: Mapping[str, float]) -> Solution:
+    """The solution with 95 % intervals that include other values.
+
+    C + d d' / t^2, d the shift (s,) to the other values and t the 97.5 % quantile of Student's t
+
+    Parameters
+    ----------
+    other : values of some of the shared unknowns.
+    """
+    shift = np.array([other.get(n, solution.values[n]) - solution.values[n] for n in solution.names])
+    quantile = np.array([t_quantile(solution.degrees[n]) for n in solution.names])
+    covariance = solution.covariance + np.outer(shift / quantile, shift / quantile)
+    std = dict(zip(solution.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    half = {n: q * std[n] for n, q in zip(solution.names, quantile.tolist(), strict=True)}
+    interval = {n: (solution.values[n] - h, solution.values[n] + h) for n, h in half.items()}
+    return replace(solution, covariance=covariance, std=std, interval95=interval)
+
+
+def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
+    """Shift of each published unknown, SI, when a run is left out, to first order, by run; empty for a single run.
+
+    The sum of the deletions of the run's units (inference.intervals.Spread).
+    """
+    solution = fit.solution
+    shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]
+    found: dict[str, dict[str, float]] = {}
+    if len(fit.campaign.runs) < 2:
+        return found
+    for k, run in enumerate(fit.campaign.runs):
+        change = sum((u.change for u in solution.units if u.run == k), np.zeros(len(solution.names)))
+        found[run.name] = {n: float(change[i]) for i, n in shared}
+    return found
+
+
+def shared_force(fit: RoadLoadFit) -> Mapping[float, tuple[float, float]]:
+    """Mean correlation of the residual force between runs of a direction, and the force that they share (N rms).
+
+    By heading (+1, -1, 0), for directions with at least two runs. The residual force is the inertia times the rate of
+    change of the binned speed residuals on a level road, as a function of the distance driven.
+    """
+    level = {**fit.at, **dict.fromkeys(fit.rows.road, 0.0)}
+    starts = fit.solution.per_run.get("start.speed")
+    if starts is None:
+        return {}
+    traces: dict[float, list[tuple[Array, Array]]] = {}
+    for k, run in enumerate(fit.campaign.runs):
+        bins = fit.campaign.bins[k]
+        seen = fit.simulate_with(k, level, float(starts[k])).outputs["speed"]
+        left = bins.mean(run.speed - seen)
+        place = bins.mean(run.distance)
+        force = -fit.inertia * np.diff(left) / np.diff(bins.time)
+        traces.setdefault(run.heading, []).append((0.5 * (place[1:] + place[:-1]), force))
+    return {way: _common(each) for way, each in traces.items() if len(each) > 1}
+
+
+def _common(traces: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
+    """Mean correlation between the traces over their common distance, and the rms of their common part."""
+    grid = np.linspace(max(t[0][0] for t in traces), min(t[0][-1] for t in traces), 40)
+    every = np.array([np.interp(grid, place, force) for place, force in traces])
+    every = every - every.mean(axis=1, keepdims=True)
+    product = every @ every.T / grid.size
+    pairs = product[np.triu_indices(len(traces), 1)]
+    size = np.sqrt(np.diag(product))
+    each = np.outer(size, size)[np.triu_indices(len(traces), 1)]
+    return float(np.mean(pairs / np.maximum(each, 1e-300))), float(np.sqrt(max(float(np.mean(pairs)), 0.0)))

@@ -1,0 +1,220 @@
+"""Findings on the quality of a fitted road load: its noise, its road, its agreement with the logs, single runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.number_text import number, two_digits
+from vdyn_cli.quantities.result import Figure, Series, Table
+from vdyn_cli.steps.coastdown.doubts.agreement import (
+    LocalForces,
+    alternative,
+    disagreement,
+    influence,
+    local_forces,
+    shared_force,
+    widened_to_include,
+)
+from vdyn_cli.steps.coastdown.doubts.one_way import widened_if_one_way
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
+from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
+from vdyn_cli.steps.coastdown.noise import LARGEST_GUST
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+# Largest physical amplitudes. Speed: receivers and wheel sensors are accurate to 0.1 m/s, or 0.3 m/s where the value is
+# held or rounded to 1 km/h. Road: SAE J1263 allows a slope of 0.5 % on a test road.
+LIMITS: Mapping[str, tuple[float, str]] = {
+    "gust": (LARGEST_GUST, "gusts"),
+    "speed_noise": (0.5, "noise of the speed"),
+    ROUGHNESS: (0.005, "slope of the road"),
+}
+AT_LIMIT = 0.999  # share of the largest amplitude above which the noise counts as at the limit
+FEWEST_COMPARED = 3  # runs, to tell which one is off: of two that disagree, either may be wrong
+LEAST_OTHERS = 0.05  # share of the variance attributed to the other runs at least: the shift is only to first order
+
+
+@dataclass(frozen=True)
+class FitQuality:
+    """How well a fitted road load is supported by its runs.
+
+    Parameters
+    ----------
+    fit : with intervals that include the local forces where they disagree.
+    local : force from decelerations and fitted force. disagreement : of the two, above 1 where significant.
+    shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
+    """
+
+    fit: RoadLoadFit
+    local: LocalForces | None
+    disagreement: float
+    shared: Mapping[float, tuple[float, float]]
+    shifts: Mapping[str, Mapping[str, float]]
+
+    def document(self) -> dict[str, Any]:
+        """The numbers for the JSON, under ``quality``."""
+        local = self.local
+        rows = (
+            [] if local is None else np.column_stack([local.speed, local.measured, local.fitted, local.half]).tolist()
+        )
+        return {
+            "influence": {run: dict(shift) for run, shift in self.shifts.items()},
+            "agreement": {
+                "worst": self.disagreement,
+                "classes": [
+                    {"speed_kmh": 3.6 * v, "from_deceleration_N": m, "fitted_N": f, "half_interval_N": h}
+                    for v, m, f, h in rows
+                ],
+            },
+            "shared_force": [
+                {"heading": way, "correlation": c, "rms_N": f} for way, (c, f) in sorted(self.shared.items())
+            ],
+        }
+
+    def findings(self) -> tuple[Finding, ...]:
+        """What the user should know, each with a number and a remedy."""
+        return (*self._noise(), *self._road(), *self._disagreement(), *self._runs())
+
+    def _noise(self) -> list[Finding]:
+        found = []
+        for name, (size, limit, words) in unphysical(self.fit).items():
+            unit = "" if name == ROUGHNESS else " m/s"
+            verb = "exceeds" if size > limit else "reaches"
+            what = f"fitted {words}: {size:.2g}{unit} rms {verb} the limit {limit:.2g}{unit}: another force is likely"
+            remedy = (
+                "check for braking; inspect the residual force over speed and over runs; log position, wind and drive "
+                "torque"
+            )
+            found.append(Finding("noise", what, remedy=remedy, doubt=True))
+        return found
+
+    def _road(self) -> list[Finding]:
+        together = {w: (c, f) for w, (c, f) in self.shared.items() if c > STEP_POLICY.common_residual}
+        if not together:
+            return []
+        correlation, force = max(together.values())
+        slope = force / (self.fit.at["mass"] * GRAVITY)
+        what = (
+            f"runs of one direction share a force of {two_digits(force)} N rms (correlation {correlation:.2f}): the "
+            f"road ({100 * slope:.2f} % rms of slope explains it), the wind or the driver; the intervals include it if "
+            "it is the road, but not if it is a brake or clutch that drags at the start of every run"
+        )
+        if self.fit.campaign.road is not None:
+            remedy = "log the wind, or extend by grade_profile"
+        elif self.fit.campaign.accelerometer != "none":  # which measures the slope
+            remedy = "log the wind"
+        else:
+            remedy = "log the wind and the position, or survey the road and map 'grade'"
+        return [Finding("runs", what, remedy=remedy)]
+
+    def _disagreement(self) -> list[Finding]:
+        if self.local is None or self.disagreement <= 1.0:
+            return []
+        off = np.abs(self.local.measured - self.local.fitted) / self.local.half
+        k = int(np.argmax(off))
+        measured, fitted, half = (
+            number(float(x[k]), float(self.local.half[k]))
+            for x in (self.local.measured, self.local.fitted, self.local.half)
+        )
+        what = (
+            f"at {3.6 * self.local.speed[k]:.0f} km/h the force from the logged decelerations is {measured} N "
+            f"(+- {half}), the fitted force {fitted} N; the intervals are widened"
+        )
+        remedy = "inspect the residual force over speed; narrow speed_window, or log the force that acts there"
+        return [Finding("road_load", what, remedy=remedy, doubt=True)]
+
+    def _runs(self) -> list[Finding]:
+        if len(self.shifts) < FEWEST_COMPARED:
+            return []
+        found, outliers = [], influential_runs(self.fit, STEP_POLICY.outlying_run)
+        for run, shifts in self.shifts.items():
+            moved = {n: s for n, s in shifts.items() if self._carries(n, s)}
+            if not moved:
+                continue
+            off = set(moved) & set(outliers.get(run, ()))
+            each = [f"{n} is {number(abs(s), 0.1 * abs(s))} {'higher' if s > 0 else 'lower'}" for n, s in moved.items()]
+            what = f"without this run {' and '.join(each)}: "
+            if off:
+                remedy = "look for traffic, a brake or a gust in it; leave the run out only for such a reason"
+                found.append(Finding(run, what + "it disagrees with the other runs", remedy=remedy, doubt=True))
+            else:
+                found.append(Finding(run, what + "the answer depends on it", remedy="repeat it, or drive more runs"))
+        return found
+
+    def _carries(self, name: str, shift: float) -> bool:
+        """Whether a run shifts an unknown by more than the half interval that the other runs alone give."""
+        half, std = 0.5 * float(np.diff(self.fit.solution.interval95[name])[0]), self.fit.solution.std[name]
+        return bool(abs(shift) > half * np.sqrt(max(1.0 - (shift / std) ** 2, LEAST_OTHERS)))
+
+    def table(self) -> Table:
+        """Influence of each run, in half-widths of the 95 % interval."""
+        names = list(next(iter(self.shifts.values()), {}))
+        rows = []
+        for run, shifts in self.shifts.items():
+            cells = []
+            for name in names:
+                low, high = self.fit.solution.interval95[name]
+                cells.append(f"{shifts[name]:+.2g} ({abs(shifts[name]) / (0.5 * (high - low)):.2f})")
+            rows.append((run, *cells))
+        caption = "Shift when a run is left out, to first order; in brackets in half-widths of the 95 % interval."
+        return Table(
+            "influence", "Influence of each run", ("run", *(n.replace("_", " ") for n in names)), tuple(rows), caption
+        )
+
+    def figure(self, load: RoadLoad) -> Figure | None:
+        """Force from the measured decelerations and fitted road load, over speed."""
+        local = self.local
+        if local is None:
+            return None
+        speed = np.linspace(*self.fit.speeds, 60)
+        force, half = np.asarray(load.force(speed)), load.half_width(speed)
+        return Figure(
+            "agreement",
+            "Force from local decelerations",
+            "Points: inertia times the slope of the measured speed in classes of speed, mean of both directions, with "
+            "the 95 % interval of runs and road. Line and band: the fitted road load. Good: the bars reach the band. "
+            "Bad: they miss it at one end; then the noise model hides a force that all runs have.",
+            "speed [km/h]",
+            "force [N]",
+            (
+                Series("95 % band", 3.6 * speed, force - half, "band", force + half, role="muted"),
+                Series("fitted", 3.6 * speed, force, role="simulated"),
+                Series(
+                    "from decelerations", 3.6 * local.speed, local.measured, "points", error=local.half, role="measured"
+                ),
+            ),
+        )
+
+
+def quality_of(fit: RoadLoadFit) -> FitQuality:
+    """The quality of a fit; its intervals are widened where local forces disagree or all runs have one direction."""
+    local = local_forces(fit)
+    ratio = disagreement(local)
+    if local is not None and ratio > 1.0:
+        fit = replace(fit, solution=widened_to_include(fit.solution, alternative(fit, local)))
+    fit = replace(fit, solution=widened_if_one_way(fit))
+    return FitQuality(fit, local, ratio, shared_force(fit), influence(fit))
+
+
+def unphysical(fit: RoadLoadFit) -> dict[str, tuple[float, float, str]]:
+    """Noise amplitudes above their physical limit: amplitude, limit and name, by source."""
+    found = {}
+    for name, (limit, words) in LIMITS.items():
+        size = fit.sizes.get(name, 0.0)
+        if name == "speed_noise":
+            size *= float(np.median([levels.get("speed", 0.0) for levels in fit.campaign.levels]))
+        if size > AT_LIMIT * limit and not fit.campaign.white:
+            found[name] = (size, limit, words)
+    return found
+
+
+def physical_sizes(fit: RoadLoadFit) -> dict[str, float]:
+    """The noise amplitudes, each limited to the largest physical one."""
+    return {**fit.sizes, **{n: fit.sizes[n] * limit / size for n, (size, limit, _) in unphysical(fit).items()}}

@@ -1,0 +1,57 @@
+"""Interval widening for a slope and a steady wind where all runs have the same direction.
+
+A slope i acts like a rolling resistance i; a headwind w adds 1/2 rho Cd A (2 V w + w^2), which the fit attributes to
+rolling resistance and drag area. Runs in both directions separate slope and wind from the car. Runs in one direction do
+not, and their scatter does not show the error, so the intervals include the largest slope and wind that the
+regulations allow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
+from vdyn_cli.steps.coastdown.doubts.crosswind import absorbed
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+
+SLOPE = 0.005  # m/m, the most that SAE J1263 allows for a test road
+WIND = 3.0  # m/s, the largest mean wind of UN R83, annex 4a, appendix 7
+
+
+def is_one_way(fit: RoadLoadFit) -> bool:
+    """Whether all runs of a fit have the same direction, or none states its direction."""
+    return len({r.heading for r in fit.campaign.runs}) == 1
+
+
+def widened_if_one_way(fit: RoadLoadFit) -> Solution:
+    """The solution with 95 % intervals that include an unmeasured slope and wind; unchanged with both directions.
+
+    The slope is ``SLOPE``, the wind ``WIND``, either way. A measured wind, and a slope that is logged, surveyed or
+    measured by the accelerometer, need no widening. A roughness that the description states is used as the slope's
+    standard deviation.
+    """
+    campaign, solution = fit.campaign, fit.solution
+    if not is_one_way(fit):
+        return solution
+    known = {n: all(isinstance(r.inputs[n], np.ndarray) for r in campaign.runs) for n in ("grade", "wind_speed")}
+    if campaign.accelerometer == "none" and not known["grade"]:
+        slope = SLOPE if campaign.roughness is None else NORMAL95 * campaign.roughness
+        solution = _moved(solution, {"rolling_resistance": slope})
+    if campaign.accelerometer != "alone" and not known["wind_speed"]:
+        solution = _moved(solution, _by_wind(fit))
+    return solution
+
+
+def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
+    """Shift of rolling resistance and drag area by a headwind ``WIND``, for those of the two that are estimated."""
+    density = 0.5 * fit.at["air_density"] * fit.at["drag_area"]
+    return absorbed(fit, lambda speed: density * ((speed + WIND) ** 2 - speed**2))
+
+
+def _moved(solution: Solution, shift: Mapping[str, float]) -> Solution:
+    known = {n: solution.values[n] + d for n, d in shift.items() if n in solution.values}
+    return widened_to_include(solution, known)

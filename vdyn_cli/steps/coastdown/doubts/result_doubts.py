@@ -1,0 +1,108 @@
+"""Findings about a coast-down and its road load: left-out parts, air, implausible values, outlying runs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.quantities.constants import ZERO_CELSIUS
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.steps.coastdown.coasts.segments import log_of
+from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.fit.residuals import run_forces
+from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
+NOTABLE_SHIFT = 0.5  # standard deviations of a given value, above which the contradiction by the runs is reported
+
+
+def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
+    """Findings about the runs and the result.
+
+    On rejected segments, the air of the test, implausible values, the assumed zero of the accelerometer, the quality
+    of the fit, outlying runs and contradicted priors.
+    """
+    found = []
+    if answer.coasting:  # most of an open road is left out, as the table of rejected parts shows
+        found += _rejected(answer.selection)
+    if answer.test is None:
+        remedy = "add 'environment: {temperature: ..., pressure: ...}'"
+        found.append(Finding("environment", "the road load is not corrected: the temperature is unknown", "", remedy))
+    elif not STANDARD_DAY[0] <= answer.test.temperature - ZERO_CELSIUS <= STANDARD_DAY[1]:
+        got = f"{answer.test.temperature - ZERO_CELSIUS:.1f} degC"
+        found.append(Finding("environment", "temperature outside the 5 to 35 degC of SAE J1263", got))
+    rolling = answer.main["rolling_resistance"].value
+    if rolling > STEP_POLICY.most_rolling:
+        what = "higher than the rolling resistance of tires: it includes a brake, an engaged driveline or a slope"
+        found.append(Finding("rolling_resistance", what, f"{rolling:.4f}"))
+    if rolling < STEP_POLICY.least_rolling:
+        what = "lower than the rolling resistance of any car's tires"
+        remedy = "check the unit of the speed, the mass, and whether the car was driven"
+        found.append(Finding("rolling_resistance", what, f"{rolling:.4f}", remedy, doubt=True))
+    if answer.zeros and not any(z.by_elevation for z in answer.zeros.values()):
+        what = "the accelerometer's zero assumes a mean slope of zero over all roads"
+        found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
+    return (*found, *answer.quality.findings(), *_outlying_runs(answer), *_contradicted_givens(answer))
+
+
+def _rejected(selection: SegmentSelection) -> list[Finding]:
+    """A note for each part of a run that is left out, and a warning for each run of which nothing is used."""
+    used = {log_of(s.name) for s in selection.segments}
+    lost = {log_of(r.run) for r in selection.rejected} - used
+    found = []
+    for r in (r for r in selection.rejected if not r.usual):
+        span = f"{r.start:.0f} to {r.stop:.0f} s left out: {r.why}"
+        if log_of(r.run) in lost:
+            what = f"{len(lost)} of {len(used | lost)} runs not used; {span}"
+            remedy = "repeat the run, or remove it from 'runs' if it is not a coast-down"
+            found.append(Finding(r.run, what, "", remedy, doubt=True))
+        else:
+            found.append(Finding(r.run, span))
+    return found
+
+
+def implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
+    """A warning if an estimated drag coefficient is outside the range of road vehicles."""
+    if drag is None or drag.source == "given" or STEP_POLICY.least_drag <= drag.value <= STEP_POLICY.most_drag:
+        return ()
+    side = "lower" if drag.value < STEP_POLICY.least_drag else "higher"
+    remedy = "check the unit of the speed, the mass and the frontal area"
+    what = f"{side} than the drag coefficient of any road vehicle"
+    return (Finding("drag_coefficient", what, f"{drag.value:.3f}", remedy, doubt=True),)
+
+
+def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
+    """Coasts that are outliers or from which on the resistance is higher; not tested on an open road."""
+    if not answer.coasting:
+        return []
+    runs, found = answer.fit.campaign.runs, []
+    forces, headings = run_forces(answer.fit)[0], np.array([r.heading for r in runs])
+    if (step := resistance_step(forces, headings)) is not None:
+        what = f"from this run on the resistance is {step.force:.0f} N higher than before (p = {step.p_value:.1g})"
+        remedy = (
+            "check what changed before this run (load, tire pressure, roof box, windows, wet road); "
+            "if something did, describe the runs before and after the change in two files"
+        )
+        found.append(Finding(runs[step.run].name, what, remedy=remedy, doubt=True))
+    if (outlier := outlying_run(forces, headings)) is not None:
+        way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
+        what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
+        remedy = "inspect this run; remove it if traffic, a brake or a gust disturbed it"
+        found.append(Finding(runs[outlier.run].name, what, remedy=remedy, doubt=True))
+    return found
+
+
+def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
+    """Findings on uncertain given values that the runs contradict."""
+    found = []
+    for unknown in answer.fit.campaign.unknowns:
+        if unknown.prior is None or unknown.name.startswith("accelerometer"):
+            continue
+        mean, std = unknown.prior
+        value = answer.fit.solution.values[unknown.name]
+        if abs(value - mean) > NOTABLE_SHIFT * std:
+            what = f"given as {mean:.4g} +- {std:.2g}; the given value and the runs together give {value:.4g}"
+            found.append(Finding(f"vehicle.{unknown.name}", what, remedy="check the value and its standard deviation"))
+    return found

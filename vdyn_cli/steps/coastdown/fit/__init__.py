@@ -1,0 +1,1 @@
+"""The fit of the road load to the selected coasts."""

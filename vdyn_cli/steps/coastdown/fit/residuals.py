@@ -1,0 +1,117 @@
+"""Residuals of the fitted road load: residual force of each run and at each speed, and the held-out error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.inference import solve
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_rows import START
+from vdyn_cli.steps.coastdown.noise import noise_of
+
+SPEED_STEP = 5 / 3.6  # m/s, width of a class of speeds
+FEWEST_FOLDS, MOST_FOLDS = 3, 20  # runs: of two, each is predicted from one; beyond 20 the error hardly changes
+TOLERANCE = 1e-3  # of one residual variance: a further step would move a value by 3 % of its standard deviation
+RUN_SOURCES = ("run_wind", "run_force", "run_drive", "road_mean")
+
+
+@dataclass(frozen=True)
+class ResidualForce:
+    """Mean residual force and its standard error, (k,) N at ``speed`` (k,) m/s; positive: the road load is higher."""
+
+    speed: Array
+    force: Array
+    error: Array
+
+
+def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
+    """Each run's resistance beyond the common road load, and its standard deviation, (runs,) N each.
+
+    The constant force that minimizes the run's whitened residual, with the start speed free; the noise is without what
+    lasts for a run.
+    """
+    at = fit.at
+    sizes = {**fit.sizes, **{n: 0.0 for n in RUN_SOURCES if n in fit.sizes}}
+    forces, errors = [], []
+    for run in range(len(fit.campaign.runs)):
+        residual, own = fit.residual(run)
+        noise = noise_of(fit.campaign, run, at)
+        rows = np.column_stack([noise.push, own, residual])
+        factor = noise.factor(sizes)
+        white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
+        inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
+        # The residual is simulated minus measured, and a push forward raises the measured speed.
+        forces.append(fit.inertia * float(inverse[0] @ white[:, :-1].T @ white[:, -1]))
+        errors.append(fit.inertia * float(np.sqrt(inverse[0, 0])))
+    return np.array(forces), np.array(errors)
+
+
+def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
+    """Residual force in classes of speed of ``SPEED_STEP``; the errors come from the scatter between the runs.
+
+    Inertia times the rate of simulated minus measured speed, or times that of the specific force.
+
+    Parameters
+    ----------
+    runs : indices; a class that fewer than two of them pass is left out.
+    """
+    speeds, forces, owners = [], [], []
+    for run in runs:
+        bins = fit.campaign.bins[run]
+        residual, _ = fit.residual(run)
+        speed = bins.mean(fit.campaign.runs[run].speed)
+        if fit.campaign.speed_fitted:
+            speeds.append(0.5 * (speed[1:] + speed[:-1]))
+            forces.append(fit.inertia * np.diff(residual[: speed.size]) / np.diff(bins.time))
+        else:
+            speeds.append(speed)
+            forces.append(fit.inertia * residual)
+        owners.append(np.full(speeds[-1].size, run))
+    speed, force, owner = np.concatenate(speeds), np.concatenate(forces), np.concatenate(owners)
+    label = np.round(speed / SPEED_STEP).astype(int)
+    found = []
+    for k in np.unique(label):
+        here = label == k
+        means = np.array([force[here & (owner == run)].mean() for run in np.unique(owner[here])])
+        if means.size >= 2:
+            found.append((k * SPEED_STEP, means.mean(), means.std(ddof=1) / np.sqrt(means.size)))
+    at, mean, error = np.array(found).reshape(-1, 3).T
+    return ResidualForce(at, mean, error)
+
+
+def held_out_rms(fit: RoadLoadFit) -> float | None:
+    """Cross-validation: rms of measured less predicted speed, m/s, each run predicted from the others.
+
+    Only the start speed is fitted to the run itself. None with fewer than ``FEWEST_FOLDS`` or more than ``MOST_FOLDS``
+    runs, where the speed is not fitted, or where the other runs do not determine the unknowns.
+    """
+    count = len(fit.campaign.runs)
+    if not FEWEST_FOLDS <= count <= MOST_FOLDS or not fit.campaign.speed_fitted:
+        return None
+    squares, samples = 0.0, 0
+    for run in range(count):
+        try:
+            missed = fit.campaign.runs[run].speed - _predicted(fit, run)
+        except ResultError:
+            return None
+        squares, samples = squares + float(missed @ missed), samples + missed.size
+    return float(np.sqrt(squares / samples))
+
+
+def _predicted(fit: RoadLoadFit, run: int) -> Array:
+    """The run's speed (n,) m/s with parameters fitted to the other runs; that fit starts at the one to all runs."""
+    full, others = fit.regression, [k for k in range(len(fit.campaign.runs)) if k != run]
+    starts = {name: values[others] for name, values in full.run_starts.items()}
+    names = tuple(full.runs[k] for k in others)
+    rest = replace(full, runs=names, rows=lambda k, theta: full.rows(others[k], theta), run_starts=starts)
+    values = solve(rest, units="run", tolerance=TOLERANCE).values
+    theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
+    for _ in range(2):
+        rows = full.rows(run, theta)
+        own = rows.jacobian[:, -1]
+        theta[-1] -= float(own @ rows.residual) / float(own @ own)
+    return fit.simulate_with(run, {**fit.at, **values}, float(theta[-1])).outputs["speed"]

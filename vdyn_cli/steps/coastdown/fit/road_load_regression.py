@@ -1,0 +1,215 @@
+"""The road load as a regression: its unknowns, start values, and the noise amplitudes estimated from its residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from vdyn_cli.effects import Effect
+from vdyn_cli.engine.model_builder import Correction
+from vdyn_cli.engine.simulate import Simulator
+from vdyn_cli.inference import Regression, Unknown, approach
+from vdyn_cli.inference.gust_covariance import SOURCES
+from vdyn_cli.inference.restricted_likelihood import find_sizes, typical_sizes
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.coastdown.fit.campaign import Campaign
+from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows, RowNoise
+from vdyn_cli.steps.coastdown.fit.simulated_runs import SimulatedRuns
+from vdyn_cli.steps.coastdown.fit.start_values import with_start_values
+from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
+from vdyn_cli.steps.coastdown.road.shared_road import (
+    describes_mean_slope,
+    describes_road,
+    independent_slopes,
+    road_unknowns,
+)
+
+STEPS = 6  # of a preliminary fit, whose values are not published
+ANY: Mapping[str, float] = MappingProxyType({})  # no limit of the noise
+
+
+def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
+    """A regression with other effects, and the road, noise amplitudes and start values of a known one.
+
+    Parameters
+    ----------
+    known : regression of the same campaign. effects, extra : as in ``fit_road_load``.
+    """
+    base = rows_of(known)
+    regression = _at_center(initial_regression(base.campaign, effects, extra), base)
+    return starting_at(with_hill_prior(regression), {u.name: u.start for u in known.shared}, dict(known.run_starts))
+
+
+def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
+    """The regression with the road and the noise amplitudes of the baseline's rows."""
+    rows = rows_of(regression)
+    rows = replace(rows, center=base.center, runs=replace(rows.runs, drives=base.runs.drives))
+    return replace(regression, rows=rows.weighted(base.noise.sizes, base.noise.at))
+
+
+def weighted_start(campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = ANY) -> Regression:
+    """The baseline's regression after a few steps, with the noise amplitudes estimated from its residuals.
+
+    Parameters
+    ----------
+    near : the ``weighted_start`` of the same runs on a slightly different road; from there one round is enough.
+    most : upper limits of noise amplitudes, by source.
+
+    Raises
+    ------
+    ResultError : the model has no finite value at the start.
+    """
+    regression = initial_regression(campaign, (), ())
+    if near is not None:
+        sizes, at = rows_of(near).noise.sizes, rows_of(near).noise.at
+        begin = {u.name: u.start for u in near.shared if u.name not in set(rows_of(near).road)}
+        regression = replace(regression, rows=rows_of(regression).weighted(sizes, at))
+        regression = starting_at(with_hill_prior(regression), begin, near.run_starts)
+    for _ in range(2 if near is None else 1):
+        regression = reweighted(regression, *approach(regression, STEPS), most)
+    return regression
+
+
+def rows_of(regression: Regression) -> RoadLoadRows:
+    """The rows of a road load's regression, with their type."""
+    assert isinstance(regression.rows, RoadLoadRows)
+    return regression.rows
+
+
+def effects_of(regression: Regression) -> tuple[Effect, ...]:
+    """The effects in the model of a road load's regression."""
+    return tuple(e for e in rows_of(regression).runs.simulator.effects if isinstance(e, Effect))
+
+
+def transferred(regression: Regression, campaign: Campaign, values: Mapping[str, float]) -> Regression:
+    """The regression of other runs of the same car, with the same unknowns, effects and noise amplitudes.
+
+    Parameters
+    ----------
+    regression : of the runs that were driven. campaign : the other runs, of the same model.
+    values : of the shared unknowns, which determine the car's response to the noise.
+    """
+    rows = rows_of(regression)
+    at = {n: values.get(n, v) for n, v in campaign.values.items()} | {"wind_variance": rows.noise.at["wind_variance"]}
+    starts = {START: np.array([r.speed[0] for r in campaign.runs])} if campaign.speed_fitted else {}
+    runs = tuple(r.name for r in campaign.runs)
+    level = None if rows.center is None else np.zeros_like(rows.center)
+    there = replace(rows, runs=SimulatedRuns(campaign, rows.runs.simulator), center=level).weighted(
+        rows.noise.sizes, at
+    )
+    return replace(regression, runs=runs, rows=there, run_starts=starts)
+
+
+def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
+    """The regression with typical noise amplitudes, started at estimates from the decelerations.
+
+    Parameters
+    ----------
+    effects, extra : corrections of the model's laws, and their unknowns.
+    """
+    hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
+    hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
+    campaign = replace(
+        campaign,
+        flat_road=campaign.flat_road or any(describes_road(e) for e in effects),
+        zero_mean_slope=campaign.zero_mean_slope or any(describes_mean_slope(e) for e in effects),
+    )
+    layout = campaign.layout
+    road = () if layout is None else road_unknowns(layout)
+    unknowns = (*with_start_values(campaign), *road, *extra)
+    names = tuple(u.name for u in unknowns)
+    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
+    if (hills or road) and not campaign.white:
+        sizes[ROUGHNESS] = max(SOURCES[ROUGHNESS].typical, campaign.roughness or 0.0)
+    else:
+        hills = ()
+    inside = [n for n in names if n not in {u.name for u in road}]
+    simulator = Simulator(
+        campaign.model,
+        campaign.values,
+        unknowns=(*inside, START, "wind_variance"),
+        effects=effects,
+        substeps=1 if campaign.nodes is None else SUBSTEPS,
+    )
+    level = np.zeros(len(road)) if road else None
+    simulation, none = SimulatedRuns(campaign, simulator), RowNoise({}, {})
+    rows = RoadLoadRows(simulation, names, none, tuple(u.name for u in road), level, hills)
+    rows = rows.weighted(sizes, campaign.values)
+    starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
+    own = (Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True),) if campaign.speed_fitted else ()
+    names = tuple(r.name for r in campaign.runs)
+    return with_hill_prior(Regression((*unknowns, *own), names, rows, {START: starts} if own else {}))
+
+
+def with_hill_prior(regression: Regression) -> Regression:
+    """The regression with the prior of a random road, of the noise's roughness, for slopes that an effect describes.
+
+    Without it, a valley between the starts of both directions is collinear with a force that increases with speed.
+    """
+    rows = rows_of(regression)
+    if not rows.hills:
+        return regression
+    correlation = rows.hill_factor @ rows.hill_factor.T
+    degrees = independent_slopes(rows.hill_factor)
+    related = {
+        a: dict(zip(rows.hills, row.tolist(), strict=True)) for a, row in zip(rows.hills, correlation, strict=True)
+    }
+
+    def with_prior(u: Unknown) -> Unknown:
+        u = replace(u, prior=(0.0, rows.noise.sizes[ROUGHNESS]), prior_degrees=degrees, prior_stated=False)
+        return replace(u, prior_correlation=related[u.name])
+
+    return replace(regression, unknowns=tuple(with_prior(u) if u.name in related else u for u in regression.unknowns))
+
+
+def scaled_to_residuals(regression: Regression) -> Regression:
+    """The regression with white noise as large as the residuals at the start, so that priors keep their weight."""
+    rows, start, squares = rows_of(regression), regression.start(), []
+    for k in range(len(regression.runs)):
+        residual, _ = rows.binned(k, regression.local(start, k))
+        squares.append((residual / rows.noise.factors[k]) ** 2)
+    scale = max(float(np.sqrt(np.mean(np.concatenate(squares)))), 1.0)
+    return replace(
+        regression, rows=rows.weighted({n: size * scale for n, size in rows.noise.sizes.items()}, rows.noise.at)
+    )
+
+
+def reweighted(
+    regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array], most: Mapping[str, float] = ANY
+) -> Regression:
+    """The regression started at these values, whitened with the noise amplitudes estimated from its residuals there.
+
+    Parameters
+    ----------
+    shared, own : values of the shared unknowns, and (runs,) of each run's own. most : upper limits of amplitudes.
+    """
+    rows = rows_of(regression)
+    at = {**rows.noise.at, **shared}
+    runs = []
+    for k in range(len(rows.campaign.runs)):
+        theta = np.array([*(shared[n] for n in rows.shared), *(own[u.name][k] for u in regression.own)])
+        runs.append(rows.noisy(k, theta, at))
+    sizes = find_sizes(runs, rows.noise.sizes, prior_information(regression), rows.random(), most=most)
+    rows = rows.on_road(shared).weighted(sizes, {**at, "wind_variance": wind_variance(sizes)})
+    if rows.road:  # the same slopes in units of another roughness
+        shared = {**shared, **dict(zip(rows.road, rows.reference.tolist(), strict=True))}
+    return with_hill_prior(replace(starting_at(regression, shared, own), rows=rows))
+
+
+def prior_information(regression: Regression) -> Array:
+    """Inverse prior variance (s,) of the shared unknowns, zero without a prior."""
+    return np.array([1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in regression.shared])
+
+
+def starting_at(regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array]) -> Regression:
+    """The regression with these start values; other unknowns keep theirs.
+
+    Parameters
+    ----------
+    shared, own : values of some shared unknowns, and (runs,) of the runs' own.
+    """
+    unknowns = tuple(replace(u, start=shared.get(u.name, u.start)) for u in regression.unknowns)
+    return replace(regression, unknowns=unknowns, run_starts={**regression.run_starts, **own})

@@ -1,0 +1,1 @@
+"""The simulated car: parameters with their prior, effects, sensors, integration."""

@@ -1,0 +1,73 @@
+"""Unknown errors of the channels of a mass on a road: the slip of driven wheels, and the latencies of the loggers.
+
+Under a drive force F, the driven wheels and the parts that turn with them run faster than the road by the slip
+F/(S m g), where S is the driven tires' slip stiffness over weight. The impulse that this takes is missing in the car's
+speed, which becomes
+
+    V (1 - mr/(m + mr) F/(S m g)).
+
+The model of a mass on a road has no slip and no parameter S. Only the differences of latencies matter, so that those of
+the other channels are relative to that of the drive torque: their variances are twice that of one latency, half of it
+in common. As further unknown, the latency of the torque would be determined by the noise of the logged torque.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from math import sqrt
+
+from vdyn_cli.effects import Effect, effect
+from vdyn_cli.engine.model_builder import Law, Number, Signals
+from vdyn_cli.inference import Unknown
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.car.simulation import SimulationSetup
+from vdyn_cli.steps.validate.noise import inertia_of
+from vdyn_cli.steps.validate.road.road_slope import LATENCIES
+
+SLIP = "slip_impulse"
+
+
+@effect(
+    on="speed",
+    unknowns=(Quantity(SLIP, "", "share of the speed that slip takes per drive force over weight", "i", -1.0, 1.0),),
+    reference="impulse of the parts that turn with the driven wheels",
+)
+def _slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
+    """The car's speed without the impulse that slipping wheels have taken."""
+    return speed(s) * (1.0 - q.slip_impulse * s.pull)
+
+
+SLIP_IMPULSE: Effect = replace(_slip_impulse, name=SLIP)
+
+
+def with_channel_errors(
+    setup: SimulationSetup, covered: Collection[str] = (), start: Mapping[str, float] = NO_VALUES
+) -> SimulationSetup:
+    """The setup of a mass on a road with slip and latencies as unknowns with a prior; that of a vehicle as is.
+
+    Parameters
+    ----------
+    covered : names of the latencies that an effect in the model replaces; these are left out.
+    start : values at which they start, by name; their prior means where omitted.
+    """
+    if setup.model.name == "vehicle":
+        return setup
+    values = setup.prior.values
+    slip = max(1.0 - values["mass"] / inertia_of(values), 0.0) / STEP_POLICY.slip_stiffness
+    latency = 0.0, sqrt(2.0) * STEP_POLICY.logger_latency
+    late = [e for n, e in LATENCIES.items() if n in setup.sensors.channels and e.name not in covered]
+    known = {SLIP_IMPULSE: (slip, STEP_POLICY.slip_spread * slip)} if slip > 0.0 else {}
+    known |= dict.fromkeys(late, latency)
+    unknowns = tuple(
+        Unknown(
+            *(e.name, start.get(e.name, mean), -1.0, 1.0, next(iter(e.unknowns.values())).unit, (mean, std)),
+            nuisance=True,
+            prior_stated=False,
+            prior_correlation={other.name: 0.5 for other in late if other is not e} if e in late else {},
+        )
+        for e, (mean, std) in known.items()
+    )
+    return replace(setup, added=(*known, *setup.added), extra=(*unknowns, *setup.extra))

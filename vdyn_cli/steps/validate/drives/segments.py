@@ -1,0 +1,390 @@
+"""Cuts logs into the segments that are simulated: complete inputs on one clock, outputs that may have gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from vdyn_cli.inference import white_level
+from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.errors import Finding, raise_all
+from vdyn_cli.quantities.log import Log, Samples
+from vdyn_cli.steps.contract import no_runs
+from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
+from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
+from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
+from vdyn_cli.steps.validate.unequal_drives import unequal_drives
+
+ModelName = Literal["vehicle", "road_load"]
+
+FEWEST = 50  # samples of a drive
+FEWEST_DIFFERENCED = 8  # samples that are needed to estimate the noise from third differences
+LONGEST_GAP = 5.0  # longest gap of the clock, in median spacings
+LEAST_THERE = 0.8  # share of the rows in which an output must have a value to be compared
+MOSTLY = 0.5  # share of the rows with values, below which an input comes from a slower logger
+END = 0.1  # share of a spacing: a sample this close to an end of the segment counts as that end
+SLOWEST = 1.0  # m/s, below which the road load model is not valid
+CREEPING = 2.0  # m/s, below which rows are not used: tread damping and brake friction dominate
+# Shares of the largest speed that replace these limits where the car is slow or the speed has a wrong unit (too low by
+# 3.6 or more).
+SLOWEST_SHARE, CREEPING_SHARE = 0.1, 0.2
+MOVING = 0.35  # m/s, least speed of a moving car
+MARGIN = 0.5  # s left out before and after braking
+SHORTEST = 5.0  # s, shortest segment
+START = 1.0  # s over which start and end speeds are fitted
+FEWEST_PARABOLA = 8  # samples for a parabola
+RUN_START = "run_start"  # s, context of a drive: its start after that of the first drive of the day
+INPUTS = ("brake_torque", "grade", "wind_speed")  # zero where not recorded
+WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
+OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceleration")
+
+
+@dataclass(frozen=True, eq=False)
+class DriveSegment:
+    """A part of a drive that is simulated without interruption from its measured start.
+
+    Parameters
+    ----------
+    run : index of the drive in the description. name : of its log, with the times if it has several segments.
+    time : (n,) s, of the log.
+    inputs : by channel, complete, each (n,).
+    outputs : by channel, measured, each (n,), NaN where missing; ``jerk`` only if a channel has it.
+    marks : (n,) the regime of every sample, an index into REGIMES.
+    heading : +1 out, -1 back, 0 unknown. temperature : K.
+    start, end : m/s, speed at the first and last sample, fitted over one second, with its standard deviation.
+    since : s from the start of the drive to the first sample. run_start : s from the start of the day to that of the
+        drive.
+    creeping : m/s, below which rows are not used.
+    sampled : times and values of inputs from a slower logger, which ``inputs`` interpolates linearly.
+    """
+
+    run: int
+    name: str
+    time: Array
+    inputs: Mapping[str, Array]
+    outputs: Mapping[str, Array]
+    marks: Marks
+    heading: float
+    temperature: float
+    start: tuple[float, float]
+    end: tuple[float, float]
+    since: float = 0.0
+    run_start: float = 0.0
+    creeping: float = CREEPING
+    sampled: Mapping[str, Samples] = field(default_factory=dict)
+
+    @cached_property
+    def stopping(self) -> Mask:
+        """Mask (n,) of coming to rest; gusts shift that instant, and with it a jump of the deceleration."""
+        return stops(self.time, self.outputs["speed"])
+
+    @cached_property
+    def smooth_speed(self) -> Array:
+        """Speed (n,) averaged over 0.1 s, m/s."""
+        return smoothed(self.time, self.outputs["speed"])
+
+    @cached_property
+    def noise_levels(self) -> Mapping[str, float]:
+        """White noise of a sample, by input and output that has enough values."""
+        every = {n: (self.time, v) for n, v in {**self.inputs, **self.outputs}.items()} | dict(self.sampled)
+        return {n: white_level(v, t) for n, (t, v) in every.items() if np.isfinite(v).sum() >= FEWEST_DIFFERENCED}
+
+    @property
+    def log(self) -> str:
+        """Name of the log, without the times of a cut part or a segment of it."""
+        return self.name.partition(", ")[0]
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample, s."""
+        return float(self.time[-1] - self.time[0])
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """Rules by which drives are cut into segments.
+
+    Parameters
+    ----------
+    model : of the simulation. length : s, of a window; None: segments are as long as possible.
+    powered : whether only samples with a drive torque above zero are used. slowest : m/s, least speed for the road load
+        model.
+    """
+
+    model: ModelName
+    length: float | None = None
+    powered: bool = False
+    slowest: float = SLOWEST
+
+
+@dataclass(frozen=True)
+class RunConditions:
+    """Direction (out, back, None: unknown), air temperature (K), and start of a run, s after that of the day."""
+
+    direction: str | None = None
+    temperature: float = 293.15
+    start: float = 0.0
+
+
+def drive_segments(
+    logs: Sequence[Log], notes: Sequence[RunConditions], cut: Segmentation
+) -> tuple[list[DriveSegment], list[Finding]]:
+    """The segments that are simulated, and findings about the logs.
+
+    Parameters
+    ----------
+    logs : one for each run. notes : conditions of each run. cut : the rules.
+
+    Raises
+    ------
+    InputError : an input has gaps or another clock than the speed, a clock has gaps, or a log is too short.
+    """
+    if not logs:
+        raise no_runs("validate")
+    raise_all(f for log in logs for f in _problems(log))
+    found: list[DriveSegment] = []
+    findings: list[Finding] = []
+    drives = [_whole(log) for log in logs]
+    unlogged = _unlogged([whole for whole, _ in drives], cut)
+    findings += unequal_drives(
+        [log.name for log in logs], [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
+    )
+    for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
+        findings += [*doubts, *braked.finding(log.name)]
+        top = float(np.nanmax(np.abs(whole["speed"])))
+        parts = _parts(whole, cut, top, braked.braked) if top > MOVING else []
+        made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
+        slow = min(CREEPING, CREEPING_SHARE * top)
+        made = [replace(s, creeping=slow, sampled=_sampled(log, s)) for s in made]
+        made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST // 2]
+        found += made
+        if not made:
+            what = "no segment of this run can be simulated: too slow, braked or too short"
+            findings.append(Finding(log.name, what, remedy="leave the run out, or log its friction brakes"))
+    return found, findings
+
+
+def _problems(log: Log) -> list[Finding]:
+    """Findings why a log cannot be simulated."""
+    if log.time.size < FEWEST:
+        what = f"has {log.time.size} rows: at least {FEWEST} are needed"
+        return [Finding(log.name, what, remedy="log longer or faster, or leave the run out")]
+    found = []
+    steps = np.diff(log.time)
+    hole = int(np.argmax(steps))
+    if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
+        what = f"no samples for {steps[hole]:.2g} s: the torque is unknown"
+        remedy = _split(log.time[hole], log.time[hole + 1])
+        found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
+    for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
+        if name in log:
+            found += _gaps(log, name)
+    speed = np.isfinite(log["speed"])
+    if speed.sum() < FEWEST:
+        what = f"has values in {speed.sum()} rows: at least {FEWEST} are needed"
+        remedy = "map another column, or leave the run out"
+        found.append(Finding(f"{log.name}, channel 'speed'", what, remedy=remedy))
+    return found
+
+
+def _split(before: float, after: float) -> str:
+    """The remedy that cuts a run between two times, s, on the log's clock."""
+    return f"write 'to_time: {before:.6g} s', and list the log once more with 'from_time: {after:.6g} s'"
+
+
+def _gaps(log: Log, name: str) -> list[Finding]:
+    """A finding on the gaps of an input, which must be complete from its first value to its last."""
+    there = np.isfinite(log[name])
+    where = f"{log.name}, channel '{name}'"
+    if there.sum() < 2:
+        return [Finding(where, "contains no numbers", remedy="check the column, or remove the channel")]
+    at = log.time[there]
+    usual = float(np.median(np.diff(at)))
+    inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
+    missing = np.flatnonzero(~there[inside]) + inside.start
+    if (missing.size and there.mean() > MOSTLY) or np.max(np.diff(at)) > 3 * usual + 0.02:
+        gap = int(np.argmax(np.diff(at)))
+        what = f"no values from {at[gap]:.2f} to {at[gap + 1]:.2f} s"
+        if missing.size:
+            what += f"; {missing.size} value{'s are' if missing.size != 1 else ' is'} missing in all"
+        remedy = f"fill the gaps in the log, or {_split(at[gap], at[gap + 1])}"
+        return [Finding(where, f"{what}: an input must be complete", "", remedy)]
+    return []
+
+
+def _whole(log: Log) -> tuple[Log, list[Finding]]:
+    """The log with complete inputs, cut to the time covered by speed and inputs, without mostly empty outputs."""
+    needed = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS) if n in log]
+    there = np.isfinite(log["speed"])
+    first = max([int(np.argmax(there)), *(int(np.argmax(np.isfinite(log[n]))) for n in needed)])
+    last = min(_last(there), *(_last(np.isfinite(log[n])) for n in needed)) if needed else _last(there)
+    part = slice(first, last + 1)
+    time, channels, doubts = log.time[part], {}, _uncovered(log, needed)
+    for name, values in log.channels.items():
+        inside = values[part]
+        good = np.isfinite(inside)
+        if name in needed:
+            channels[name] = inside if good.all() else np.interp(time, time[good], inside[good])
+        elif good.mean() >= LEAST_THERE or (name == "speed" and good.sum() >= FEWEST):
+            channels[name] = inside
+        elif name in OUTPUTS:
+            what = f"is empty in {100 * (1 - good.mean()):.0f} % of the rows: it is not compared"
+            doubts.append(Finding(f"{log.name}, channel '{name}'", what))
+    for name in INPUTS:
+        channels.setdefault(name, np.zeros(time.size))
+    return Log(log.name, time, channels, log.findings), doubts
+
+
+def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:
+    """The samples of inputs that do not have a value in every row, with interpolated ones at the segment's ends."""
+    found: dict[str, Samples] = {}
+    for name in (n for n in s.inputs if n in log):
+        time, read = log.samples.get(name, (log.time, log[name]))
+        there = np.isfinite(read)
+        if name in log.samples or not there[np.searchsorted(time, s.time)].all():
+            edge = END * float(np.median(np.diff(time[there])))
+            inside = there & (time > s.time[0] + edge) & (time < s.time[-1] - edge)
+            ends = s.inputs[name][[0, -1]]
+            found[name] = np.r_[s.time[0], time[inside], s.time[-1]], np.r_[ends[0], read[inside], ends[1]]
+    return found
+
+
+def _uncovered(log: Log, needed: Sequence[str]) -> list[Finding]:
+    """Findings on inputs that begin after the speed or end before it; the time without them is left out."""
+    found, speed = [], log.time[np.isfinite(log["speed"])]
+    for name in needed:
+        at = log.time[np.isfinite(log[name])]
+        slack = max(3 * float(np.median(np.diff(at))), 0.05)
+        if at[0] - speed[0] > slack or speed[-1] - at[-1] > slack:
+            got = f"{name} {at[0]:.2f} to {at[-1]:.2f} s, speed {speed[0]:.2f} to {speed[-1]:.2f} s"
+            what = "does not cover the time of the speed: only the time of both is used"
+            remedy = "check that the logs belong to one drive"
+            found.append(Finding(f"{log.name}, channel '{name}'", what, got, remedy, doubt=True))
+    return found
+
+
+def _last(there: Mask) -> int:
+    return there.size - 1 - int(np.argmax(there[::-1]))
+
+
+def _parts(log: Log, cut: Segmentation, top: float, braked: Mask) -> list[tuple[int, int]]:
+    """Indices of the first and last sample of every segment that is simulated.
+
+    Parameters
+    ----------
+    top : m/s, the largest speed of the log. braked : (n,) mask of unlogged braking.
+    """
+    if cut.model == "vehicle" and cut.length is None and not cut.powered:
+        return [(0, log.time.size - 1)]
+    good = np.ones(log.time.size, dtype=bool)
+    if cut.powered:
+        good &= total_drive_torque(log.channels) > 0
+    if cut.model == "road_load":
+        speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
+        slowest = cut.slowest if cut.length is not None else min(cut.slowest, max(SLOWEST_SHARE * top, MOVING))
+        good &= (speed > slowest) & ~(braked | _braked(log))
+    edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
+    found = []
+    for a, b in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):
+        found += _windows(log.time, a, b, cut.length)
+    return found
+
+
+def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[int, int]]:
+    """The segment from ``a`` to ``b``, or its consecutive windows; short ones are left out."""
+    if length is None:
+        return [(a, b)] if time[b] - time[a] >= SHORTEST and b - a >= FEWEST else []
+    count = int((time[b] - time[a]) / length + 1e-9)
+    ends = np.searchsorted(time, time[a] + length * np.arange(count + 1) - 1e-9)
+    return [(i, min(j, b)) for i, j in pairwise(ends.tolist()) if j - i >= FEWEST // 2]
+
+
+def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, ...]:
+    """Unlogged braking of each log.
+
+    Only the road load model excludes braking; powered windows contain none.
+    """
+    if cut.model == "road_load" and not cut.powered:
+        return unlogged_braking([(log.time, log.channels, total_drive_torque(log.channels)) for log in logs])
+    return tuple(UnloggedBraking(np.zeros(log.time.size, dtype=bool), (), 0.0) for log in logs)
+
+
+def _braked(log: Log) -> Mask:
+    """Mask (n,) of the samples within ``MARGIN`` of a logged brake that is on."""
+    on = log.time[pressed(log.time, log["brake_torque"])]
+    if not on.size:
+        return np.zeros(log.time.size, dtype=bool)
+    at = np.searchsorted(on, log.time)
+    before = np.where(at > 0, log.time - on[np.maximum(at - 1, 0)], np.inf)
+    after = np.where(at < on.size, on[np.minimum(at, on.size - 1)] - log.time, np.inf)
+    return np.asarray(np.minimum(before, after) < MARGIN)
+
+
+def total_drive_torque(signals: Mapping[str, Array]) -> Array:
+    """The total drive torque (n,), N m: of one motor, or the sum of both sides.
+
+    Parameters
+    ----------
+    signals : (n,) each; ``drive_torque``, or ``drive_torque_left`` and ``drive_torque_right``, N m.
+    """
+    if "drive_torque" in signals:
+        return signals["drive_torque"]
+    return signals["drive_torque_left"] + signals["drive_torque_right"]
+
+
+def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
+    part = slice(a, b + 1)
+    time = log.time[part]
+    names = [
+        n
+        for n in ("drive_torque", "drive_torque_left", "drive_torque_right", SENSED_SLOPE, ELEVATION_SLOPE, *INPUTS)
+        if n in log
+    ]
+    inputs = {n: log[n][part] for n in names}
+    outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
+    name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name
+    heading = {"out": 1.0, "back": -1.0}.get(note.direction or "", 0.0)
+    speed = outputs["speed"]
+    start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
+    marks = marked(time, speed, total_drive_torque(log.channels)[part], inputs["brake_torque"])
+    made = DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end)
+    return replace(made, since=float(time[0] - log.time[0]), run_start=note.start)
+
+
+def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
+    """Speed at the first or last sample by a parabola fitted over one second, and its standard error, m/s.
+
+    The standard error includes half of the difference from a straight line, for stronger curvature, as in a log that
+    begins with a tip-in. A straight line alone is used for few samples only: with a jerk of 0.3 m/s^3 it is off by
+    25 mm/s, an error that all accelerating starts share and that would look like a delay.
+
+    Parameters
+    ----------
+    time, speed : (n,) s and m/s, the speed may contain NaN. first : whether at the first sample, else at the last.
+    """
+    good = np.isfinite(speed)
+    t, v = time[good], speed[good]
+    edge = time[0] if first else time[-1]
+    near = np.abs(t - edge) <= START
+    if near.sum() < 5:
+        near = np.argsort(np.abs(t - edge))[:5]
+    x, y = t[near] - edge, v[near]
+    line, std = _at_zero(x, y, 1)
+    if x.size < FEWEST_PARABOLA:
+        return line, std
+    parabola, wider = _at_zero(x, y, 2)
+    return parabola, float(np.hypot(wider, (parabola - line) / 2))
+
+
+def _at_zero(x: Array, y: Array, order: int) -> tuple[float, float]:
+    """A polynomial's value at zero, and its standard error."""
+    design = np.vander(x, order + 1, increasing=True)
+    fitted = np.linalg.lstsq(design, y, rcond=None)[0]
+    left = y - design @ fitted
+    variance = float(left @ left) / max(x.size - order - 1, 1) * float(np.linalg.pinv(design.T @ design)[0, 0])
+    return float(fitted[0]), float(np.sqrt(variance))

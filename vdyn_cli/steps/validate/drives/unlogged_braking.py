@@ -1,0 +1,191 @@
+"""Detects unlogged braking: the car slows down more than its drive torque and its speed explain.
+
+While the car is driven, its acceleration is a T + b + c V^2 + d T', fitted with Huber's weights; slopes, gusts and
+sampling delays scatter about it. While it is not driven, driveline losses slow it in proportion to |T| at all times; a
+friction brake slows it more, for some seconds. So does a hill; but an accelerometer, if logged, senses only the brake,
+and must confirm it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
+from vdyn_cli.steps.validate.span_averages import least_over_span, mean_over_span, slope_over_span
+
+SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
+FEWEST = 100  # driven samples that are needed to fit the acceleration
+FADED = 0.4  # share of the limit at which braking begins and ends
+RAMP = 1.0  # s over which a brake is pressed or released
+MOST_LOST = 0.25  # largest share of the torque that a driveline may lose between driving and recuperation
+UNBRAKED = 0.1  # least share of the recuperation that is without friction brakes
+SELDOM = 0.005  # share of the samples of a drive with recuperation that are surely below zero; it has some 10 %
+MOSTLY = 0.9  # share of the samples that an accelerometer must have to be used
+ROUNDS = 10  # of reweighting
+HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
+NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
+
+
+@dataclass(frozen=True, eq=False)
+class UnloggedBraking:
+    """Where a drive is braked although no channel shows it.
+
+    Parameters
+    ----------
+    braked : (n,) mask of samples. spans : first and last time of each stop or slowdown, s.
+    excess : m/s^2, the largest deceleration that torque and speed do not explain.
+    confirmed : whether an accelerometer confirms it.
+    left_out : duration of these samples, s, of the ``moving`` ones.
+    one_sided : whether the drive torque is never below zero in any drive, as of a channel without recuperation.
+    """
+
+    braked: Mask
+    spans: tuple[tuple[float, float], ...]
+    excess: float
+    confirmed: bool = False
+    left_out: float = 0.0
+    moving: float = 0.0
+    one_sided: bool = False
+
+    def finding(self, log: str) -> tuple[Finding, ...]:
+        """A finding on what was left out, and how to avoid it; empty where nothing was."""
+        if not self.spans:
+            return ()
+        a, b = max(self.spans, key=lambda s: s[1] - s[0])
+        also = f", and {len(self.spans) - 1} more" if len(self.spans) > 1 else ""
+        cause = "brakes" if self.confirmed else "brakes or hills"
+        what = (
+            f"the car slows down by up to {self.excess:.2g} m/s^2 more than drive torque and road load explain, "
+            f"from {a:.1f} s to {b:.1f} s{also}: {cause} that are not logged, left out "
+            f"({self.left_out:.0f} s of {self.moving:.0f} s of driving)"
+        )
+        remedy = f"map brake_torque{'' if self.confirmed else ' and grade'}, or keep the friction brakes released"
+        if self.one_sided:
+            what += "; or recuperation or engine braking, since drive_torque is never below zero"
+            remedy += "; map a drive_torque that is negative while it brakes the car"
+        return (Finding(f"{log}, channel 'brake_torque'", what, "", remedy),)
+
+
+@dataclass(frozen=True, eq=False)
+class _Excess:
+    """Deceleration of one drive beyond that by torque and speed.
+
+    Parameters
+    ----------
+    excess : (n,) m/s^2. scatter : m/s^2, its standard deviation while the car is driven.
+    pulled : (n,) m/s^2, deceleration by the drive torque.
+    free : (n,) mask: the car moves, neither driven nor with a logged brake on. recuperated : likewise, and the torque
+        brakes.
+    moves : (n,) mask: faster than ``SLOWEST``.
+    by_accelerometer : (n,) m/s^2, excess by the accelerometer; None without one.
+    """
+
+    excess: Array
+    scatter: float
+    pulled: Array
+    free: Mask
+    recuperated: Mask
+    moves: Mask
+    by_accelerometer: Array | None
+
+
+def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
+    """Unlogged braking of each drive.
+
+    Assumes that brakes are released while the car is driven, and in at least a tenth of the recuperation of all drives.
+    Nothing is found in a drive with fewer than ``FEWEST`` driven samples.
+
+    Parameters
+    ----------
+    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged,
+        acceleration (specific force, m/s^2, may contain NaN); drive torque (n,) N m.
+    """
+    seen = [_excess(*drive) for drive in drives]
+    known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
+    shares = np.concatenate([excess / pulled for excess, pulled in known]) if known else np.zeros(0)
+    lost = float(np.clip(np.quantile(shares, UNBRAKED), 0.0, MOST_LOST)) if shares.size >= FEWEST else 0.0
+    one_sided = not any(_brakes(torque) for _, _, torque in drives)
+    found = [_found(drive[0], e, lost) for drive, e in zip(drives, seen, strict=True)]
+    return tuple(replace(one, one_sided=one_sided) for one in found)
+
+
+def _brakes(torque: Array) -> bool:
+    """Whether a drive torque (n,) also brakes the car, in more than single samples."""
+    return bool(np.quantile(torque, SELDOM) < -IDLE * float(np.max(np.abs(torque), initial=0.0)))
+
+
+def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Excess | None:
+    """The excess deceleration of one drive; None where the car is driven too rarely."""
+    good = np.isfinite(channels["speed"])
+    speed = np.interp(time, time[good], channels["speed"][good])
+    rate, force, change = slope_over_span(time, speed), mean_over_span(time, torque), slope_over_span(time, torque)
+    columns = np.column_stack([force, np.ones(time.size), mean_over_span(time, speed**2), change])
+    idle = IDLE * float(np.max(np.abs(torque), initial=0.0))
+    moving = (speed > SLOWEST) & ~pressed(time, channels["brake_torque"])
+    driven = moving & (least_over_span(time, torque) > idle)
+    if np.count_nonzero(driven) < FEWEST:
+        return None
+    law, scatter = _robust(columns[driven], rate[driven])
+    free = moving & (force <= idle)
+    by_accelerometer = _by_accelerometer(time, channels, columns, driven)
+    pulled = np.abs(law[0] * np.minimum(force, 0.0))
+    moves, recuperated = speed > SLOWEST, free & (force < -idle)
+    return _Excess(columns @ law - rate, scatter, pulled, free, recuperated, moves, by_accelerometer)
+
+
+def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
+    """The excess (n,) by the accelerometer, with its zero from the driven samples; None without one."""
+    logged = channels.get("acceleration")
+    if logged is None or not np.all(np.isfinite(logged[driven])) or np.isfinite(logged).mean() < MOSTLY:
+        return None
+    there = np.isfinite(logged)
+    force = mean_over_span(time, np.interp(time, time[there], logged[there]))
+    return np.asarray(columns @ _robust(columns[driven], force[driven])[0] - force)
+
+
+def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
+    """The unlogged braking of one drive whose driveline loses the share ``lost`` of the torque."""
+    braked = np.zeros(time.size, dtype=bool)
+    if seen is None:
+        return UnloggedBraking(braked, (), 0.0)
+    excess = seen.excess if seen.by_accelerometer is None else np.minimum(seen.excess, seen.by_accelerometer)
+    excess = excess - lost * seen.pulled
+    limit = max(STEP_POLICY.brake_least, STEP_POLICY.brake_beyond * seen.scatter)
+    spans = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
+    for a, b in spans:
+        braked |= (time >= a - RAMP) & (time <= b + RAMP)
+    largest = float(np.max(excess[seen.free & braked], initial=0.0))
+    spacing = float(np.median(np.diff(time)))
+    left_out, moving = (spacing * np.count_nonzero(m) for m in (braked & seen.moves, seen.moves))
+    return UnloggedBraking(braked, spans, largest, seen.by_accelerometer is not None, left_out, moving)
+
+
+def _robust(columns: Array, y: Array) -> tuple[Array, float]:
+    """Coefficients with Huber's weights, and the robust standard deviation of the residual."""
+    scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    weight, found, scatter = np.ones(y.size), np.zeros(columns.shape[1]), 0.0
+    for _ in range(ROUNDS):
+        root = np.sqrt(weight)
+        found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
+        left = y - columns / scale @ found
+        scatter = NORMAL_MAD * float(np.median(np.abs(left - np.median(left))))
+        weight = 1.0 / np.maximum(np.abs(left) / max(HUBER * scatter, 1e-12), 1.0)
+    return found / scale, scatter
+
+
+def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float], ...]:
+    """First and last times of contiguous ``touched`` samples of which ``sure`` ones last long enough."""
+    edges = np.flatnonzero(np.diff(np.r_[False, touched, False].astype(int)))
+    spacing = float(np.median(np.diff(time)))
+    pairs: Sequence[tuple[int, int]] = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return tuple(
+        (float(time[a]), float(time[b - 1]))
+        for a, b in pairs
+        if np.count_nonzero(sure[a:b]) * spacing >= STEP_POLICY.brake_shortest
+    )

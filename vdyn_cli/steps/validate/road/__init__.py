@@ -1,0 +1,1 @@
+"""Roads of drives whose grade was not logged."""

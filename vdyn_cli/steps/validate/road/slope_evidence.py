@@ -1,0 +1,69 @@
+"""The share of a simulated speed's error that a measured slope explains, beside errors of road load and torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.car.simulation import SimulationSetup
+from vdyn_cli.steps.validate.drives.segments import DriveSegment, total_drive_torque
+from vdyn_cli.steps.validate.noise import inertia_of
+
+BIN = 1.0  # s, over which forces are averaged; short compared with the decay of a speed change, about a minute
+
+
+def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Array]) -> float:
+    """The share by which a measured slope reduces the rms error of the speed, beside errors of road load and torque.
+
+    A small force x(t) changes the speed by S with S' = x / M - p S, p = rho c A v / M. The error of the speed is
+    fitted by least squares with the responses to x = 1, v, v^2 and the drive torque (errors of road load, mass and
+    torque) and to every segment's start, without and with the response to x = -m g slope.
+
+    Parameters
+    ----------
+    setup : mass on a road without these slopes. logs : of its drives. slopes : (n,) of each log, uphill.
+
+    Returns
+    -------
+    1 - rms with / rms without; zero where the fitted slope has the wrong sign.
+
+    Raises
+    ------
+    ResultError : the simulation is not finite.
+    """
+    values, made = setup.prior.values, []
+    for k, s in enumerate(setup.segments):
+        slope = np.interp(s.time, logs[s.run].time, slopes[s.run])
+        responses, error = _responses(s, setup.first[k].values["speed"] - s.outputs["speed"], slope, values)
+        starts = np.zeros((error.size, len(setup.segments)))
+        starts[:, k] = responses[:, 0]
+        made.append((np.hstack([starts, responses[:, 1:]]), error))
+    columns, error = np.vstack([c for c, _ in made]), np.concatenate([e for _, e in made])
+    there = np.isfinite(error)
+    columns, error = columns[there] / np.maximum(np.abs(columns[there]).max(axis=0), 1e-12), error[there]
+    without = error - columns[:, :-1] @ np.linalg.lstsq(columns[:, :-1], error)[0]
+    share = np.linalg.lstsq(columns, error)[0]
+    if share[-1] > 0.0:  # wrong sign: the simulation without the hill would be too slow uphill
+        return 0.0
+    rest = error - columns @ share
+    return float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
+
+
+def _responses(s: DriveSegment, error: Array, slope: Array, values: Mapping[str, float]) -> tuple[Array, Array]:
+    """Responses (b, 6) of the speed to its start and to five forces, and its error (b,), both at the ends of bins."""
+    bins, inertia = cut(s.time, BIN), inertia_of(values)
+    speed = bins.mean(s.inputs["speed"] if "speed" in s.inputs else np.nan_to_num(s.outputs["speed"]))
+    torque = bins.mean(total_drive_torque(s.inputs)) * values.get("gear_ratio", 1.0) / values["wheel_radius"]
+    climb = -GRAVITY * values["mass"] * bins.mean(slope)
+    forces = np.column_stack([np.zeros_like(speed), np.ones_like(speed), speed, speed**2, torque, climb]) / inertia
+    kept = np.exp(-values["air_density"] * values["drag_area"] * np.maximum(speed, 0.0) / inertia * bins.width)
+    state, found = np.eye(6)[0], []
+    for force, share, width in zip(forces, kept, bins.width, strict=True):
+        state = share * state + width * force
+        found.append(state)
+    return np.array(found), bins.mean(error)
