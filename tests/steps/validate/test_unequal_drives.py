@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.plant.sensors import Array
-from vdyn_cli.steps.validate.unequal_drives import unequal_drives
+from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
 
 MASS, RADIUS, STEP = 1700.0, 0.32, 0.1  # kg, m, s
 HILLS = 0.002  # rms grade over 250 m

@@ -16,9 +16,9 @@ from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.contract import no_runs
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
+from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
 from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
-from vdyn_cli.steps.validate.unequal_drives import unequal_drives
 
 ModelName = Literal["vehicle", "road_load"]
 

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
-from vdyn_cli.steps.validate.span_averages import SPAN, least_over_span, mean_over_span, slope_over_span
+from vdyn_cli.steps.validate.drives.span_averages import SPAN, least_over_span, mean_over_span, slope_over_span
 
 SLOWEST = 2.0  # m/s, below which tires creep
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
