@@ -83,7 +83,7 @@ def test_a_wrong_option(tmp_path, change, form, message):
 
 def test_what_is_no_parameter_file(tmp_path):
     path = tmp_path / "x.json"
-    assert "cannot be read" in refused(path)
+    assert "does not exist" in refused(path)
     for text, message in (("mass: 1", "is not JSON"), ("[1]", "not a parameter file"), ("{}", "has no key 'format'")):
         path.write_text(text, encoding="utf-8")
         assert message in refused(path)
