@@ -11,7 +11,7 @@ import pkgutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from itertools import product
+from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -177,7 +177,7 @@ def model_of(example: Path, known_files: Sequence[Path] = ()) -> Model:
 
 
 def shipped_models() -> tuple[Model, ...]:
-    """Every model of vdyn in all variants of its options, but only two of the vehicle's twelve."""
+    """Every model of vdyn with each pair of its options' choices, but only two variants of the vehicle."""
     found: list[Model] = []
     for module in pkgutil.iter_modules(vdyn_cli.physics.models.__path__):
         for value in vars(import_module(f"vdyn_cli.physics.models.{module.name}")).values():
@@ -190,7 +190,10 @@ def shipped_models() -> tuple[Model, ...]:
 
 
 def _variants(function: Any) -> list[Model]:
-    """All models that a function can return, if all its arguments are choices; else none."""
+    """Models that a function can return, if all its arguments are choices; else none.
+
+    Every pair of choices is in one of them: an effect calls one or two laws, which few options change.
+    """
     made = inspect.unwrap(function)
     if getattr(made, "__annotations__", {}).get("return") not in (Model, "Model"):
         return []
@@ -200,7 +203,13 @@ def _variants(function: Any) -> list[Model]:
     choices = {name: (False, True) if hint is bool else literal.get(name, ()) for name, hint in hints.items()}
     if not all(choices.values()):
         return []
-    return [function(**dict(zip(choices, chosen, strict=True))) for chosen in product(*choices.values())]
+    made_models, tried = [], set[frozenset[tuple[int, Any]]]()
+    for chosen in product(*choices.values()):
+        pairs = {frozenset(pair) for pair in combinations_with_replacement(enumerate(chosen), 2)}
+        if pairs - tried:
+            made_models.append(function(**dict(zip(choices, chosen, strict=True))))
+            tried |= pairs
+    return made_models
 
 
 def hosts(effect: Effect, models: Sequence[Model]) -> list[Model]:
