@@ -84,7 +84,7 @@ class FullModel:
 
     @cached_property
     def absorbed(self) -> frozenset[str]:
-        """The sensor errors for which a nuisance parameter of the baseline stands whose prior nobody stated.
+        """Sensor errors that the baseline already contains, as nuisance parameters whose prior is a default.
 
         A small difference between their sensitivities, or a contradiction of such a prior, is no evidence of an error.
         """
