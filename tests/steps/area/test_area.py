@@ -38,7 +38,7 @@ def run(photo: plant.Photo, folder: Path, **more: object) -> Result:
     return STEP.estimate(description, data, Parameters())
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in range(1, 6))])
 def test_the_area_is_recovered_within_its_interval(seed: int, tmp_path: Path) -> None:
     vehicle = random_vehicle(seed)
     result = run(plant.photo(vehicle, seed), tmp_path, settings={"camera_distance": "30 m"})

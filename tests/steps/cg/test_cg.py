@@ -38,7 +38,7 @@ def known(vehicle: Vehicle, **std: float) -> Parameters:
     return given({n: v for n, v in plant.known(vehicle).items() if n in PARAMETERS}, **std)
 
 
-@pytest.mark.parametrize("seed", [2, 5, 8])
+@pytest.mark.parametrize("seed", [2, *(pytest.param(n, marks=pytest.mark.slow) for n in (5, 8))])
 def test_height_position_and_inertia_are_recovered_near_the_bound(seed: int) -> None:
     vehicle = random_vehicle(seed)
     result = STEP.estimate(SPEC, logs(vehicle, seed), known(vehicle))

@@ -88,7 +88,7 @@ def test_a_disturbed_run_has_the_largest_influence() -> None:
     assert worst == "run_3.csv"
 
 
-@pytest.mark.parametrize("seed", [31, 32, 33])
+@pytest.mark.parametrize("seed", [31, *(pytest.param(n, marks=pytest.mark.slow) for n in (32, 33))])
 def test_runs_of_a_day_without_a_disturbance_are_not_named(seed: int) -> None:
     found = quality_of(fitted(messy_day.drive(seed, replace(SHORT, runs=4)))).findings()
     assert not [f for f in found if f.doubt and "without this run" in f.what]

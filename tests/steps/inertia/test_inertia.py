@@ -57,7 +57,7 @@ def car() -> tuple[Vehicle, tuple[Log, ...]]:
     return vehicle, logs(vehicle, 7)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3, 4))])
 def test_the_inertia_is_recovered_near_the_bound(seed: int) -> None:
     vehicle = random_vehicle(seed)
     result = STEP.estimate(SPEC, InertiaData(logs(vehicle, seed)), known(vehicle))
