@@ -8,13 +8,11 @@ a part in what is measured of the program itself; gcc is only asked what it make
 from __future__ import annotations
 
 import ctypes
-import gc
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
-import tracemalloc
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -29,7 +27,6 @@ from tests.plant.vehicle import REFERENCE
 from vdyn_cli.engine.c_source import c_program
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference.qr_factors import qr_factor
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.physics.models.vehicle_defaults import complete
 
@@ -135,21 +132,12 @@ def others(seconds: float, noisy: bool) -> Callable[[], object] | None:
     return lambda: odeint(rates, start, time)
 
 
-def triangle(simulate: Simulator, run: Drive) -> Array:
-    """[J r] of a fit to all outputs, scaled, folded piece by piece."""
-    kept = np.zeros((len(UNKNOWNS) + 1, len(UNKNOWNS) + 1))
-    for piece in simulate.chunks(run, THETA):
-        rows = [np.column_stack([piece.sensitivities[n] * THETA, v]) for n, v in piece.outputs.items()]
-        kept = qr_factor(np.vstack([kept, *rows]))
-    return kept
-
-
 def speed_rows(folder: Path) -> list[Row]:
     simulate, exact = Simulator(MODEL, CAR, backend="llvm"), Simulator(MODEL, CAR, UNKNOWNS, backend="llvm")
     values, tangents = drive(2.0), drive(0.25)
     contenders: dict[str, Callable[[], object]] = {
         "values": lambda: simulate(values),
-        "sensitivities": lambda: [0 for _ in exact.chunks(tangents, THETA)],
+        "sensitivities": lambda: exact(tangents, THETA),
     }
     compiled = {flags: in_c(folder, flags) for flags in ("-O3", "-O3 -march=native")}
     contenders |= {flags: partial(run, values) for flags, run in compiled.items() if run is not None}
@@ -202,23 +190,6 @@ def equal_rows(folder: Path) -> list[Row]:
     return rows
 
 
-def memory_rows() -> list[Row]:
-    simulate, peaks = Simulator(MODEL, CAR, UNKNOWNS), []
-    triangle(simulate, drive(1.5))
-    for seconds in (5.0, 50.0):
-        run = drive(seconds)
-        gc.collect()
-        tracemalloc.start()
-        triangle(simulate, run)
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    ratio = peaks[1] / peaks[0]
-    return [
-        Row("memory of a pass of a fit, log of 50 s over log of 5 s", f"{ratio:.2f}", "<= 1.1", ratio <= 1.1),
-        Row("memory of a pass of a fit, MB", f"{peaks[1] / 1e6:.1f}", "", None),
-    ]
-
-
 def table(rows: list[Row]) -> str:
     graph = trace(MODEL)
     verdict = {True: "yes", False: "**no**", None: ""}
@@ -241,7 +212,7 @@ def main() -> None:
         os.execve(sys.executable, [sys.executable, "-m", "tests.bench.vehicle"], {**os.environ, **ONE_CORE})
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        rows = [*speed_rows(folder), *equal_rows(folder), *memory_rows()]
+        rows = [*speed_rows(folder), *equal_rows(folder)]
     text = table(rows)
     TABLE.write_text(text)
     print(text)

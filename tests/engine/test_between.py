@@ -30,12 +30,6 @@ def test_a_corner_at_a_substep_is_met_as_by_a_finer_log(substeps: int) -> None:
     assert np.abs(speed(drive(TIME), substeps) - fine).max() > 1e-3
 
 
-def test_pieces_of_a_drive_meet_the_same_corners() -> None:
-    simulator = Simulator(ROAD_LOAD, ROAD, substeps=10)
-    pieces = [piece.outputs["speed"] for piece in simulator.chunks(drive(TIME, drive_force=CORNERS), samples=16)]
-    assert np.array_equal(np.concatenate(pieces), speed(drive(TIME, drive_force=CORNERS), 10))
-
-
 def test_corners_are_read_ahead_with_their_input() -> None:
     late = Drive(
         TIME, {"force": np.interp(TIME - 0.25, KNOTS, FORCE)}, between={"force": (CORNERS[0] + 0.25, FORCE[1:-1])}

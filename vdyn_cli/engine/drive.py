@@ -73,12 +73,10 @@ class Simulated:
     time : (n,) s.
     outputs : each (n,).
     sensitivities : each (n, k), derivatives of the outputs to the unknowns, in their order; k = 0 unless requested.
-    final : the states at the last sample simulated.
     states : each (n,); empty unless requested.
     """
 
     time: NDArray[np.float64]
     outputs: Mapping[str, NDArray[np.float64]]
     sensitivities: Mapping[str, NDArray[np.float64]]
-    final: Mapping[str, float]
     states: Mapping[str, NDArray[np.float64]]

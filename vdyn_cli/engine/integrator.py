@@ -21,12 +21,12 @@ WORTH_A_THREAD = 5000
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The integration steps (substeps) of a range of samples of a drive.
+    """The integration steps (substeps) of a drive.
 
     Parameters
     ----------
     time : (n,) s, the samples.
-    substeps : number per sample; a drive's last sample has one of length zero, for the readings.
+    substeps : number per sample; the last sample has one of length zero, for the readings.
     inputs : (steps + 1, inputs), at the start of each substep and at the end of the last.
     steps : (steps,) s, lengths of the substeps.
     """
@@ -37,21 +37,19 @@ class Grid:
     steps: Array
 
 
-def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int) -> Grid:
-    """The substeps of the samples ``begin`` to ``end`` (exclusive), with linearly interpolated inputs.
+def grid(drive: Drive, names: Sequence[str], substeps: int) -> Grid:
+    """The substeps of a drive, with linearly interpolated inputs.
 
     Parameters
     ----------
     drive : time (n,) s and inputs. names : inputs in the kernel's order. substeps : per sample interval.
     """
-    sub, last = substeps, end == drive.time.size
-    time = drive.time[begin : end + 1]
+    sub, time = substeps, drive.time
     coarse = np.empty((time.size, len(names)))
     for i, name in enumerate(names):
-        signal = np.asarray(drive.inputs[name])
-        coarse[:, i] = signal[begin : end + 1] if signal.shape else signal
+        coarse[:, i] = drive.inputs[name]
     moving = (time.size - 1) * sub
-    steps = np.zeros(moving + last)
+    steps = np.zeros(moving + 1)
     steps[:moving] = np.repeat(np.diff(time) / sub, sub)
     inputs = np.empty((steps.size + 1, coarse.shape[1]))
     for j in range(sub):
@@ -60,7 +58,7 @@ def grid(drive: Drive, names: Sequence[str], substeps: int, begin: int, end: int
         begun = (time[:-1, None] + np.diff(time)[:, None] * (np.arange(sub) / sub)).ravel()
         inputs[:moving, names.index(name)] = np.interp(begun, *drive.line(name))
     inputs[moving:] = coarse[-1]
-    return Grid(drive.time[begin:end], sub, inputs, steps)
+    return Grid(time, sub, inputs, steps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,18 +67,17 @@ class GridReadings:
 
     Parameters
     ----------
-    readings : (m, n). tangents : (m, n, k). trajectory : (states, n), empty unless requested. final : (states,).
+    readings : (m, n). tangents : (m, n, k). trajectory : (states, n), empty unless requested.
     """
 
     readings: Array
     tangents: Array
     trajectory: Array
-    final: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Integrator:
-    """Kernels with their current states, which ``along`` advances.
+    """Kernels with their states, which ``along`` advances from the start of a drive to its end.
 
     Parameters
     ----------
@@ -103,7 +100,7 @@ class Integrator:
     at_once: bool
 
     def along(self, grid: Grid, with_trajectory: bool = False) -> GridReadings:
-        """Integrate along a grid, from the current states, which become those at its end.
+        """Integrate along the grid of a drive.
 
         Parameters
         ----------
@@ -118,7 +115,6 @@ class Integrator:
             np.empty((self.readings, n)),
             np.empty((self.readings, n, self.unknowns)),
             np.empty((self.states, n if with_trajectory else 0)),
-            np.empty(self.states),
         )
         work = list(zip(self.kernels, self.rows, blocks(self.unknowns), strict=True))
         several = self.at_once and grid.steps.size >= WORTH_A_THREAD
@@ -152,8 +148,6 @@ class Integrator:
                 tangents[:, samples] = carried[:, :, : tangents.shape[2]]
             if seen.trajectory.size:
                 seen.trajectory[:, samples] = passed[at].T
-            if samples.stop > samples.start:
-                seen.final[:] = passed[at][-1]
 
     def _refuse_not_finite(self, grid: Grid, begin: int, states: Array, w: Array) -> None:
         # If only the sum in ``_run`` overflowed, all values are finite and nothing is raised.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from threading import Lock
@@ -21,7 +21,6 @@ from vdyn_cli.engine.lead import read_ahead
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.shifted_reading import read_at
-from vdyn_cli.engine.window import Window
 from vdyn_cli.quantities.arrays import Array
 
 __all__ = ["Drive", "Simulated", "Simulator", "sensitive_to"]
@@ -120,47 +119,9 @@ class Simulator:
         packed = self._pack(drive)
         whole = self._grids.get(drive)
         if whole is None:
-            whole = self._grids[drive] = grid(drive, self._graph.inputs, self._substeps, 0, drive.time.size)
+            whole = self._grids[drive] = grid(drive, self._graph.inputs, self._substeps)
         integrator = self._integrator(packed, whole.inputs[0], theta, sensitivities)
         return self._result(drive.time, integrator.along(whole, states))
-
-    def chunks(
-        self,
-        drive: Drive,
-        theta: ArrayLike = (),
-        *,
-        samples: int = 256,
-        sensitivities: bool = True,
-        reach: float = 1.0,
-    ) -> Iterator[Simulated]:
-        """The same simulation in consecutive chunks, so that memory does not grow with the length of the drive.
-
-        The concatenated chunks equal the result of a call, bit for bit.
-
-        Parameters
-        ----------
-        samples : per chunk; with a shifted sensor clock the chunks differ in length, because a reading waits for the
-            samples ahead that it needs.
-        reach : s, the largest shift of a sensor's clock.
-
-        Raises
-        ------
-        ResultError, ValueError : as for a call; also ValueError where a clock is shifted by more than ``reach``.
-        """
-        drive = self._ahead(drive, theta)
-        packed, time = self._pack(drive), drive.time
-        first_inputs = np.array([np.broadcast_to(drive.inputs[name], time.shape)[0] for name in self._graph.inputs])
-        integrator = self._integrator(packed, first_inputs, theta, sensitivities)
-        window = Window(reach, len(self._graph.shifted)) if self._graph.shifted else None
-        for begin in range(0, time.size, samples):
-            end = min(begin + samples, time.size)
-            seen = integrator.along(grid(drive, self._graph.inputs, self._substeps, begin, end))
-            if window is None:
-                yield self._result(time[begin:end], seen)
-                continue
-            window.add(time[begin:end], seen, last=end == time.size)
-            if window.ready.stop > window.ready.start:
-                yield window.complete(self._result(window.time, window.seen))
 
     def _ahead(self, drive: Drive, theta: ArrayLike) -> Drive:
         """The drive with its leads and lags, from theta and the drive's parameters, applied to its inputs."""
@@ -184,10 +145,10 @@ class Simulator:
         ------
         ResultError, ValueError : as for a call.
         """
-        packed, names, end = self._pack(drive), self._graph.inputs, drive.time.size
+        packed = self._pack(drive)
         traces = []
         for substeps in (self._substeps, 2 * self._substeps):
-            whole = grid(drive, names, substeps, 0, end)
+            whole = grid(drive, self._graph.inputs, substeps)
             integrator = self._integrator(packed, whole.inputs[0], theta, sensitivities=False)
             traces.append(integrator.along(whole).readings[: len(self._graph.outputs)])
         apart = np.max(np.abs(traces[0] - traces[1]), axis=1)
@@ -266,9 +227,7 @@ class Simulator:
                 value, tangent = read_at(time, value, rate, tangent, rate_tangent, shift, shift_tangent)
             outputs[name], sensitivities[name] = value, tangent
         states = dict(zip(graph.states, seen.trajectory, strict=True)) if seen.trajectory.size else {}
-        return Simulated(
-            time, outputs, sensitivities, dict(zip(graph.states, seen.final.tolist(), strict=True)), states
-        )
+        return Simulated(time, outputs, sensitivities, states)
 
     def _kernels(self, unknowns: int) -> list[Kernel]:
         """One kernel for each block of unknowns, built on the first request with or without sensitivities."""
