@@ -128,7 +128,6 @@ def test_an_effect_with_own_states_and_a_nominal_value_has_exact_sensitivities(b
 
     simulate = Simulator(ROAD_LOAD, ROAD, ("fading", "fading_time"), (FADING,), 1, backend)
     drive, theta = coast(0.5), np.array([0.2, 30.0])
-    assert "fading_drag.warmth" in simulate.states
     found = simulate(drive, theta).sensitivities["speed"]
     for j in range(2):
         step = 1e-5 * theta[j] * np.eye(2)[j]

@@ -57,7 +57,7 @@ def test_a_sensor_that_sees_its_share_gets_it() -> None:
 
 def test_the_span_leaves_outliers_out() -> None:
     speed = np.concatenate([np.linspace(10.0, 20.0, 1001), [900.0], [np.nan]])
-    low, high = span_of([speed[:500], speed[500:]])
+    low, high = span_of([speed[:500], speed[500:]], 0.0)
     assert low == pytest.approx(10.1, abs=0.01)
     assert high == pytest.approx(19.9, abs=0.02)
 

@@ -49,14 +49,12 @@ class SteadyState:
     states : values of all states; those not in ``active``, such as the position, keep their start value.
     inputs : values of all inputs, including the free ones.
     active : the states of A: all except the fixed ones and those that nothing depends on.
-    matrix : (n, n) A, 1/s in mixed units.
     roots : the eigenvalues with an imaginary part >= 0, in the order of their magnitude.
     """
 
     states: Mapping[str, float]
     inputs: Mapping[str, float]
     active: tuple[str, ...]
-    matrix: Array
     roots: tuple[Root, ...]
 
 
@@ -106,7 +104,6 @@ def steady(
         dict(zip(graph.states, x.tolist(), strict=True)),
         dict(zip(graph.inputs, u.tolist(), strict=True)),
         tuple(graph.states[i] for i in active),
-        on_x,
         _roots(graph, places, on_x, x, u, p),
     )
 

@@ -100,11 +100,6 @@ class Simulator:
         """Whether several threads may simulate at once: machine code has no state between calls."""
         return chosen(self._backend) == "llvm"
 
-    @property
-    def states(self) -> tuple[str, ...]:
-        """Names of the states."""
-        return self._graph.states
-
     def __call__(
         self, drive: Drive, theta: ArrayLike = (), *, sensitivities: bool = True, states: bool = False
     ) -> Simulated:

@@ -56,13 +56,11 @@ class FunctionEvidence:
     gain : log marginal likelihood over that of the system without the function.
     explained : reduction of the sum of squares at the most likely function.
     variance : (n,) prior variances of the coefficients at the best size and length.
-    coefficients : (n,) of the most likely function.
     """
 
     gain: float
     explained: float
     variance: Array
-    coefficients: Array
 
 
 def evidence(information: Array, score: Array, variance: Array) -> FunctionEvidence:
@@ -81,7 +79,7 @@ def evidence(information: Array, score: Array, variance: Array) -> FunctionEvide
     mean = root * np.linalg.solve(factor.T, reduced)
     gain = 0.5 * float(reduced @ reduced) - float(np.sum(np.log(np.diag(factor))))
     explained = float(2 * mean @ score - mean @ information @ mean)
-    return FunctionEvidence(gain, explained, variance, mean)
+    return FunctionEvidence(gain, explained, variance)
 
 
 def best_evidence(information: Array, score: Array, orders: Array, size: float, copies: int = 1) -> FunctionEvidence:

@@ -11,10 +11,9 @@ S = TypeVar("S")
 
 @dataclass(frozen=True)
 class Settled(Generic[S]):
-    """End of the iteration: its last state, the last relative move, and whether that is below the tolerance."""
+    """End of the iteration: its last state, and whether its last move was below the tolerance."""
 
     state: S
-    moved: float
     converged: bool
 
 
@@ -26,9 +25,9 @@ def until_settled(step: Callable[[S], tuple[S, float]], start: S, rounds: int, t
     step : state -> (next state, its move, usually the largest change of an unknown in standard deviations).
     rounds : largest number of iterations; with zero, the start is returned as not converged.
     """
-    state, moved = start, float("inf")
+    state = start
     for _ in range(rounds):
         state, moved = step(state)
         if moved < tolerance:
-            return Settled(state, moved, True)
-    return Settled(state, moved, False)
+            return Settled(state, True)
+    return Settled(state, False)

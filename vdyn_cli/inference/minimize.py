@@ -29,13 +29,11 @@ class Minimum:
 
     Parameters
     ----------
-    active : whether each unknown is held by a bound.
     converged : whether it is a minimum.
-    step : that full step.
+    step : the undamped step at the end.
     """
 
     point: Point
-    active: NDArray[np.bool_]
     converged: bool
     step: Array
     iterations: int
@@ -84,10 +82,10 @@ def minimize(
         promise = point.system.reduction(full)
         variance = point.cost / max(point.n_rows - len(point.x), 1)  # half of it, like the cost
         if promise <= max(NEGLIGIBLE * point.cost, tolerance * variance):
-            return Minimum(point, active, True, full, iteration)
+            return Minimum(point, True, full, iteration)
         hopeless = hopeless + 1 if point.cost - promise > evaluate.regression.reached - tolerance * variance else 0
         if hopeless == HOPELESS:
-            return Minimum(point, active, False, full, iteration)
+            return Minimum(point, False, full, iteration)
         while True:
             step = _step_within(point, active, scale, damping, lower, upper)
             x, predicted = _snapped(point.x + step, lower, upper), point.system.reduction(step)
@@ -102,13 +100,13 @@ def minimize(
                     promise <= NONDIFFERENTIABLE * variance
                     and _largest_reduction(evaluate, point, full, lower, upper) <= harmless
                 )
-                return Minimum(point, active, arrived, full, iteration)
+                return Minimum(point, arrived, full, iteration)
         damping = max(damping * (0.3 if gain > 0.75 else 1.0 if gain > 0.25 else 2.0), LEAST_DAMPING)
         growth = 2.0
         idle = idle + 1 if point.cost - trial.cost < tolerance * variance else 0
         point = trial
         scale = np.maximum(scale, point.system.column_norms())
-    return Minimum(point, _active(point, lower, upper), False, full, most_iterations)
+    return Minimum(point, False, full, most_iterations)
 
 
 def _may_fall_below(evaluate: Objective, x: Array, below: float) -> bool:

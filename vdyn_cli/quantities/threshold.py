@@ -14,17 +14,15 @@ def threshold(value: N, unit: str, meaning: str, reason: str) -> N:
     return field(default=value, metadata={"unit": unit, "meaning": meaning, "reason": reason})
 
 
-def thresholds_text(policy: Any, width: int = 100) -> str:
+def thresholds_text(policy: Any) -> str:
     """Every threshold of a policy with its value, unit, meaning and reason, one paragraph each.
 
-    Parameters
-    ----------
-    policy : a dataclass whose fields are defined by ``threshold``. width : characters of a line.
+    ``policy`` : a dataclass whose fields are defined by ``threshold``.
     """
     paragraphs = []
     for one in fields(policy):
         unit = f" {one.metadata['unit']}" if one.metadata["unit"] else ""
         text = f"{one.metadata['meaning']}.\n{one.metadata['reason']}".split("\n")
-        lines = [fill(line, width, initial_indent="    ", subsequent_indent="    ") for line in text]
+        lines = [fill(line, 100, initial_indent="    ", subsequent_indent="    ") for line in text]
         paragraphs.append("\n".join([f"{one.name} = {getattr(policy, one.name):g}{unit}", *lines]))
     return "\n\n".join(paragraphs) + "\n"

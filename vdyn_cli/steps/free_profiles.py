@@ -50,7 +50,7 @@ def profile(name: str, on: str, signal: str, span: Sequence[float], size: float,
     return effect(on=on, unknowns=unknowns, reference="piecewise linear, no physics assumed")(law)
 
 
-def span_of(values: Sequence[np.ndarray], least: float = 0.0) -> tuple[float, float]:
+def span_of(values: Sequence[np.ndarray], least: float) -> tuple[float, float]:
     """First and last knot for a signal: the 1 % and 99 % quantiles of all ``values``, at least ``least`` apart."""
     every = np.concatenate([np.asarray(v)[np.isfinite(v)] for v in values])
     low, high = (float(v) for v in np.quantile(every, [0.01, 0.99]))

@@ -28,7 +28,6 @@ class LawWithin:
     """
 
     effect: str
-    fitted: FittedParts
     share_of_curve: float
     share_of_rms: float
     values: tuple[Array, ...]
@@ -179,7 +178,7 @@ def _laws(search: PartSearch, best: FittedParts, curves: Sequence[Curve]) -> lis
         known = len(pairs) == len(curves) > 0
         share = share_of_curve(pairs, fitted.solution.values) if known else float("nan")
         rms = search.share_of_part(fitted, best)
-        found.append(LawWithin(name, fitted, share, rms, tuple(v for _, v in pairs) if known else ()))
+        found.append(LawWithin(name, share, rms, tuple(v for _, v in pairs) if known else ()))
     return found
 
 

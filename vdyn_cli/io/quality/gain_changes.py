@@ -37,12 +37,11 @@ class Tie:
 
 @dataclass(frozen=True)
 class GainChange:
-    """A change of a tie's gain at the time ``at`` (s) by ``factor``, significant by ``t`` standard errors."""
+    """A change of a tie's gain at the time ``at`` (s) by ``factor``."""
 
     what: str
     at: float
     factor: float
-    t: float
 
 
 def gain_changes(log: Log) -> tuple[GainChange, ...]:
@@ -147,7 +146,7 @@ def changed_gain(tie: Tie) -> GainChange | None:
     abrupt = stepped_share(y, x, k, drifting(x)) < QUALITY.abrupt_share
     if not abrupt or (tie.constant and not _both_ways(y, x, k, h / g)):
         return None
-    return GainChange(tie.what, float(tie.time[k - 1]), h / g, t)
+    return GainChange(tie.what, float(tie.time[k - 1]), h / g)
 
 
 def likely_change(y: Array, x: Array) -> tuple[int, float, float, float, float] | None:

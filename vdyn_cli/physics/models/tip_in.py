@@ -1,4 +1,4 @@
-"""Response of the driveline to tip-in and back-out: overshoot, jerk and oscillation of the half-shaft torque."""
+"""Response of the driveline to tip-in and back-out: jerk and oscillation of the half-shaft torque."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from vdyn_cli.quantities.arrays import Array
 
 STEP = 1e-3  # s
 BEFORE = 0.2  # s of cruise before the pedal moves
+RISE = 0.05  # s, duration of a torque ramp
 HOLD = 2.0  # s of constant torque after each movement
-SETTLED = 0.3  # s at the end of each phase whose mean is the final value
 RINGING = 0.6  # s after the pedal has moved from which frequency and damping are estimated
 SPARSE = 5  # every fifth sample is used for that
 SLOWEST = 2.0  # Hz, below which the oscillation is that of the body
@@ -36,12 +36,10 @@ class Phase:
 
     Parameters
     ----------
-    overshoot : peak minus final torque of each half-shaft, as a share of the change, by side.
     jerk_peak : m/s^3, largest magnitude, with its sign.
     swing : oscillation of each half-shaft's torque, by side; None where there is none.
     """
 
-    overshoot: Mapping[str, float]
     jerk_peak: float
     swing: Mapping[str, Swing | None]
 
@@ -69,7 +67,6 @@ def tip_in(
     torque_step: float,
     driven: Driven = "front",
     differential: Differential = "open",
-    rise: float = 0.05,
 ) -> TipIn:
     """Simulate a tip-in from a steady cruise, and the back-out after it.
 
@@ -79,7 +76,6 @@ def tip_in(
     speed : m/s, of the cruise.
     torque_step : N m at the planetary output, in addition to the torque of the cruise.
     driven, differential : as of ``models.vehicle``; where both axles are driven the half-shafts are the front axle's.
-    rise : s, duration of a torque ramp.
 
     Raises
     ------
@@ -91,32 +87,28 @@ def tip_in(
     small steps they can be compared with the eigenmodes.
     """
     state, model = cruise(parameters, speed, driven, differential), vehicle(driven, differential=differential)
-    moves = (BEFORE, BEFORE + rise + HOLD)
-    n = round((moves[1] + rise + HOLD) / STEP) + 1
+    moves = (BEFORE, BEFORE + RISE + HOLD)
+    n = round((moves[1] + RISE + HOLD) / STEP) + 1
     time: Array = np.linspace(0.0, (n - 1) * STEP, n)
-    knots = [moves[0], moves[0] + rise, moves[1], moves[1] + rise]
+    knots = [moves[0], moves[0] + RISE, moves[1], moves[1] + RISE]
     torque = state.inputs["drive_torque"] + np.interp(time, knots, [0.0, torque_step, torque_step, 0.0])
     context = {"heading": 1.0, "temperature": 293.15}
     run = Drive(time, {**state.inputs, "drive_torque": torque}, state.states, {}, context)
     outputs = Simulator(model, {name: parameters[name] for name in model.parameters})(run).outputs
-    phases = [_phase(time, outputs, begin, begin + rise, begin + rise + HOLD) for begin in moves]
+    phases = [_phase(time, outputs, begin) for begin in moves]
     return TipIn(time - BEFORE, {"drive_torque": torque, **outputs}, *phases)
 
 
-def _phase(time: Array, outputs: Mapping[str, Array], begin: float, moved: float, end: float) -> Phase:
+def _phase(time: Array, outputs: Mapping[str, Array], begin: float) -> Phase:
     """The response from the beginning of a pedal movement to the end of the constant torque, s."""
-    there = (time > begin - STEP / 2) & (time < end + STEP / 2)
+    moved = begin + RISE
+    there = (time > begin - STEP / 2) & (time < moved + HOLD + STEP / 2)
     rung = (time > moved + STEP / 2) & (time < moved + RINGING)
-    last = time > end - SETTLED
-    overshoot, swing = {}, {}
-    for side in ("left", "right"):
-        trace = outputs[f"shaft_torque_{side}"]
-        before, settled = trace[there][0], float(np.mean(trace[there & last]))
-        way = np.sign(settled - before)
-        overshoot[side] = float((way * np.max(way * trace[there]) - settled) / (settled - before))
-        swing[side] = ringing(trace[rung][::SPARSE], SPARSE * STEP)
+    swing = {
+        side: ringing(outputs[f"shaft_torque_{side}"][rung][::SPARSE], SPARSE * STEP) for side in ("left", "right")
+    }
     jerk = outputs["jerk"][there]
-    return Phase(overshoot, float(jerk[np.argmax(np.abs(jerk))]), swing)
+    return Phase(float(jerk[np.argmax(np.abs(jerk))]), swing)
 
 
 def ringing(trace: Array, step: float) -> Swing | None:

@@ -64,7 +64,7 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
     if found is None or found[1] * found[2] <= 0.0:
         return None, ""
     k, g, h, t, share = found
-    change = GainChange(one.channel, float(time[k - 1]), h / g, t)
+    change = GainChange(one.channel, float(time[k - 1]), h / g)
     large = abs(h / g - 1.0) >= QUALITY.least_gain_change and t >= QUALITY.gain_change_t
     if not large or share > QUALITY.simulated_share:
         return change, ""
