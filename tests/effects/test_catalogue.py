@@ -8,6 +8,7 @@ import pytest
 
 import vdyn_cli.effects as effects
 from vdyn_cli.effects import catalogue
+from vdyn_cli.effects.definition.catalogue import _found
 
 FILE = """
 from vdyn_cli.effects import effect
@@ -28,9 +29,9 @@ def add(tmp_path, monkeypatch):
     def write(name: str, function: str, unknown: str) -> None:
         (tmp_path / f"{name}.py").write_text(FILE.format(function=function, unknown=unknown))
 
-    effects._found.cache_clear()
+    _found.cache_clear()
     yield write
-    effects._found.cache_clear()
+    _found.cache_clear()
     for path in tmp_path.glob("*.py"):
         sys.modules.pop(f"vdyn_cli.effects.{path.stem}", None)
 

@@ -1,0 +1,1 @@
+"""What an effect is, and how the catalogue finds the effects."""
