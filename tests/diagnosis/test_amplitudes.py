@@ -28,3 +28,25 @@ def test_an_amplitude_holds_the_bias_by_a_remainder_however_the_model_is_fitted(
     found = open_amplitudes(strategy, judgment, amplitudes)
     assert found["slope"].half_width >= amplitudes["slope"].half_width
     assert found["slope"].interval95[0] < 4.0 < found["slope"].interval95[1]
+
+
+def test_an_amplitude_is_mixed_with_relinearized_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A linear fit may give a large amplitude several times too large beside a further effect."""
+    campaign = Campaign(5, hidden={"slope": 4.0})
+    strategy = open_strategy(campaign.setup(cause("slope"), cause("wave")))
+    fitted, both, base = (strategy.fitted(effects) for effects in (("slope",), ("slope", "wave"), ()))
+    assert fitted is not None
+    assert both is not None
+    assert base is not None
+    solution = replace(
+        both.solution,
+        values={**both.solution.values, "slope": 40.0},
+        interval95={**both.solution.interval95, "slope": (39.0, 41.0)},
+    )
+    linear = CandidateModel(("slope", "wave"), replace(both, solution=solution), 0.5, None, 0.0)
+    monkeypatch.setattr("vdyn_cli.diagnosis.extend.amplitudes.probable_answers", lambda *_: [(linear, 0.3)])
+    monkeypatch.setattr(type(strategy), "relinearized", lambda *_: both)
+    answer = CandidateModel(("slope",), fitted, 0.5, None, 0.0)
+    judgment = Judgment("named", "", base, detect(strategy, base), (), (answer,))
+    found = open_amplitudes(strategy, judgment, fitted_amplitudes(answer, strategy.model.setup))
+    assert found["slope"].interval95[1] < 10.0

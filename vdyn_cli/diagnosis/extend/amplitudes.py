@@ -38,14 +38,18 @@ def open_amplitudes(strategy: Strategy, judgment: Judgment, amplitudes: Mapping[
     """The amplitudes of a named answer with intervals widened as those of the published parameters.
 
     If the answer leaves no significant residual, the intervals are those of its mixture with answers of one more
-    effect. Else they include the bias by that residual, half' = sqrt(half^2 + bias^2).
+    effect, each about its own amplitudes: a linear fit may give a large delay several times too large. Else they
+    include the bias by that residual, half' = sqrt(half^2 + bias^2).
     """
     answer = judgment.answer
     if judgment.verdict != "named" or answer is None or not amplitudes:
         return dict(amplitudes)
     if answer.sufficient:
-        probable = probable_answers(strategy, answer.fitted)
-        each = [(p, fitted_amplitudes(one, strategy.model.setup)) for one, p in probable]
+        probable = [
+            (p, replace(a, fitted=strategy.relinearized(a.fitted)))
+            for a, p in probable_answers(strategy, answer.fitted)
+        ]
+        each = [(p, fitted_amplitudes(one, strategy.model.setup)) for p, one in probable]
         return {n: _mixed(e, [(p, o[n].interval95) for p, o in each if n in o]) for n, e in amplitudes.items()}
     bias = half_widths(unexplained_biases(strategy.model, answer.fitted))  # a relinearized fit has no profiles
     return {n: _wider(e, float(np.hypot(e.half_width, bias.get(n, 0.0)))) for n, e in amplitudes.items()}
