@@ -68,8 +68,22 @@ def test_recuperation_that_the_torque_lacks_is_stated() -> None:
         assert "recuperation or engine braking, since drive_torque is never below zero" in finding.what
         lacking = STEP * np.count_nonzero((torque < -50.0) & (channels["speed"] > 2.0))
         assert one.left_out == pytest.approx(lacking, rel=0.3)
+        assert not finding.doubt
     blended = [drive(seed, blended=True) for seed in range(3)]
     assert not any(one.one_sided for one in found(*blended))
+
+
+def test_recuperation_that_the_torque_lacks_is_doubted_where_the_brakes_are_logged() -> None:
+    """Friction brakes are then no cause of it."""
+    clipped = []
+    for time, channels, torque, _ in (drive(seed, blended=False) for seed in range(3)):
+        held = np.where(channels["speed"] < 0.5, 300.0, 0.0)
+        clipped.append((time, {**channels, "brake_torque": held}, np.maximum(torque, 0.0)))
+    for one in unlogged_braking(clipped):
+        (finding,) = one.finding("drive.csv")
+        assert finding.doubt
+        assert finding.where == "drive.csv, channel 'drive_torque'"
+        assert "lacks recuperation or engine braking" in finding.what
 
 
 def test_brakes_that_a_channel_shows_are_not_named_again() -> None:

@@ -43,6 +43,7 @@ class UnloggedBraking:
     confirmed : whether an accelerometer confirms it.
     left_out : duration of these samples, s, of the ``moving`` ones.
     one_sided : whether the drive torque is never below zero in any drive, as of a channel without recuperation.
+    brake_logged : whether a channel shows the friction brakes on in any drive, so that these are no cause.
     """
 
     braked: Mask
@@ -52,19 +53,29 @@ class UnloggedBraking:
     left_out: float = 0.0
     moving: float = 0.0
     one_sided: bool = False
+    brake_logged: bool = False
 
     def finding(self, log: str) -> tuple[Finding, ...]:
-        """A finding on what was left out, and how to avoid it; empty where nothing was."""
+        """A finding on what was left out, and how to avoid it; empty where nothing was.
+
+        It casts doubt on the result if only the drive torque can lack the deceleration.
+        """
         if not self.spans:
             return ()
         a, b = max(self.spans, key=lambda s: s[1] - s[0])
         also = f", and {len(self.spans) - 1} more" if len(self.spans) > 1 else ""
-        cause = "brakes" if self.confirmed else "brakes or hills"
+        share = f"left out ({self.left_out:.0f} s of {self.moving:.0f} s of driving)"
         what = (
             f"the car slows down by up to {self.excess:.2g} m/s^2 more than drive torque and road load explain, "
-            f"from {a:.1f} s to {b:.1f} s{also}: {cause} that are not logged, left out "
-            f"({self.left_out:.0f} s of {self.moving:.0f} s of driving)"
+            f"from {a:.1f} s to {b:.1f} s{also}"
         )
+        if self.one_sided and self.brake_logged:
+            lacks = f"recuperation or engine braking{'' if self.confirmed else ', or hills are not logged'}"
+            what = f"is never below zero and lacks {lacks}: {what}, {share}"
+            remedy = "map a drive_torque that is negative while it brakes the car"
+            remedy += "" if self.confirmed else ", or map grade"
+            return (Finding(f"{log}, channel 'drive_torque'", what, "", remedy, doubt=True),)
+        what += f": {'brakes' if self.confirmed else 'brakes or hills'} that are not logged, {share}"
         remedy = f"map brake_torque{'' if self.confirmed else ' and grade'}, or keep the friction brakes released"
         if self.one_sided:
             what += "; or recuperation or engine braking, since drive_torque is never below zero"
@@ -111,8 +122,9 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
     shares = np.concatenate([excess / pulled for excess, pulled in known]) if known else np.zeros(0)
     lost = float(np.clip(np.quantile(shares, UNBRAKED), 0.0, MOST_LOST)) if shares.size >= FEWEST else 0.0
     one_sided = not any(_brakes(torque) for _, _, torque in drives)
+    logged = any(bool(pressed(time, channels["brake_torque"]).any()) for time, channels, _ in drives)
     found = [_found(drive[0], e, lost) for drive, e in zip(drives, seen, strict=True)]
-    return tuple(replace(one, one_sided=one_sided) for one in found)
+    return tuple(replace(one, one_sided=one_sided, brake_logged=logged) for one in found)
 
 
 def _brakes(torque: Array) -> bool:
