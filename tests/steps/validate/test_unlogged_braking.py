@@ -124,6 +124,14 @@ def test_an_accelerometer_tells_a_hill_from_a_brake() -> None:
     assert not unlogged_braking([(time, channels, torque)])[0].spans
 
 
+def test_a_logged_hill_is_no_brake() -> None:
+    time, channels, torque, _ = rolling_over_hills(0.03, 0.0)
+    phase = time % 50.0
+    logged = np.where(phase >= 27.0, 0.03 * np.sin(np.pi * (phase - 27.0) / 23.0), 0.0)
+    seen = {"speed": channels["speed"], "brake_torque": channels["brake_torque"], "grade": logged}
+    assert not unlogged_braking([(time, seen, torque)])[0].spans
+
+
 def test_an_accelerometer_feels_a_brake() -> None:
     time, channels, torque, brake = rolling_over_hills(0.0, 0.5)
     (one,) = unlogged_braking([(time, channels, torque)])

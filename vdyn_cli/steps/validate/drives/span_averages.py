@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
 
 SPAN = 1.0  # s over which accelerations are taken
 
@@ -22,6 +25,17 @@ def slope_over_span(time: Array, values: Array) -> Array:
     since = time - time[0]
     t, v, tt, tv = (mean_over_span(time, x) for x in (since, values, since**2, since * values))
     return np.asarray((tv - t * v) / np.maximum(tt - t**2, 1e-12))
+
+
+def level_rate(time: Array, speed: Array, channels: Mapping[str, Array]) -> Array:
+    """The rate of speed (n,), m/s^2, on a level road: V' + g i, with the logged grade i; its rotating mass is left out.
+
+    Parameters
+    ----------
+    time : (n,) s. speed : (n,) m/s. channels : grade (n,), if it is logged.
+    """
+    rate = slope_over_span(time, speed)
+    return rate + GRAVITY * mean_over_span(time, channels["grade"]) if "grade" in channels else rate
 
 
 def least_over_span(time: Array, values: Array) -> Array:

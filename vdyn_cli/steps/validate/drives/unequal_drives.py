@@ -15,7 +15,13 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
-from vdyn_cli.steps.validate.drives.span_averages import SPAN, least_over_span, mean_over_span, slope_over_span
+from vdyn_cli.steps.validate.drives.span_averages import (
+    SPAN,
+    least_over_span,
+    level_rate,
+    mean_over_span,
+    slope_over_span,
+)
 
 SLOWEST = 2.0  # m/s, below which tires creep
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
@@ -32,8 +38,8 @@ def unequal_drives(
 
     Parameters
     ----------
-    names : of the logs. drives : of one car: time (n,) s; channels speed (m/s, may contain NaN) and brake_torque (N m);
-        drive torque (n,) N m.
+    names : of the logs. drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m)
+        and, if logged, grade; drive torque (n,) N m.
     """
     found = [_acceleration_per_torque(*drive) for drive in drives]
     for k, (name, own) in enumerate(zip(names, found, strict=True)):
@@ -65,7 +71,7 @@ def _acceleration_per_torque(time: Array, channels: Mapping[str, Array], torque:
         return None
     force, change = mean_over_span(time, torque), slope_over_span(time, torque)
     columns = np.column_stack([force, np.ones(time.size), mean_over_span(time, speed**2), change])[at]
-    rate = slope_over_span(time, speed)[at]
+    rate = level_rate(time, speed, channels)[at]
     slope = float(np.linalg.lstsq(columns, rate, rcond=None)[0][0])
     blocks = np.array_split(np.arange(at.size), BLOCKS)
     without = [np.linalg.lstsq(np.delete(columns, b, 0), np.delete(rate, b), rcond=None)[0][0] for b in blocks]

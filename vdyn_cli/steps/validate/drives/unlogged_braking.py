@@ -1,9 +1,9 @@
 """Detects unlogged braking: the car slows down more than its drive torque and its speed explain.
 
-While the car is driven, its acceleration is a T + b + c V^2 + d T', fitted with Huber's weights; slopes, gusts and
-sampling delays scatter about it. While it is not driven, driveline losses slow it in proportion to |T| at all times; a
-friction brake slows it more, for some seconds. So does a hill; but an accelerometer, if logged, senses only the brake,
-and must confirm it.
+While the car is driven, its acceleration on a level road is a T + b + c V^2 + d T', fitted with Huber's weights; slopes
+without a logged grade, gusts and sampling delays scatter about it. While it is not driven, driveline losses slow it in
+proportion to |T| at all times; a friction brake slows it more, for some seconds. So does a hill without a logged grade;
+but an accelerometer, if logged, senses only the brake, and must confirm it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,12 @@ from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
-from vdyn_cli.steps.validate.drives.span_averages import least_over_span, mean_over_span, slope_over_span
+from vdyn_cli.steps.validate.drives.span_averages import (
+    least_over_span,
+    level_rate,
+    mean_over_span,
+    slope_over_span,
+)
 
 SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 FEWEST = 100  # driven samples that are needed to fit the acceleration
@@ -114,8 +119,8 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
 
     Parameters
     ----------
-    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged,
-        acceleration (specific force, m/s^2, may contain NaN); drive torque (n,) N m.
+    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade
+        and acceleration (specific force, m/s^2, may contain NaN); drive torque (n,) N m.
     """
     seen = [_excess(*drive) for drive in drives]
     known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
@@ -136,7 +141,7 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
     """The excess deceleration of one drive; None where the car is driven too rarely."""
     good = np.isfinite(channels["speed"])
     speed = np.interp(time, time[good], channels["speed"][good])
-    rate, force, change = slope_over_span(time, speed), mean_over_span(time, torque), slope_over_span(time, torque)
+    rate, force, change = level_rate(time, speed, channels), mean_over_span(time, torque), slope_over_span(time, torque)
     columns = np.column_stack([force, np.ones(time.size), mean_over_span(time, speed**2), change])
     idle = IDLE * float(np.max(np.abs(torque), initial=0.0))
     moving = (speed > SLOWEST) & ~pressed(time, channels["brake_torque"])
