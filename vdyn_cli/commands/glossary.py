@@ -30,7 +30,7 @@ GLOSSARY = {
     "noise floor": "rms of the residual that measurement noise alone would leave",
     "given": "a value that the description states, with the standard deviation after +-",
     "prior": "a given value with its standard deviation, where the data may change it",
-    "pull": "change of a given value by the fit, in its standard deviations",
+    "pull": "change of a given value by the fit, in standard deviations of that change",
     "next test": "the manoeuvre that separates rival effects, with the expected distance in standard errors",
     "refused": "why a result is not published: report and JSON then contain the diagnosis, but no parameters",
     "withheld": "a parameter that is not published because the data do not determine it, with the reason",

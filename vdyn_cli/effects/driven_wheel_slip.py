@@ -15,7 +15,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def driven_wheel_slip(speed: Law, s: Signals, q: Signals) -> Number:
     """A speed channel of driven wheels: it reads V (1 + k F / (M g)), with the force F of their tires.
 
-    Only for the model of a mass on a road, whose sensor states ``pull`` = F / (M g). Assumes that the rotating mass is
-    that of the driven wheels, and a linear slip, as below half of the friction.
+    Only for the model of a mass on a road, whose sensor states ``traction`` = F / (M g). Assumes that the rotating mass
+    is that of the driven wheels, and a linear slip, as below half of the friction.
     """
-    return speed(s) * (1.0 + q.driven_wheel_slip * s.pull)
+    return speed(s) * (1.0 + q.driven_wheel_slip * s.traction)

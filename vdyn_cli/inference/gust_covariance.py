@@ -3,8 +3,8 @@
 The residual of a simulated speed is not white noise: a gust pushes the car, and the change of speed persists. To first
 order a disturbance w changes the speed by dv and the specific force by df::
 
-    dv' = -fade dv - pull w + a - g share i      pull = rho Cd A (V + w)/(M + mr)
-    df  = -fade dv - pull w + a + g (1 - share) i     share = M/(M + mr)
+    dv' = -fade dv - k w + a - g share i          k = rho Cd A (V + w)/(M + mr), ``drag_slope``
+    df  = -fade dv - k w + a + g (1 - share) i    share = M/(M + mr)
 
 where a is a force over the inertia and i a slope. So the covariance of a run's binned residuals is a sum of a few known
 terms, each with an amplitude (and a correlation time) to be estimated from the data::
@@ -172,7 +172,7 @@ class Surroundings:
     Parameters
     ----------
     bins : (b) groups of samples.
-    pull : (b,) 1/s, derivative of the drag to the air speed, divided by the inertia.
+    drag_slope : (b,) 1/s, derivative of the drag to the air speed, divided by the inertia.
     fade : (b,) 1/s, decay rate of a change of speed; zero where the resistances are computed from the measured speed.
     slope_share : M/(M + mr).
     speed_level : m/s, white noise of a speed sample.
@@ -184,7 +184,7 @@ class Surroundings:
     """
 
     bins: Bins
-    pull: Array
+    drag_slope: Array
     fade: Array
     slope_share: float
     speed_level: float = 0.0
@@ -250,7 +250,7 @@ def speed_noise(s: Surroundings) -> RunNoise:
     Assumes gusts, and an error of a filtered speed, with exponential autocorrelations in time.
     """
     integral = integration(s.bins, s.fade)
-    gust = -integral * s.pull[None, :]
+    gust = -integral * s.drag_slope[None, :]
     parts: tuple[White | SteadyComponent | Colored, ...] = (
         White("speed_noise", s.speed_level**2 / s.bins.count),
         Colored("gust", "gust_time", gust, s.bins.lags),
@@ -267,9 +267,9 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
 
     A slope changes the speed, but hardly the specific force.
     """
-    integral, here = integration(s.bins, np.zeros_like(s.pull)), np.eye(s.bins.time.size)
+    integral, here = integration(s.bins, np.zeros_like(s.drag_slope)), np.eye(s.bins.time.size)
     push = np.vstack([integral, here])
-    gust = -push * s.pull[None, :]
+    gust = -push * s.drag_slope[None, :]
     road = -GRAVITY * np.vstack([s.slope_share * integral, -(1.0 - s.slope_share) * here])
     none, lag = np.zeros(s.bins.time.size), s.bins.lags
     parts = (
@@ -291,9 +291,9 @@ def force_noise(s: Surroundings) -> RunNoise:
     lag, ones = s.bins.lags, np.ones(s.bins.time.size)
     parts = (
         White("acceleration_noise", s.acceleration_level**2 / s.bins.count),
-        Colored("gust", "gust_time", np.diag(-s.pull), lag),
+        Colored("gust", "gust_time", np.diag(-s.drag_slope), lag),
         Colored("push", "push_time", np.eye(ones.size), lag),
-        SteadyComponent("run_wind", -s.pull),
+        SteadyComponent("run_wind", -s.drag_slope),
         SteadyComponent(s.constant_force, ones),
     )
     return RunNoise(parts, s.zero**2 * np.outer(ones, ones), ones)

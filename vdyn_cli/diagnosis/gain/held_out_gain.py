@@ -339,9 +339,9 @@ def _reduction(before: Array, after: Array, modelled: float | None = None) -> tu
     b, counts, a = before[:, 0], before[:, 1], after[:, 0]
     n, mean = len(b), float(counts.mean())
     rms_b, rms_a = float(np.sqrt(b.sum() / counts.sum())), float(np.sqrt(a.sum() / counts.sum()))
-    # Influence of each fold on the difference of the rms errors.
-    pull = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
-    variance, freedom = float(np.var(pull, ddof=1)) / n, n - 1
+    # Of each fold, on the difference of the rms errors.
+    influence = (b - counts * rms_b**2) / (2 * rms_b * mean) - (a - counts * rms_a**2) / (2 * rms_a * mean)
+    variance, freedom = float(np.var(influence, ddof=1)) / n, n - 1
     if modelled is not None:
         extra = POLICY.noise_model_folds
         variance, freedom = (freedom * variance + extra * modelled) / (freedom + extra), freedom + extra

@@ -29,7 +29,8 @@ class FindingSize:
     before, after : rms error of the main output without and with the effects.
     shifts : change of each parameter of the baseline; stds : its standard deviation without the effects, or of its
         prior where the model keeps prior values.
-    contradicted : largest pull of a prior in the baseline's fit, of those that the effects lower; 0 if none.
+    contradicted : largest deviation from a prior in the baseline's fit, of those that the effects lower, in standard
+        deviations of the prior; 0 if none.
     """
 
     plain: bool
@@ -197,20 +198,16 @@ def places_of(change: Array) -> tuple[int, int, int]:
 
 
 def _contradicted(without: LinearizedRuns, found: LinearizedRuns, nuisances: frozenset[str]) -> float:
-    """The largest pull of a nuisance parameter's prior without the effects, of those that the effects lower.
-
-    A pull is the distance from the prior's mean in its standard deviations; the nuisance parameters are sensor zeros,
-    start values and clock delays.
-    """
-    pulls = [_pulls(one, nuisances) for one in (without, found)]
-    if pulls[0].size != pulls[1].size:
+    """``contradicted`` of the FindingSize; the nuisance parameters are sensor zeros, start values and clock delays."""
+    before, after = (_deviations(one, nuisances) for one in (without, found))
+    if before.size != after.size:
         return 0.0
-    lowered = pulls[0] - pulls[1] > POLICY.matters_share * NORMAL95
-    return float(np.max(pulls[0][lowered], initial=0.0))
+    lowered = before - after > POLICY.matters_share * NORMAL95
+    return float(np.max(before[lowered], initial=0.0))
 
 
-def _pulls(runs: LinearizedRuns, nuisances: frozenset[str]) -> Array:
-    """Pulls of every run's own priors, then of those of shared nuisance parameters."""
+def _deviations(runs: LinearizedRuns, nuisances: frozenset[str]) -> Array:
+    """Distances from the means of priors in their standard deviations: each run's, then shared nuisance parameters."""
     regression = runs.regression
     known = [(x, u.prior) for u, x in zip(regression.own, runs.own.T, strict=True) if u.prior]
     shared = zip(regression.shared, runs.shared, strict=True)

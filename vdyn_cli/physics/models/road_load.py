@@ -88,7 +88,7 @@ def road_load(
             e.p.mass + e.p.rotating_mass
         )
         e.integrate(speed=rate)
-        e.sensor("speed", state, rate, pull=(force - e.p.rotating_mass * rate) / (e.p.mass * GRAVITY))
+        e.sensor("speed", state, rate, traction=(force - e.p.rotating_mass * rate) / (e.p.mass * GRAVITY))
         specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
         if accelerometer:
             e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero)

@@ -79,12 +79,12 @@ def _surroundings(campaign: Campaign, run: int, at: Mapping[str, float]) -> Surr
     density = one.air_density if one.air_density is not None else at["air_density"]
     wind = one.inputs["wind_speed"]
     flow = np.maximum(bins.mean(one.speed) + (bins.mean(wind) if isinstance(wind, np.ndarray) else float(wind)), 0.0)
-    pull = density * at["drag_area"] * flow / inertia
+    drag_slope = density * at["drag_area"] * flow / inertia
     levels = campaign.levels[0 if campaign.white else run]  # in plain least squares the level only scales the cost
     return Surroundings(
         bins=bins,
-        pull=pull,
-        fade=pull if campaign.accelerometer == "none" else np.zeros_like(pull),
+        drag_slope=drag_slope,
+        fade=drag_slope if campaign.accelerometer == "none" else np.zeros_like(drag_slope),
         slope_share=at["mass"] / inertia,
         speed_level=levels["speed"],
         jolt=_drive_noise(one, levels, at) / inertia,

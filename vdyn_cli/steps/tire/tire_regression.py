@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +35,14 @@ NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.
 ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown changes by more standard deviations
 
 _Projected = tuple[Mapping[str, float], Solution | None]  # curve onto which slips are projected, and the fit with it
+
+
+class _CurveForces(NamedTuple):
+    """Forces of a curve (n,), N, and their derivatives by the unknowns (n, k) and by the slip (n,)."""
+
+    force: Array
+    by_unknown: Array
+    by_slip: Array
 
 
 @dataclass(frozen=True)
@@ -125,11 +134,11 @@ class TireCurveProblem:
 
         def rows(run: int, theta: Array) -> Rows:
             sweep, near = self.sweeps[run], points[run]
-            force, jacobian, _ = self._curve(sweep, near.slip, self._theta(dict(zip(names, theta, strict=False))))
+            curve = self._forces(sweep, near.slip, self._theta(dict(zip(names, theta, strict=False))))
             zero = theta[len(names) :]
-            residual = force + zero.sum() + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
+            residual = curve.force + zero.sum() + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
             deviation = self.scale * near.deviation
-            slopes = np.hstack([jacobian[:, columns], np.ones((force.size, zero.size))])
+            slopes = np.hstack([curve.by_unknown[:, columns], np.ones((residual.size, zero.size))])
             return Rows(residual / deviation, slopes / deviation[:, None], time=sweep.time)
 
         return Regression((*unknowns, *self._zero), tuple(sweep.run for sweep in self.sweeps), rows)
@@ -137,7 +146,12 @@ class TireCurveProblem:
     def points(self, sweep: BinnedSweep, values: Mapping[str, float]) -> CurvePoints:
         """The points of the curve nearest to the bins of a sweep, at these values of the unknowns."""
         theta = self._theta(values)
-        return nearest_points(sweep, lambda slip: self._curve(sweep, slip, theta)[::2])
+
+        def curve(slip: Array) -> tuple[Array, Array]:
+            at = self._forces(sweep, slip, theta)
+            return at.force, at.by_slip
+
+        return nearest_points(sweep, curve)
 
     def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
         """The force, N, of the curve at increasing slips (n,) under a load (N)."""
@@ -215,8 +229,8 @@ class TireCurveProblem:
     def _theta(self, values: Mapping[str, float]) -> Array:
         return np.array([values.get(n, self.first_values[n]) for n in self._names])
 
-    def _curve(self, sweep: BinnedSweep, slip: Array, theta: Array) -> tuple[Array, Array, Array]:
-        """Force (n,), its derivatives by the unknowns (n, k), and its derivative by the slip (n,)."""
+    def _forces(self, sweep: BinnedSweep, slip: Array, theta: Array) -> _CurveForces:
+        """The forces of the curve at the bins of a sweep with other slips (n,)."""
         inputs = {
             "slip": slip,
             "load": sweep.load,
@@ -231,7 +245,8 @@ class TireCurveProblem:
         jacobian = simulated.sensitivities["force_x"]
         # Slip changes by 1 + s per relative radius error; that of a locked wheel does not depend on the radius.
         rolling = np.maximum(1 + slip, 0.02)
-        return simulated.outputs["force_x"], jacobian, jacobian[:, self._names.index("radius_error")] / rolling
+        by_slip = jacobian[:, self._names.index("radius_error")] / rolling
+        return _CurveForces(simulated.outputs["force_x"], jacobian, by_slip)
 
 
 def _slope(slip: Array, friction: Array) -> float:

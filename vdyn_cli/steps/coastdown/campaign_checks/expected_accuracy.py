@@ -98,11 +98,11 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
     seen = simulator(drive, [at["rolling_resistance"], at["drag_area"], upper])
     bins = cut(time, max(2.0, time[-1] / 150))
     inertia = at["mass"] + at["rotating_mass"]
-    pull = at["air_density"] * at["drag_area"] * bins.mean(seen.outputs["speed"]) / inertia
+    drag_slope = at["air_density"] * at["drag_area"] * bins.mean(seen.outputs["speed"]) / inertia
     # The simulation has fewer samples a bin than the log; the noise of the bin's mean stays the same.
     level = setup.level * float(np.sqrt(min(setup.step / STEP, 1.0)))
     filtered = "speed_drift" in setup.sizes
-    conditions = Surroundings(bins, pull, pull, at["mass"] / inertia, speed_level=level, filtered=filtered)
+    conditions = Surroundings(bins, drag_slope, drag_slope, at["mass"] / inertia, speed_level=level, filtered=filtered)
     noise = speed_noise(conditions)
     factor = np.linalg.cholesky(noise.covariance({**setup.sizes, "speed_noise": 1.0}))
     white = np.linalg.solve(factor, bins.mean(seen.sensitivities["speed"]))

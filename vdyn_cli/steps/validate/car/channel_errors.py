@@ -37,7 +37,7 @@ SLIP = "slip_impulse"
 )
 def _slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
     """The car's speed without the impulse that slipping wheels have taken."""
-    return speed(s) * (1.0 - q.slip_impulse * s.pull)
+    return speed(s) * (1.0 - q.slip_impulse * s.traction)
 
 
 SLIP_IMPULSE: Effect = replace(_slip_impulse, name=SLIP)
