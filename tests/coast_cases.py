@@ -59,3 +59,9 @@ def solve_day(
     """A whole campaign through the step."""
     runs = coast.campaign(vehicle, seed, day, effects)
     return STEP.estimate(spec_of(runs, **more), logs_of(runs, channels), known(vehicle, day))
+
+
+def off(result: Result, name: str, truth: float) -> float:
+    """Error in standard deviations."""
+    found = result.parameters[name]
+    return (found.value - truth) / found.std

@@ -1,0 +1,205 @@
+"""``vdyn init``: the column of each channel, or why it is not decided."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.commands.drafts import WAVE, columns, draft, table
+from tests.io.stored_logs import write
+
+
+def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    tables = [
+        {"time": time, "Speed": 20.0 + np.sin(time), "Motor Torque": 50.0 * np.cos(time)},
+        {"time": time[::2], "Speed": 20.1 + np.sin(time[::2]), "Accel X": 0.1 * np.cos(time[::2])},
+    ]
+    units = {"Speed": "m/s", "Motor Torque": "Nm", "Accel X": "m/s^2"}
+    path = write("mf4", tmp_path / "run", tables, units)
+    found, description = draft("validate", path)
+    assert columns(description["channels"]) == {
+        "time": ("time", "s"),
+        "speed": ("?", "?"),
+        "drive_torque": ("Motor Torque", "Nm"),
+        "acceleration": ("Accel X", "m/s^2"),
+    }
+    assert "not decided between 'logger 1: Speed' (19 to 21 m/s) and 'logger 2: Speed' (19.1 to 21.1 m/s)" in found.text
+    assert "speed" in found.undecided
+
+
+@pytest.mark.parametrize(
+    ("header", "why"),
+    [
+        ("Time [s],Speed [N m]", "is in N m, which is not a unit of speed (m/s)"),
+        ("Time [s],Speed [km/s]", "which is impossible for a vehicle"),
+        ("Time [s],Wheel Speed [km/h]", "no column has such a name"),
+        ("Time [s],Speed (motor) [km/h]", "no column has such a name"),
+        ("Time [s],GPS Speed [km/h],CAN Speed [km/h]", "between 'GPS Speed [km/h]' (50 to 56 km/h) and"),
+    ],
+)
+def test_what_could_be_wrong_is_not_mapped(header: str, why: str, tmp_path: Path) -> None:
+    width = header.count(",")
+    rows = [",".join([f"{0.1 * i:.1f}", *(f"{50 + (i * (k + 3)) % 7}" for k in range(width))]) for i in range(300)]
+    (tmp_path / "run.csv").write_text("\n".join([header, *rows]) + "\n")
+    found, description = draft("coastdown", tmp_path / "run.csv")
+    assert columns(description["channels"])["speed"] == ("?", "?")
+    assert why in found.text
+
+
+@pytest.mark.parametrize(
+    ("step", "columns_", "expected"),
+    [
+        ("tire", {"FXW_N": 900 * WAVE, "FZW_N": -4000 + 9 * WAVE, "KAPPA_%": 9 * WAVE}, ("slip", "KAPPA [%]")),
+        (
+            "cg",
+            {"Fz FL_N": 4000 + WAVE, "Acc Long_mpers2": WAVE, "GyroY_degpers": WAVE},
+            ("pitch_rate", "GyroY [deg/s]"),
+        ),
+        ("cg", {"Fz FL_N": 4000 + WAVE, "Acc Long_mpers2": WAVE}, ("acceleration", "Acc Long [m/s2]")),
+        ("cg", {"Fz FL_N": 4000 + WAVE, "G Force Long_G": WAVE}, ("acceleration", "G Force Long [G]")),
+        ("inertia", {"MY_Nm": 90 * WAVE, "VFZG_kmperh": 50 + WAVE}, ("vehicle_speed", "VFZG [km/h]")),
+        (
+            "coastdown",
+            {"Speed_mph": 60 - WAVE, "Accel X_g": 0.3 * WAVE, "Accel Y_g": 0.1 * WAVE},
+            ("acceleration", "Accel X [g]"),
+        ),
+    ],
+)
+def test_names_and_units_of_rigs_and_phones_are_known(
+    step: str, columns_: dict[str, Any], expected: tuple[str, str], tmp_path: Path
+) -> None:
+    time = np.arange(600) / 10.0
+    _, description = draft(step, table(tmp_path / "a.csv", **{"time_s": time, **columns_}))
+    channel, column = expected
+    assert description["channels"][channel]["column"] == column
+    assert "?" not in description["channels"][channel]["unit"]
+
+
+def test_one_quantity_in_two_units_is_one_channel(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    rows = [f"{k / 10},{100 - k / 10:.3f},{(100 - k / 10) / 1.609344:.3f}" for k in range(600)]
+    path.write_text("\n".join(["TIME_s,SPEED_KPH,SPEED_MPH", *rows]) + "\n")
+    assert draft("coastdown", path)[1]["channels"]["speed"] == {"column": "SPEED_KPH", "unit": "km/h"}
+    path = tmp_path / "other.csv"
+    rows = [f"{k / 10},{100 - k / 10:.3f},{(101 - k / 10) / 1.609344:.3f}" for k in range(600)]
+    path.write_text("\n".join(["TIME_s,SPEED_KPH,SPEED_MPH", *rows]) + "\n")
+    assert draft("coastdown", path)[1]["channels"]["speed"]["column"] == "?"
+
+
+def test_the_speed_of_an_axle_serves_where_no_other_is_logged(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    rows = [f"{k / 10},{940 - k:.1f}" for k in range(600)]
+    path.write_text("\n".join(["Time[s],WheelSpeedFrontAxle[rpm]", *rows]) + "\n")
+    _, description = draft("coastdown", path)
+    assert description["channels"]["wheel_speed"] == {"column": "WheelSpeedFrontAxle[rpm]", "unit": "rpm"}
+    assert "speed" not in description["channels"]
+    assert description["vehicle"]["wheel_radius"] == "?"
+    path = tmp_path / "wheel.csv"
+    path.write_text("\n".join(["Time[s],wheel_rpm", *rows]) + "\n")
+    assert draft("coastdown", path)[1]["channels"]["wheel_speed"] == {"column": "wheel_rpm", "unit": "rpm"}
+    path = tmp_path / "front.csv"
+    path.write_text("\n".join(["Time[s],N Front[rpm]", *rows]) + "\n")
+    assert "map 'wheel_speed' instead: by their unit: \"N Front[rpm]\"" in draft("coastdown", path)[0].text
+
+
+@pytest.mark.parametrize("name", ["Wheel Rotation FL", "Wheel speed FL"])
+def test_the_speed_of_one_wheel_is_offered(name: str, tmp_path: Path) -> None:
+    columns_ = {"Time_s": np.arange(600) / 10.0, "FX_N": 900 * WAVE, "FZ_N": 4000 + WAVE, f"{name}_rpm": 700 + WAVE}
+    found, data = draft("tire", table(tmp_path / "a.csv", **columns_, **{"Speed_kmperh": 80 + WAVE}))
+    assert f"# wheel_speed: '{name} [rpm]' is that of one wheel: map it if that wheel was tested" in found.text
+    assert "wheel_speed" not in data["channels"]
+
+
+def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> None:
+    columns_ = {"time_s": np.arange(600) / 10.0, "Q7_Nm": 90 * WAVE, "N_1permin": 300 + WAVE, "T_degC": 50 + WAVE}
+    found, _ = draft("inertia", table(tmp_path / "a.csv", **columns_))
+    assert re.search(r'hub_torque: .*# needed: .*; by their unit: "Q7 \[Nm\]"\n', found.text)
+    assert re.search(r'wheel_speed: .*# needed: .*; by their unit: "N \[1/min\]"\n', found.text)
+
+
+def test_an_axis_that_varies_less_than_the_one_beside_it_is_not_decided(tmp_path: Path) -> None:
+    """A phone may lie in any orientation."""
+    axes = {"Speed_mph": 60 - WAVE, "Accel X_g": 0.05 * WAVE, "Accel Y_g": 0.3 * WAVE}
+    found, _ = draft("coastdown", table(tmp_path / "a.csv", **{"time_s": np.arange(600) / 10.0, **axes}))
+    assert "acceleration: not decided between 'Accel X [g]' by its name and 'Accel Y [g]', which varies" in found.text
+    assert "acceleration" not in found.mapped
+
+
+@pytest.mark.parametrize(
+    "name", ["GPS (2D speed) [m/s]", "Speed m/s", "Speed (OBD)(m/s)", "v_GPS (m/s)", "speed_meters_per_sec"]
+)
+def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> None:
+    rows = [f"{t:.1f},{30.0 - 0.3 * t:.2f}" for t in np.arange(0.0, 60.0, 0.1)]
+    (tmp_path / "run.csv").write_text("\n".join([f"Time [s],{name}", *rows]) + "\n")
+    assert columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])["speed"] == (name, "m/s")
+
+
+def test_rivals_of_one_name_state_the_devices_below_the_header(tmp_path: Path) -> None:
+    """As RaceChrono writes them: speeds of the receiver and of the car in columns of one name."""
+    rows = "".join(
+        f"{t / 10:.1f},0,1,{t / 10},{3 * t},{30 - 0.02 * t:.2f},{20 - 0.01 * t:.2f},1.2\n" for t in range(300)
+    )
+    head = "timestamp,fragment_id,lap_number,elapsed_time,distance_traveled,speed,speed,speed_accuracy\n"
+    head += "unix time,,,s,m,m/s,m/s,m/s\n,,,,,100: gps,200: obd,100: gps\n"
+    (tmp_path / "lap.csv").write_text(head + rows)
+    text = draft("coastdown", tmp_path / "lap.csv")[0].text
+    assert "not decided between 'speed#1' from 100: gps (24.02 to 30 m/s) and 'speed#2' from 200: obd" in text
+
+
+def test_the_corner_of_a_single_wheel_s_sensor_is_ignored(tmp_path: Path) -> None:
+    rows = "".join(f"{t / 500},{-200 + t},{700 - t},{-60 + 0.1 * t},{40 + 0.1 * t},{0.001 * t}\n" for t in range(300))
+    (tmp_path / "wheel.csv").write_text('Time,RR_Fx,RR_Fz,RR_My,"RR_Wheel,Speed",RR_Ax\n' + rows)
+    found = draft("inertia", tmp_path / "wheel.csv")[1]["channels"]
+    expected = {"hub_torque": "RR_My", "wheel_speed": "RR_Wheel,Speed", "acceleration": "RR_Ax"}
+    assert {name: found[name]["column"] for name in expected} == expected
+    four = (tmp_path / "wheel.csv").read_text().replace("RR_Ax", "RL_Ax")
+    (tmp_path / "wheels.csv").write_text(four)
+    assert draft("inertia", tmp_path / "wheels.csv")[1]["channels"]["wheel_speed"]["column"] == "?"
+
+
+@pytest.mark.parametrize("first", ["Elapsed Distance", "elapsed_km", "Elapsed Energy [kWh]"])
+def test_what_else_elapses_is_no_clock(first: str, tmp_path: Path) -> None:
+    rows = [f"{2.0 * t:.2f},{t:.1f},{30.0 - 0.3 * t:.2f}" for t in np.arange(0.0, 60.0, 0.1)]
+    (tmp_path / "run.csv").write_text("\n".join([f"{first},Elapsed (s),Speed m/s", *rows]) + "\n")
+    assert draft("coastdown", tmp_path / "run.csv")[1]["channels"]["time"]["column"] == "Elapsed (s)"
+
+
+def test_a_german_abbreviation_of_speed_is_known(tmp_path: Path) -> None:
+    rows = "".join(f"{100 * k};{60.0 - 0.1 * k:.1f}\n".replace(".", ",") for k in range(200))
+    (tmp_path / "lauf.csv").write_text("Zeit [ms];GPS-Geschw. [mph]\n" + rows)
+    _, description = draft("coastdown", tmp_path / "lauf.csv")
+    assert columns(description["channels"])["speed"] == ("GPS-Geschw. [mph]", "mph")
+
+
+def sweep(folder: Path) -> Path:
+    """A slip sweep as a flat-track machine writes it: a clock named ET, loads negative, units with hyphens."""
+    time = np.arange(600) / 50.0
+    slip = 0.15 * np.sin(time)
+    force = 1000.0 * np.tanh(20.0 * slip)
+    load = -1000.0 - 5.0 * np.cos(time)
+    rows = [f"{t:.2f}\t40.2\t{s:.4f}\t{f:.1f}\t{z:.2f}\t2" for t, s, f, z in zip(time, slip, force, load, strict=True)]
+    path = folder / "sweep.dat"
+    head = ["Made by a machine\tRim=7", "ET\tV\tSR\tFX\tFZ\tMX", "sec\tkph\tnone\tN\tN\tN-m"]
+    path.write_text("\n".join([*head, *rows]) + "\n")
+    return path
+
+
+def test_a_machine_s_sweep_is_mapped_with_its_sign(tmp_path: Path) -> None:
+    drawn, data = draft("tire", sweep(tmp_path))
+    assert data["channels"]["time"] == {"column": "ET", "unit": "sec"}
+    assert data["channels"]["force_z"] == {"column": "FZ", "unit": "N", "sign": -1}
+    assert "a load is positive here" in drawn.text
+
+
+def test_the_first_of_two_columns_of_one_name_is_drafted_as_it_is_read(tmp_path: Path) -> None:
+    time = np.arange(600) / 10.0
+    table = np.column_stack([time, 25.0 - 0.2 * time, 25.0 - 0.2 * time])
+    path = tmp_path / "run.csv"
+    np.savetxt(path, table, delimiter=",", header="time [s],speed [m/s],speed [m/s]", comments="", fmt="%.3f")
+    _, description = draft("coastdown", path)
+    assert description["channels"]["speed"]["column"] == "speed [m/s]#1"
