@@ -28,9 +28,9 @@ is part of the effective radius. The radius' standard deviation is a scale error
 include. Likewise a motor's current times its torque constant is a drive torque.
 
 The mean wind of a run, measured beside the track, is the run's ``wind_speed`` (against the motion) where no channel of
-this name is logged; the remaining wind is estimated as a headwind. A crosswind acts like rolling resistance, and
-the intervals include its drag. State it as ``crosswind`` of each run, or ``settings: {crosswind: 0 m/s}`` for a calm
-day. Else it is the wind that has the fitted gusts, at most the 2 m/s that the standards allow, across the road.
+this name is logged; the remaining wind is estimated as a headwind. A crosswind adds drag that acts like rolling
+resistance: the intervals extend to the load without it. State it as ``crosswind`` of each run, or ``settings:
+{crosswind: 0 m/s}`` for a calm day. Else it is the wind that has the fitted gusts, across the road.
 
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
 0.25}}`` fixes one as the paper does. The result states the window of speeds that separates them.

@@ -50,9 +50,9 @@ def figures(
 
 def _road_load(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) -> Figure:
     speed = np.linspace(*fit.speeds, 60)
-    force, half = np.asarray(load.force(speed)), load.half_width(speed)
+    force, (low, high) = np.asarray(load.force(speed)), load.interval(speed)
     series = [
-        Series("95 % band", 3.6 * speed, force - half, "band", force + half, role="muted"),
+        Series("95 % band", 3.6 * speed, low, "band", high, role="muted"),
         Series("fitted", 3.6 * speed, force, role="simulated"),
     ]
     if times:

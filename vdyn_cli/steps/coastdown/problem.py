@@ -20,7 +20,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, coast_segment, split
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, drive_signal, selected, usable
-from vdyn_cli.steps.coastdown.doubts.crosswind import stated_crosswind, widened_by_crosswind
+from vdyn_cli.steps.coastdown.doubts.crosswind import crosswind_shift, stated_crosswind
 from vdyn_cli.steps.coastdown.doubts.fit_quality import quality_of
 from vdyn_cli.steps.coastdown.doubts.force_intervals import averaged_forces, spanning_forces
 from vdyn_cli.steps.coastdown.doubts.result_doubts import doubts
@@ -156,11 +156,11 @@ class CoastdownProblem(SimulatedProblem):
     def _result(self, fit: RoadLoadFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
         quality = quality_of(fit)
         wider, contradiction = with_speed_gain(quality.fit, contradicted_gain(self.selection.segments))
-        solution, across = widened_by_crosswind(wider, stated_crosswind(self.spec))
-        quality = replace(quality, fit=replace(wider, solution=solution))
-        answer = RoadLoadAnswer(quality.fit, self.spec, self.selection, self.zeros, quality, tuple(effects))
+        across, wind = crosswind_shift(wider, stated_crosswind(self.spec))
+        quality = replace(quality, fit=wider)
+        answer = RoadLoadAnswer(wider, self.spec, self.selection, self.zeros, quality, tuple(effects), across)
         of_logs = (f for log in self.logs for f in log.findings)
-        findings = (*self.findings, *contradiction, *across, *doubts(answer), *of_logs)
+        findings = (*self.findings, *contradiction, *wind, *doubts(answer), *of_logs)
         return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vdyn_cli.inference import Unknown
+from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -78,10 +79,11 @@ def _parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parame
         found["drag_coefficient"] = _drag_coefficient(found["drag_area"], frontal_area)
     if (name := "driveline_efficiency") in solution.names:
         found[name] = Estimate.of(name, solution.values[name], solution.std[name], solution.interval95[name], SOURCE)
-    half, std = load.half_widths(), np.zeros(3) if load.covariance is None else np.sqrt(np.diag(load.covariance))
-    for value, h, s, name in zip(load.coefficients.tolist(), half, std, ("f0", "f1", "f2"), strict=True):
-        name, source = f"road_load_{name}", "given" if s == 0 else SOURCE
-        found[name] = Estimate.of(name, value, float(s), (value - h, value + h), source)
+    quantile = t_quantile(min(load.degrees, 1e6))
+    for k, (value, low, high) in enumerate(zip(load.coefficients.tolist(), *load.intervals(), strict=True)):
+        std = max(float(value - low), float(high - value)) / quantile
+        name, source = f"road_load_f{k}", "given" if std == 0 else SOURCE
+        found[name] = Estimate.of(name, value, std, (float(low), float(high)), source)
     full = solution.correlation
     names = [n for n in (*MAIN, "driveline_efficiency") if n in full]
     return Parameters(found, {a: {b: full[a][b] for b in names} for a in names})
@@ -158,8 +160,7 @@ def _logs(campaign: Campaign) -> str:
 
 def _force(load: RoadLoad, speed: float, local: LocalForces | None) -> dict[str, Any]:
     """The force and its interval, extended to that of the local decelerations where they disagree with the fit."""
-    force, half = load.force_with_half_width(speed)
-    low, high = force - half, force + half
+    force, (low, high) = load.force_with_interval(speed)
     if local is not None and (other := local.disagreeing(speed)) is not None:
         off, reach = other
         low, high = min(low, force + off - reach), max(high, force + off + reach)

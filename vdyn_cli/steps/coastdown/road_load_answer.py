@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from vdyn_cli.effects import Effect
+from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown import text
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes, coast_times
@@ -28,6 +30,7 @@ from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     RoadLoad,
     corrected_load,
     density_of,
+    one_sided,
     road_load_of,
 )
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
@@ -49,6 +52,8 @@ class RoadLoadAnswer:
     Parameters
     ----------
     quality : of the fit. effects : accepted effects, in the model. zeros : of the accelerometer, by run.
+    across : change of the main parameters, SI, by the drag of a crosswind that the fit attributes to them; see
+        ``doubts.crosswind``.
     """
 
     fit: RoadLoadFit
@@ -57,6 +62,7 @@ class RoadLoadAnswer:
     zeros: Mapping[str, AccelerometerZero]
     quality: FitQuality
     effects: tuple[Effect, ...] = ()
+    across: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def fixed(self) -> frozenset[str]:
@@ -99,7 +105,12 @@ class RoadLoadAnswer:
         lasting = lasting_force([e for e in self.effects if adds_resistance(e)], at, std, self.fit.speeds, temperature)
         degrees = [solution.degrees[n] for n in solution.names if n in MAIN]
         free = min(degrees, default=1e6)
-        return road_load_of(at, solution.names, solution.covariance, free, lasting)
+        load = road_load_of(at, solution.names, solution.covariance, free, lasting)
+        shifts = (self.across.get(n, 0.0) for n in MAIN)
+        rolling, drag = (
+            s * per for s, per in zip(shifts, (at["mass"] * GRAVITY, 0.5 * at["air_density"]), strict=True)
+        )
+        return replace(load, excess=np.array([rolling, 0.0, drag])) if self.across else load
 
     @cached_property
     def corrected(self) -> RoadLoad | None:
@@ -149,6 +160,10 @@ class RoadLoadAnswer:
                     wider * std,
                     (value + wider * (interval[0] - value), value + wider * (interval[1] - value)),
                 )
+            if shift := self.across.get(name):
+                std = float(np.hypot(std, shift / t_quantile(solution.degrees[name])))
+                low, high = one_sided(np.array([value]), 0.5 * np.diff(interval), np.array([shift]))
+                interval = float(low[0]), float(high[0])
             found[name] = Estimate.of(name, value, std, interval, "given" if name in self.fixed else SOURCE)
         return found
 

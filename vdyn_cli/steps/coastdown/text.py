@@ -113,7 +113,7 @@ def separation(correlation: float | None, now: ExpectedAccuracy | None, wider: E
 
 
 def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
-    """Dynamometer and EPA coefficients of each road load, each with half its 95 % interval.
+    """Dynamometer and EPA coefficients of each road load, each with its 95 % interval.
 
     Parameters
     ----------
@@ -127,16 +127,16 @@ def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
     for i, (key, unit) in enumerate(zip(DYNO_KEYS + EPA_KEYS, UNITS, strict=True)):
         cells = [f"{key.split('_')[0]} [{unit}]"]
         for load in loads.values():
-            half = RoadLoad(*load.half_widths().tolist())
-            value, width = (load.dyno() + load.epa())[i], (half.dyno() + half.epa())[i]
-            cells.append(f"{value:.5g} +- {width:.2g}" if width else f"{value:.5g}")
+            ends = (RoadLoad(*c.tolist()) for c in load.intervals())
+            low, high = ((end.dyno() + end.epa())[i] for end in ends)
+            cells.append(_with_interval((load.dyno() + load.epa())[i], (low, high)))
         rows.append(tuple(cells))
     return Table(
         "coefficients",
         "Road load coefficients",
         ("coefficient", *loads),
         tuple(rows),
-        "F = F0 + F1 V + F2 V^2 in N and km/h; F = A + B V + C V^2 in lbf and mph. +- is half the 95 % interval of "
+        "F = F0 + F1 V + F2 V^2 in N and km/h; F = A + B V + C V^2 in lbf and mph. In brackets the 95 % interval of "
         "each coefficient alone: F0 and F2 are negatively correlated, so their sum has a narrower interval.",
     )
 
@@ -150,10 +150,10 @@ def forces(loads: Mapping[str, RoadLoad], speeds: Sequence[float]) -> Table:
     """
     rows = []
     for v in speeds:
-        each = (load.force_with_half_width(v) for load in loads.values())
-        rows.append((f"{3.6 * v:.0f}", *(f"{number(force, half)} +- {half:.2g}" for force, half in each)))
+        each = (load.force_with_interval(v) for load in loads.values())
+        rows.append((f"{3.6 * v:.0f}", *(_with_interval(force, interval) for force, interval in each)))
     head = ("km/h", *(f"{name} [N]" for name in loads))
-    return Table("forces", "Road load at speeds", head, tuple(rows), "+- is half the 95 % interval.")
+    return Table("forces", "Road load at speeds", head, tuple(rows), "In brackets the 95 % interval.")
 
 
 def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
@@ -191,6 +191,12 @@ def rejections(rejected: Sequence[RejectedSegment]) -> Table:
     rows = tuple((r.run, f"{r.start:.1f}", f"{r.stop:.1f}", r.why) for r in rejected)
     caption = "Times are those of the log. The fit does not use these parts."
     return Table("rejected", "Left out", ("run", "from [s]", "to [s]", "why"), rows, caption)
+
+
+def _with_interval(value: float, interval: tuple[float, float]) -> str:
+    """``148.2 (146.9 to 149.5)``; the value alone where its interval is empty."""
+    half = 0.5 * (interval[1] - interval[0])
+    return f"{number(value, half)} ({_interval(interval)})" if half > 0 else f"{value:.5g}"
 
 
 def _interval(interval: tuple[float, float]) -> str:

@@ -174,7 +174,7 @@ class FitQuality:
         if local is None:
             return None
         speed = np.linspace(*self.fit.speeds, 60)
-        force, half = np.asarray(load.force(speed)), load.half_width(speed)
+        force, (low, high) = np.asarray(load.force(speed)), load.interval(speed)
         return Figure(
             "agreement",
             "Force from local decelerations",
@@ -184,7 +184,7 @@ class FitQuality:
             "speed [km/h]",
             "force [N]",
             (
-                Series("95 % band", 3.6 * speed, force - half, "band", force + half, role="muted"),
+                Series("95 % band", 3.6 * speed, low, "band", high, role="muted"),
                 Series("fitted", 3.6 * speed, force, role="simulated"),
                 Series(
                     "from decelerations", 3.6 * local.speed, local.measured, "points", error=local.half, role="measured"

@@ -31,6 +31,8 @@ class RoadLoad:
 
     ``beyond`` is the force that three coefficients do not describe: speeds m/s and forces N, each (n,);
     ``spread`` is then the standard deviation of the whole force, over the same speeds.
+    ``excess`` (3,) are the coefficients of a force that may be contained, though it is not the car's: intervals are
+    longer on the side where the load without it lies.
     """
 
     f0: float
@@ -40,6 +42,7 @@ class RoadLoad:
     degrees: float = float("inf")
     beyond: tuple[Array, Array] | None = None
     spread: tuple[Array, Array] | None = None
+    excess: Array | None = None
 
     @property
     def coefficients(self) -> Array:
@@ -63,8 +66,14 @@ class RoadLoad:
         other: float | Array = 0.0 if self.beyond is None else np.interp(speed, *self.beyond)
         return self.f0 + self.f1 * speed + self.f2 * speed**2 + other
 
+    def interval(self, speed: float | Array) -> tuple[Array, Array]:
+        """95 % interval of the force, N, at speeds (n,) in m/s."""
+        v = np.atleast_1d(np.asarray(speed, dtype=float))
+        excess = np.zeros(v.size) if self.excess is None else np.vander(v, 3, increasing=True) @ self.excess
+        return one_sided(np.asarray(self.force(v)), self.half_width(v), excess)
+
     def half_width(self, speed: float | Array) -> Array:
-        """Half the 95 % interval of the force, N, at speeds (n,) in m/s."""
+        """Half the 95 % interval of the force without ``excess``, N, at speeds (n,) in m/s."""
         v = np.atleast_1d(np.asarray(speed, dtype=float))
         if self.covariance is None:
             return np.zeros(v.size)
@@ -76,29 +85,34 @@ class RoadLoad:
             std = np.where(inside, np.interp(v, every, whole), np.maximum(std, np.interp(v, every, whole)))
         return np.asarray(t_quantile(min(self.degrees, 1e6)) * std)
 
-    def force_with_half_width(self, speed: float) -> tuple[float, float]:
-        """Force and half its 95 % interval, N, at one speed in m/s."""
-        return float(self.force(speed)), float(self.half_width(speed)[0])
+    def force_with_interval(self, speed: float) -> tuple[float, tuple[float, float]]:
+        """Force and its 95 % interval, N, at one speed in m/s."""
+        low, high = self.interval(speed)
+        return float(self.force(speed)), (float(low[0]), float(high[0]))
 
-    def half_widths(self) -> Array:
-        """Half the 95 % intervals of f0, f1, f2, (3,) SI; zeros where no covariance is known."""
-        if self.covariance is None:
-            return np.zeros(3)
-        return np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.diag(self.covariance)))
+    def intervals(self) -> tuple[Array, Array]:
+        """Lower and upper ends (3,) of the 95 % intervals of f0, f1, f2, SI; the values without a covariance."""
+        half = np.zeros(3)
+        if self.covariance is not None:
+            half = np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.diag(self.covariance)))
+        return one_sided(self.coefficients, half, np.zeros(3) if self.excess is None else self.excess)
 
     def document(self) -> dict[str, float | list[float]]:
         """F0 F1 F2 and A B C, each with its 95 % interval, for the JSON."""
-        low = self._moved(-1).dyno() + self._moved(-1).epa()
-        high = self._moved(1).dyno() + self._moved(1).epa()
+        low, high = ((end := RoadLoad(*c.tolist())).dyno() + end.epa() for c in self.intervals())
         found: dict[str, float | list[float]] = {}
         for key, value, a, b in zip(DYNO_KEYS + EPA_KEYS, self.dyno() + self.epa(), low, high, strict=True):
             found[key] = value
             found[f"{key}_interval95"] = [a, b]
         return found
 
-    def _moved(self, way: float) -> RoadLoad:
-        f0, f1, f2 = (self.coefficients + way * self.half_widths()).tolist()
-        return RoadLoad(f0, f1, f2)
+
+def one_sided(value: Array, half: Array, excess: Array) -> tuple[Array, Array]:
+    """Ends (n,) of intervals of values, each longer on the side to which the value without an excess lies.
+
+    low = value - sqrt(half^2 + max(excess, 0)^2),   high = value + sqrt(half^2 + min(excess, 0)^2)
+    """
+    return value - np.hypot(half, np.maximum(excess, 0.0)), value + np.hypot(half, np.minimum(excess, 0.0))
 
 
 @dataclass(frozen=True)
@@ -139,7 +153,8 @@ def corrected_load(load: RoadLoad, test: Conditions, reference: Conditions) -> R
     scale = np.array([warm * reference.mass / test.mass, warm, reference.air_density / test.air_density])
     f0, f1, f2 = (scale * load.coefficients).tolist()
     covariance = None if load.covariance is None else load.covariance * np.outer(scale, scale)
-    return replace(load, f0=f0, f1=f1, f2=f2, covariance=covariance)
+    excess = None if load.excess is None else scale * load.excess
+    return replace(load, f0=f0, f1=f1, f2=f2, covariance=covariance, excess=excess)
 
 
 def road_load_of(
