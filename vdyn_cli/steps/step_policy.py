@@ -21,18 +21,51 @@ class StepPolicy:
         2.0, "standard deviations", "of the difference of two estimates of one quantity, up to which they agree",
         "Two correct estimates differ by more in one case of twenty.",
     )  # fmt: skip
-    # Coast-downs ------------------------------------------------------------------------------------------------------
     most_missing: float = threshold(
-        0.2, "share of the rows", "of a coast without a speed, above which it is not used",
-        "The remaining rows cover other speeds than the whole coast, and give other intervals.",
+        0.2, "share of the rows", "without a number, above which a channel, or a coast for its speed, is not used",
+        "The remaining rows cover other speeds than the whole log, and give other intervals.",
+    )  # fmt: skip
+    # Coast-downs ------------------------------------------------------------------------------------------------------
+    backward_speed: float = threshold(
+        0.5, "m/s", "of median speed backward, beyond which the sign of the speed is wrong",
+        "The noise of a speed at standstill is smaller.",
+    )  # fmt: skip
+    least_window: float = threshold(
+        1.0, "m/s", "that a speed window must span",
+        "Below, the noise of the speed decides where the window begins.",
     )  # fmt: skip
     least_covered: float = threshold(
         0.5, "share of the speed window", "that a coast must cover",
         "A coast that covers less than half has few speeds in common with the others.",
     )  # fmt: skip
+    some_covered: float = threshold(
+        0.1, "share of the speed window", "likewise, where no run of a direction covers least_covered",
+        "Downhill a car may stop decelerating within the window; without these runs a slope looks like resistance.",
+    )  # fmt: skip
     least_fall: float = threshold(
         1.0, "m/s", "by which the speed must fall in a coast",
         "Below, not even half an interval of 10 km/h, as UN R83 and WLTP evaluate, is passed.",
+    )  # fmt: skip
+    held_drop: float = threshold(
+        2.0, "m/s", "below the highest speed, within which the release of a held pedal lies",
+        "A car coasts through it in 5 to 20 s, over which its deceleration changes linearly with time.",
+    )  # fmt: skip
+    held_share: float = threshold(
+        0.25, "share of held_drop", "by which a held speed may vary",
+        "Drivers and cruise controls hold a speed within 0.5 m/s.",
+    )  # fmt: skip
+    held_slope: float = threshold(
+        1.0 / 3.0, "", "slope of a held speed over the deceleration after the release, at most",
+        "A held speed has 0, a coast 1, an acceleration -1 or less. A third, about 0.1 m/s^2, allows a constant pedal "
+        "on a slope of 1 %.",
+    )  # fmt: skip
+    held_release: float = threshold(
+        1.0, "s", "of releasing pedal and clutch, which are cut",
+        "The release is known to a few tenths of it.",
+    )  # fmt: skip
+    held_shortest: float = threshold(
+        3.0, "s", "that a speed must be held before a coast to be reported",
+        "Shorter holds are those of any change of the pedal.",
     )  # fmt: skip
     brake_excess: float = threshold(
         0.15, "m/s^2", "of deceleration above that of the other runs, from which an interval of 2 s counts as braked",
@@ -104,6 +137,10 @@ class StepPolicy:
         "The nominal time constant of the tires' warm-up: a longer log shows a complete warm-up, a shorter one a part "
         "of the day's.",
     )  # fmt: skip
+    compared_runs: int = threshold(
+        3, "runs", "from which one can be named that contradicts the others",
+        "Of two that disagree, either may be wrong.",
+    )  # fmt: skip
     outlier_degrees: int = threshold(
         3, "degrees of freedom", "that the other runs must have",
         "With two, t would have to exceed 20.",
@@ -150,6 +187,18 @@ class StepPolicy:
         0.3, "correlation", "between residuals over position of runs in one direction, from which a road is suspected",
         "Without a road it scatters about zero by 1/sqrt(pairs x independent segments), 0.1 for four runs of 60 to "
         "100 s with gusts of 8 s: three times that.",
+    )  # fmt: skip
+    one_way_slope: float = threshold(
+        0.005, "m/m", "of unmeasured slope that intervals include if all runs have one direction",
+        "The most that SAE J1263 allows for a test road.",
+    )  # fmt: skip
+    one_way_wind: float = threshold(
+        3.0, "m/s", "of unmeasured wind that intervals include if all runs have one direction",
+        "The largest mean wind of UN R83, annex 4a, appendix 7.",
+    )  # fmt: skip
+    given_shift: float = threshold(
+        0.5, "standard deviations", "by which the runs must move an uncertain given value to contradict it",
+        "The number that the fit uses is then visibly not the one that the description gives.",
     )  # fmt: skip
     least_rolling: float = threshold(
         0.003, "", "rolling resistance below which a result is doubted",
@@ -304,6 +353,10 @@ class StepPolicy:
     large_pull: float = threshold(
         2.5, "standard deviations", "of a parameter's shift by the drives, beyond which it is reported",
         "1.2 % of correct models reach it.",
+    )  # fmt: skip
+    certain_play: float = threshold(
+        18.0, "log likelihood", "gained by play alone, from which it is fitted together with the parameters",
+        "Six standard errors.",
     )  # fmt: skip
     slip_stiffness: float = threshold(
         12.0, "without unit", "force of the driven tires over slip and the car's weight, of a mass on a road",

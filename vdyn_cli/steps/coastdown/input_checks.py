@@ -12,31 +12,30 @@ from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import FEWEST_SAMPLES, CoastSegment
-from vdyn_cli.steps.coastdown.doubts.one_way import SLOPE, WIND
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse
 from vdyn_cli.steps.coastdown.road.road_position import contradicting_position
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which rates are taken
-OPPOSED = -0.3  # cosine of a channel and the rate of the speed below which only a wrong sign explains it
-BACKWARD = -0.5  # m/s, median speed below which the car drives backward: the noise at standstill is smaller
 HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
 def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
     """Channels of a log whose signs contradict physics, with the line of the description that corrects them.
 
-    A median speed below ``BACKWARD``, or a cosine of acceleration, torque or force with V' below ``OPPOSED``.
+    A median speed below -``backward_speed``, or a cosine of acceleration, torque or force with V' below
+    -``sign_correlation``.
     """
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST_SAMPLES:
         return []
-    if np.median(log["speed"][good]) < BACKWARD:
+    if np.median(log["speed"][good]) < -STEP_POLICY.backward_speed:
         return [wrong_sign(log.name, "speed", "speed is negative: the car drives backward")]
     found = []
     for name in ("acceleration", *(() if drive == "coasting" else ("drive_torque", "drive_force"))):
         alike = _cosine_with_rate(log, name) if name in log else 0.0
-        if alike < OPPOSED:
+        if alike < -STEP_POLICY.sign_correlation:
             what = f"{name} falls when the car speeds up and rises when it slows down"
             found.append(wrong_sign(log.name, name, what, f"correlation {alike:.2f}"))
     return found
@@ -55,7 +54,8 @@ def direction_findings(
         fact = unstated if None in ways else one_way
         what = (
             f"{fact}: a slope or a steady wind is collinear with rolling resistance; "
-            f"the intervals include a slope of {100 * SLOPE:g} % and a wind of {WIND:g} m/s, where not measured"
+            f"the intervals include a slope of {100 * STEP_POLICY.one_way_slope:g} % and a wind of "
+            f"{STEP_POLICY.one_way_wind:g} m/s, where not measured"
         )
         remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"
         if lost:

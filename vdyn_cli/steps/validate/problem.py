@@ -72,7 +72,6 @@ from vdyn_cli.steps.validate.validation import Validation
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
-CERTAIN_PLAY = 18.0  # gain in log likelihood (six standard errors) from which play is fitted together with parameters
 STARTS = 4  # linearization points of the baseline whose simulations are kept
 
 
@@ -307,7 +306,7 @@ class ValidateProblem(SimulatedProblem):
         if effect.name not in self._likely:
             least, *_, most = effect.probes
             size, gain = likely_size(setup, self.reference, least, most)
-            if gain > CERTAIN_PLAY:
+            if gain > STEP_POLICY.certain_play:
                 best = size_beside_parameters(setup, partial(_whitened, self), self.reference, size)
                 without = likely_cost(self.reference, setup(0.0))
                 size, gain = (best[0], without - best[1]) if best and without - best[1] > gain else (size, gain)

@@ -32,9 +32,6 @@ from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SLOWEST = 1.0  # m/s: below, tires and brakes follow other laws
-LEAST_FILLED = 0.8  # share of the rows in which a channel must have a number to be used
-LEAST_SPAN = 1.0  # m/s of a speed window: below, the noise of the speed decides where it begins
-SOME_COVERED = 0.1  # share of the speed window, where no run of a direction covers half: less is not a coast
 FEWEST_LISTED = 4  # number of short parts of one log from which they are listed as one entry
 
 
@@ -144,7 +141,7 @@ def _with_both_directions(
     if len(used) != 1 or None in used or not lost:
         return segments, rejected
     names = {logs[k].name for k in lost}
-    again = [_coast(spec, k, logs[k], window, SOME_COVERED) for k in lost]
+    again = [_coast(spec, k, logs[k], window, STEP_POLICY.some_covered) for k in lost]
     found = sorted((*segments, *(a for a in again if isinstance(a, CoastSegment))), key=lambda s: s.run)
     left = [a for a in again if isinstance(a, RejectedSegment)]
     return found, [*(r for r in rejected if r.run not in names), *left]
@@ -156,9 +153,9 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
         return None
     speeds = [v.value for v in settings.speed_window]
     upper, lower = max(speeds), min(speeds)
-    if upper - lower < LEAST_SPAN:
+    if upper - lower < STEP_POLICY.least_window:
         got = f"{upper:g} to {lower:g} m/s"
-        what = f"must span at least {LEAST_SPAN:g} m/s"
+        what = f"must span at least {STEP_POLICY.least_window:g} m/s"
         raise InputError(Finding("settings.speed_window", what, got, "write a wider one, or omit it"))
     return upper, lower
 
@@ -167,7 +164,7 @@ def usable(log: Log, drive: DriveSignal) -> Log:
     """The log without mostly empty channels, reduced to the rows in which every channel of the fit has a number."""
     optional = [n for n in ("grade", "wind_speed", "acceleration") if n in log]
     there = np.isfinite(log["speed"])  # parts that were cut have no speed either
-    empty = [n for n in optional if there.any() and np.isfinite(log[n][there]).mean() < LEAST_FILLED]
+    empty = [n for n in optional if there.any() and np.isnan(log[n][there]).mean() > STEP_POLICY.most_missing]
     needed = [n for n in optional if n not in empty] + ([] if drive == "coasting" else [f"drive_{drive}"])
     keep = np.all([np.isfinite(log[n]) for n in needed], axis=0) if needed else np.ones(log.time.size, dtype=bool)
     return rows(replace(log, channels={n: v for n, v in log.channels.items() if n not in empty}), keep)

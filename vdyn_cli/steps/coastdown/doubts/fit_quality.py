@@ -37,7 +37,6 @@ LIMITS: Mapping[str, tuple[float, str]] = {
     ROUGHNESS: (0.005, "slope of the road"),
 }
 AT_LIMIT = 0.999  # share of the largest amplitude above which the noise counts as at the limit
-FEWEST_COMPARED = 3  # runs, to tell which one is off: of two that disagree, either may be wrong
 LEAST_OTHERS = 0.05  # share of the variance attributed to the other runs at least: the shift is only to first order
 
 
@@ -131,7 +130,7 @@ class FitQuality:
         return [Finding("road_load", what, remedy=remedy, doubt=True)]
 
     def _runs(self) -> list[Finding]:
-        if len(self.shifts) < FEWEST_COMPARED:
+        if len(self.shifts) < STEP_POLICY.compared_runs:
             return []
         found, outliers = [], influential_runs(self.fit, STEP_POLICY.outlying_run)
         for run, shifts in self.shifts.items():

@@ -17,9 +17,7 @@ from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.doubts.crosswind import absorbed
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
-
-SLOPE = 0.005  # m/m, the most that SAE J1263 allows for a test road
-WIND = 3.0  # m/s, the largest mean wind of UN R83, annex 4a, appendix 7
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def is_one_way(fit: RoadLoadFit) -> bool:
@@ -30,16 +28,16 @@ def is_one_way(fit: RoadLoadFit) -> bool:
 def widened_if_one_way(fit: RoadLoadFit) -> Solution:
     """The solution with 95 % intervals that include an unmeasured slope and wind; unchanged with both directions.
 
-    The slope is ``SLOPE``, the wind ``WIND``, either way. A measured wind, and a slope that is logged, surveyed or
-    measured by the accelerometer, need no widening. A roughness that the description states is used as the slope's
-    standard deviation.
+    The slope is ``one_way_slope``, the wind ``one_way_wind``, either way. A measured wind, and a slope that is logged,
+    surveyed or measured by the accelerometer, need no widening. A roughness that the description states is used as the
+    slope's standard deviation.
     """
     campaign, solution = fit.campaign, fit.solution
     if not is_one_way(fit):
         return solution
     known = {n: all(isinstance(r.inputs[n], np.ndarray) for r in campaign.runs) for n in ("grade", "wind_speed")}
     if campaign.accelerometer == "none" and not known["grade"]:
-        slope = SLOPE if campaign.roughness is None else NORMAL95 * campaign.roughness
+        slope = STEP_POLICY.one_way_slope if campaign.roughness is None else NORMAL95 * campaign.roughness
         solution = _moved(solution, {"rolling_resistance": slope})
     if campaign.accelerometer != "alone" and not known["wind_speed"]:
         solution = _moved(solution, _by_wind(fit))
@@ -47,9 +45,9 @@ def widened_if_one_way(fit: RoadLoadFit) -> Solution:
 
 
 def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
-    """Shift of rolling resistance and drag area by a headwind ``WIND``, for those of the two that are estimated."""
+    """Shift of rolling resistance and drag area by a headwind ``one_way_wind``, where they are estimated."""
     density = 0.5 * fit.at["air_density"] * fit.at["drag_area"]
-    return absorbed(fit, lambda speed: density * ((speed + WIND) ** 2 - speed**2))
+    return absorbed(fit, lambda speed: density * ((speed + STEP_POLICY.one_way_wind) ** 2 - speed**2))
 
 
 def _moved(solution: Solution, shift: Mapping[str, float]) -> Solution:

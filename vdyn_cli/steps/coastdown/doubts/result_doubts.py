@@ -15,7 +15,6 @@ from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
-NOTABLE_SHIFT = 0.5  # standard deviations of a given value, above which the contradiction by the runs is reported
 
 
 def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
@@ -102,7 +101,7 @@ def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
             continue
         mean, std = unknown.prior
         value = answer.fit.solution.values[unknown.name]
-        if abs(value - mean) > NOTABLE_SHIFT * std:
+        if abs(value - mean) > STEP_POLICY.given_shift * std:
             what = f"given as {mean:.4g} +- {std:.2g}; the given value and the runs together give {value:.4g}"
             found.append(Finding(f"vehicle.{unknown.name}", what, remedy="check the value and its standard deviation"))
     return found

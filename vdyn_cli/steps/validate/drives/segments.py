@@ -15,6 +15,7 @@ from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.contract import no_runs
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
@@ -25,7 +26,6 @@ ModelName = Literal["vehicle", "road_load"]
 FEWEST = 50  # samples of a drive
 FEWEST_DIFFERENCED = 8  # samples that are needed to estimate the noise from third differences
 LONGEST_GAP = 5.0  # longest gap of the clock, in median spacings
-LEAST_THERE = 0.8  # share of the rows in which an output must have a value to be compared
 MOSTLY = 0.5  # share of the rows with values, below which an input comes from a slower logger
 END = 0.1  # share of a spacing: a sample this close to an end of the segment counts as that end
 SLOWEST = 1.0  # m/s, below which the road load model is not valid
@@ -230,7 +230,7 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
         good = np.isfinite(inside)
         if name in needed:
             channels[name] = inside if good.all() else np.interp(time, time[good], inside[good])
-        elif good.mean() >= LEAST_THERE or (name == "speed" and good.sum() >= FEWEST):
+        elif good.mean() >= 1.0 - STEP_POLICY.most_missing or (name == "speed" and good.sum() >= FEWEST):
             channels[name] = inside
         elif name in OUTPUTS:
             what = f"is empty in {100 * (1 - good.mean()):.0f} % of the rows: it is not compared"

@@ -11,9 +11,8 @@ from vdyn_cli.physics.models.road_load import Slopes
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOPE, RoadProfile, sensed_road
-
-LEAST_ACCELERATION = 0.8  # share of the samples in which an accelerometer must have a value to give the road's slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +63,7 @@ def shown_roads(logs: Sequence[Log], elevations: bool = True) -> DriveRoads:
     ----------
     logs : with speed (m/s), and acceleration (m/s^2) or elevation (m). elevations : whether the latter are used.
     """
-    there = all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > LEAST_ACCELERATION for log in logs)
+    least = 1.0 - STEP_POLICY.most_missing
+    there = all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > least for log in logs)
     sensed = tuple(sensed_road(log) for log in logs) if there else ()
     return DriveRoads(sensed, elevation_grades(logs) if elevations else ())
