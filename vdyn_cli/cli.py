@@ -266,8 +266,8 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Compare two results: which parameters changed significantly; exit code 1 if one did."""
+    from vdyn_cli.commands.console import write_out
     from vdyn_cli.commands.run_compare import run_compare
-    from vdyn_cli.commands.standard_output import write_out
 
     text, code = run_compare(old, new, as_json)
     write_out(text)

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from vdyn_cli.commands.note_lines import note_lines
-from vdyn_cli.commands.standard_output import write_out
-from vdyn_cli.commands.text_columns import text_columns
+from vdyn_cli.commands.console import note_lines, text_columns, write_out
 from vdyn_cli.io.files import write_together
 from vdyn_cli.project.planned.day_plan import plan
 from vdyn_cli.project.result_document import to_json

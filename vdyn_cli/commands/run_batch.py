@@ -10,10 +10,9 @@ from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from vdyn_cli.commands.console import Tell, write_out
 from vdyn_cli.commands.run_pipeline import attempt_step
-from vdyn_cli.commands.standard_output import write_out
 from vdyn_cli.commands.step_processes import side_by_side
-from vdyn_cli.commands.tell import Tell
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.io.folder_lock import pipeline_lock
 from vdyn_cli.project.archive import ArchivedCampaign, archived_campaigns

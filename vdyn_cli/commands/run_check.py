@@ -6,10 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from vdyn_cli.commands.note_lines import note_lines
-from vdyn_cli.commands.standard_output import write_out
-from vdyn_cli.commands.tell import Tell
-from vdyn_cli.commands.text_columns import text_columns
+from vdyn_cli.commands.console import Tell, note_lines, text_columns, write_out
 from vdyn_cli.project.checks.check import check
 from vdyn_cli.project.reading.channel_sources import logged_channels
 from vdyn_cli.project.result_document import to_json

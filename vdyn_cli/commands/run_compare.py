@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from vdyn_cli.commands.text_columns import text_columns
+from vdyn_cli.commands.console import text_columns
 from vdyn_cli.project.parameter_comparison import compare_documents
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.number_text import number, two_digits

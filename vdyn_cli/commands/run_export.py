@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import get_args
 
-from vdyn_cli.commands.tell import Tell
+from vdyn_cli.commands.console import Tell
 from vdyn_cli.export import Differential, Driven, ExportOptions, make
 from vdyn_cli.export.parameter_file import read_parameter_file
 from vdyn_cli.io.files import write_whole

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from vdyn_cli.commands.console import Tell
 from vdyn_cli.commands.explain import closest_topic
-from vdyn_cli.commands.tell import Tell
 from vdyn_cli.io.files import write_whole
 from vdyn_cli.project.drafting.description_draft import draft_description
 from vdyn_cli.quantities.errors import Finding, InputError

@@ -8,10 +8,10 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from vdyn_cli.commands.console import Tell
 from vdyn_cli.commands.result_files import clean, read_section
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.commands.step_processes import side_by_side
-from vdyn_cli.commands.tell import Tell
 from vdyn_cli.io.files import sha256, write_together
 from vdyn_cli.io.folder_lock import pipeline_lock
 from vdyn_cli.project.execute import RefusedResultError

@@ -8,9 +8,8 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
+from vdyn_cli.commands.console import Tell, write_out
 from vdyn_cli.commands.result_files import section_lock, write_results
-from vdyn_cli.commands.standard_output import write_out
-from vdyn_cli.commands.tell import Tell
 from vdyn_cli.io.folder_lock import refuse_busy
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.result_document import StepRecord, to_json

@@ -1,5 +1,0 @@
-"""How a command writes a line to the user: ``tell(text)``, with the keywords of ``print``."""
-
-from collections.abc import Callable
-
-Tell = Callable[..., None]
