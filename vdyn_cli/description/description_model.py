@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -158,6 +158,10 @@ class Segment(Strict):
     stop: Annotated[Given, Si("s")] = Field(alias="to", description="time of the log at which it ends, s")
 
 
+# By direction, the sign of forces that turn with the vehicle; 0: not stated.
+HEADING: Mapping[str | None, float] = {"out": 1.0, "back": -1.0, None: 0.0}
+
+
 class Run(Strict):
     """One run: its log (or one log per logger), direction, and start since the first run."""
 
@@ -199,6 +203,11 @@ class Run(Strict):
     keep: list[Segment] = Field(
         [], description="segments that are not cut although they fail a quality test; a list as for 'cuts'"
     )
+
+    @property
+    def heading(self) -> float:
+        """+1 out, -1 back, 0 where the direction is not stated."""
+        return HEADING[self.direction]
 
     @model_validator(mode="after")
     def _one_kind_of_log(self) -> Run:

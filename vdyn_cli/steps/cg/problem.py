@@ -47,7 +47,6 @@ SPEED_INTEGRATED = Finding(
     "map 'speed' if logged: it also shows a tilt or a zero of the accelerometer",
     minor=True,
 )
-HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
 @dataclass(frozen=True)
@@ -246,7 +245,7 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     """
     vehicle = known_vehicle(spec, known)
     load_zero = spec.settings.load_zero.value
-    headings = [HEADING[run.direction] for run in spec.runs] or [0.0] * len(logs)
+    headings = [run.heading for run in spec.runs] or [0.0] * len(logs)
     ready = ready_runs(spec, logs)
     share, contradiction = weight_contradiction(logs, vehicle, load_zero)
     ready = tuple(log.with_channels(**{n: log[n] / (1 + share) for n in LOADS if n in log}) for log in ready)

@@ -18,7 +18,6 @@ from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which rates are taken
-HEADING = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
 def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
@@ -64,7 +63,7 @@ def direction_findings(
     if all("position" in log for log in logs):
         rise = [_rise(log) for log in logs]
         remedy = "check 'direction' of every run, and the sign of position"
-        for k in contradicting_position(rise, [HEADING[r.direction] for r in runs]):
+        for k in contradicting_position(rise, [r.heading for r in runs]):
             way = "rises" if rise[k] > 0 else "falls"
             what = f"position {way}, but the direction is '{runs[k].direction}'"
             found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression, Unknown
@@ -32,7 +33,6 @@ from vdyn_cli.steps.coastdown.fit.road_load_regression import rows_of, with_nois
 from vdyn_cli.steps.coastdown.fit.road_load_with_effects import regression_with_effects
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.coastdown.input_checks import (
-    HEADING,
     accelerometer_findings,
     direction_findings,
     measures_acceleration,
@@ -244,7 +244,7 @@ def _campaign(
         air_share = given["air_density"].std / given["air_density"].value
         given = {**given, "air_density": replace(given["air_density"], std=0.0)}
     values = model_values(given, use, drive)
-    both_ways = {HEADING["out"], HEADING["back"]} <= {r.heading for r in runs}
+    both_ways = {1.0, -1.0} <= {r.heading for r in runs}
     unknowns = campaign_unknowns(given, values, use, spec.settings.terms, both_ways)
     white, levels = spec.settings.noise == "white", tuple(r.levels for r in runs)
     rough = spec.settings.road.roughness.value if spec.settings.road.roughness else None
@@ -295,8 +295,7 @@ def _road_run(
     Where no run states its direction, all count as out, so that a steady headwind is a candidate effect.
     """
     log, run = segment.log, spec.runs[segment.run]
-    stated = HEADING[run.direction]
-    heading = stated if any(r.direction for r in spec.runs) else HEADING["out"]
+    heading = run.heading if any(r.direction for r in spec.runs) else HEADING["out"]
     inputs: dict[str, Array | float] = {n: log.channels.get(n, 0.0) for n in ("grade", "wind_speed")}
     if drive != "coasting":
         inputs[f"drive_{drive}"] = log[f"drive_{drive}"]
@@ -315,7 +314,7 @@ def _road_run(
         temperature=run.temperature.value if run.temperature else day or NORMAL_TEMPERATURE,
         air_density=density,
         since=float(log.time[0]) - begin,
-        place=first_place(log.time, log["speed"], log["position"], stated) if "position" in log else None,
+        place=first_place(log.time, log["speed"], log["position"], run.heading) if "position" in log else None,
         split=segment.split,
     )
 

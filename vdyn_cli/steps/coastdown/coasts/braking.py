@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
 from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, groups
-from vdyn_cli.steps.coastdown.input_checks import HEADING
 from vdyn_cli.steps.coastdown.road.road_position import first_place
 from vdyn_cli.steps.step_policy import STEP_POLICY
 

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding, raise_all
@@ -348,7 +349,7 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
     inputs = {n: log[n][part] for n in names}
     outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
     name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name
-    heading = {"out": 1.0, "back": -1.0}.get(note.direction or "", 0.0)
+    heading = HEADING[note.direction]
     speed = outputs["speed"]
     start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
     marks = marked(time, speed, total_drive_torque(log.channels)[part], inputs["brake_torque"])
