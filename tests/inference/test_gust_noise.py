@@ -156,3 +156,10 @@ def test_noise_that_cannot_be_weighed_is_no_crash() -> None:
     broken = replace(run, noise=replace(run.noise, known=-np.eye(len(run.residual))))
     with pytest.raises(ArithmeticError, match="not positive definite"):
         find_sizes([broken], typical_sizes(run.noise))
+
+
+def test_a_slope_changes_the_speed_and_hardly_the_specific_force() -> None:
+    s = replace(surroundings(), fade=np.zeros(surroundings().bins.time.size))
+    both, size = gust_noise.slope_response_of_both(s), s.bins.time.size
+    assert both[:size] == pytest.approx(gust_noise.slope_response(s))
+    assert both[size:] == pytest.approx(9.80665 * 0.05 * np.eye(size))

@@ -17,7 +17,7 @@ K is exp(-|t - t'|/time) for gusts and uneven road, u the response to a disturba
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -224,6 +224,15 @@ def slope_response(s: Surroundings) -> Array:
     return -GRAVITY * s.slope_share * integration(s.bins, s.fade)
 
 
+def slope_response_of_both(s: Surroundings) -> Array:
+    """Response (2 b, b) of the mean speed, m/s, and specific force, m/s^2, of each bin to an uphill slope in another.
+
+    v = -g share integral(i dt),   f = g (1 - share) i
+    """
+    here = GRAVITY * (1.0 - s.slope_share) * np.eye(s.bins.time.size)
+    return np.vstack([slope_response(replace(s, fade=np.zeros_like(s.fade))), here])
+
+
 def white_noise(s: Surroundings, channels: Sequence[str]) -> RunNoise:
     """Noise of speed or acceleration or both, with independent samples, as ordinary least squares assumes.
 
@@ -270,7 +279,7 @@ def speed_and_force_noise(s: Surroundings) -> RunNoise:
     integral, here = integration(s.bins, np.zeros_like(s.drag_slope)), np.eye(s.bins.time.size)
     push = np.vstack([integral, here])
     gust = -push * s.drag_slope[None, :]
-    road = -GRAVITY * np.vstack([s.slope_share * integral, -(1.0 - s.slope_share) * here])
+    road = slope_response_of_both(s)
     none, lag = np.zeros(s.bins.time.size), s.bins.lags
     parts = (
         White("speed_noise", np.r_[s.speed_level**2 / s.bins.count, none]),

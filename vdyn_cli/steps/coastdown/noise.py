@@ -10,6 +10,7 @@ import numpy as np
 from vdyn_cli.inference import gust_covariance
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 
@@ -35,7 +36,7 @@ def noise_of(campaign: Campaign, run: int, at: Mapping[str, float]) -> RunNoise:
     error = campaign.runs[run].slope_error
     if error is None:
         return found
-    response = gust_covariance.slope_response(surroundings) @ campaign.bins[run].mean(error)
+    response = slope_response(campaign, run, at) @ campaign.bins[run].mean(error)
     return replace(found, known=found.known + response @ response.T)
 
 
@@ -64,13 +65,26 @@ def binned_slopes(campaign: Campaign, run: int) -> Array:
 
 
 def slope_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:
-    """Response of a run's rows to an uphill slope in each of its bins, (b, b), m/s.
+    """Response of a run's rows to an uphill slope in each of its bins, (m, b): m/s, then m/s^2 where fitted.
 
     Parameters
     ----------
     run : index of the run. at : the model's parameters in SI.
     """
-    return gust_covariance.slope_response(_surroundings(campaign, run, at))
+    s = _surroundings(campaign, run, at)
+    both = campaign.accelerometer == "with_speed"
+    return gust_covariance.slope_response_of_both(s) if both else gust_covariance.slope_response(s)
+
+
+def force_response(campaign: Campaign, run: int, at: Mapping[str, float]) -> Array:
+    """Response of a run's rows to a force against the motion in each of its bins, (m, b), in units of the weight.
+
+    It changes the speed as a slope does, and the specific force by itself.
+    """
+    s = _surroundings(campaign, run, at)
+    by_slope = gust_covariance.slope_response(s)
+    here = -GRAVITY * s.slope_share * np.eye(s.bins.time.size)
+    return np.vstack([by_slope, here]) if campaign.accelerometer == "with_speed" else by_slope
 
 
 def _surroundings(campaign: Campaign, run: int, at: Mapping[str, float]) -> Surroundings:

@@ -71,11 +71,11 @@ class Campaign:
     def layout(self) -> RoadLayout | None:
         """Positions of the runs on the road that they share; None where the noise contains no shared road.
 
-        Plain least squares has no such noise, an accelerometer measures the slope itself, a logged grade is the road,
-        and driven runs without a logged position need not begin at one place.
+        Plain least squares has no such noise, a specific force alone does not contain the slope, a logged grade is the
+        road, and driven runs without a logged position need not begin at one place.
         """
         placed = self.road is not None
-        if self.white or self.flat_road or self.accelerometer != "none" or not (placed or self.drive == "coasting"):
+        if self.white or self.flat_road or not self.speed_fitted or not (placed or self.drive == "coasting"):
             return None
         if all(isinstance(r.inputs["grade"], np.ndarray) for r in self.runs):
             return None

@@ -16,7 +16,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_regression import prior_information, rows_of, weighted_start
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, RoadLoadRows
-from vdyn_cli.steps.coastdown.noise import binned_slopes, slope_response
+from vdyn_cli.steps.coastdown.noise import binned_slopes, force_response, slope_response
 from vdyn_cli.steps.coastdown.road.shared_road import DEFAULT_SPECTRUM, possible_turns
 from vdyn_cli.steps.road_spectrum import SPECTRA
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -119,7 +119,7 @@ def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | N
     runs = range(len(campaign.runs))
     noisy = [rows.noisy(k, regression.local(start, k), rows.noise.at) for k in runs]
     response = [slope_response(campaign, k, rows.noise.at) for k in runs]
-    forces = [response[k] @ _free_forces(campaign, k, hats) for k in runs]
+    forces = [force_response(campaign, k, rows.noise.at) @ _free_forces(campaign, k, hats) for k in runs]
     noisy = [replace(n, shared=np.column_stack([n.shared, f])) for n, f in zip(noisy, forces, strict=True)]
     known = np.r_[prior_information(regression), np.full(forces[0].shape[1], 1.0 / ANY_FORCE**2)]
     return _RoadLikelihood(regression, noisy, known, response)
