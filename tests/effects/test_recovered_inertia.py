@@ -32,6 +32,7 @@ HIDDEN = (
     Hidden("bearing_drag", 0.2),
     Hidden("hub_torque_gain", 0.02),
     Hidden("hub_torque_offset", 15.0),
+    Hidden("torque_zero_drift", 1.0),
     Hidden("clock_offset", 0.03),
     Hidden("wheel_radius", 0.02),
     Hidden("wheel_mass", 4.0),

@@ -31,11 +31,11 @@ CANDIDATES = {
         torque_gain torque_lag torque_offset wheel_radius
     """,
     "inertia": """
-        bearing_drag brake_drag brake_drag_fading clock_offset hub_torque_gain hub_torque_offset wheel_mass
-        wheel_radius
+        bearing_drag brake_drag brake_drag_fading clock_offset hub_torque_gain hub_torque_offset
+        torque_zero_drift wheel_mass wheel_radius
     """,
     "shaft": """
-        backlash series_compliance
+        backlash series_compliance torque_zero_drift
     """,
     "tire": """
         force_offset friction_drift friction_fade load_sensitivity rolling_force slip_lag slip_offset tire_relaxation

@@ -176,6 +176,7 @@ SPUN: Mapping[str, float] = {
     "bearing_drag": 0.1,
     "hub_torque_gain": 0.01,
     "hub_torque_offset": 3.0,
+    "torque_zero_drift": 0.2,
     "clock_offset": 0.002,
     "wheel_radius": 0.01,
     "wheel_mass": 2.0,
@@ -188,7 +189,12 @@ SLIPPED: Mapping[str, float] = {
     "tire_relaxation": 0.2,
     "friction_fade": 0.005,
 }
-TWISTED: Mapping[str, float] = {"series_compliance": 5e-6, "damping": 20.0, "backlash": 2e-3}
+TWISTED: Mapping[str, float] = {
+    "series_compliance": 5e-6,
+    "damping": 20.0,
+    "backlash": 2e-3,
+    "torque_zero_drift": 0.1,
+}
 
 
 DRIVES: Mapping[str, float] = {

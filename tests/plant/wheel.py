@@ -38,6 +38,7 @@ EFFECTS = {
     "bearing_drag": "N m s/rad",
     "hub_torque_gain": "1: the torque channel reads (1 + q) times the torque",
     "hub_torque_offset": "N m on the torque channel",
+    "torque_zero_drift": "N m/s by which the torque channel drifts from the start of each run",
     "clock_offset": "s by which torque and forces are read late",
     "wheel_radius": "1: the true radius is (1 + q) times the one that the tester knows",
     "wheel_mass": "kg by which the wheel is heavier than the tester knows",
@@ -48,6 +49,7 @@ SMALL = dict.fromkeys(EFFECTS, 1e-4) | {
     "brake_drag": 1.0,
     "brake_drag_fading": 1.0,
     "hub_torque_offset": 1.0,
+    "torque_zero_drift": 0.01,
     "wheel_mass": 0.1,
     "drag_bump": 1.0,
 }
@@ -126,6 +128,7 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque += effects.get("brake_drag_fading", 0.0) * np.exp(-(clock - drive.times[0]) / 15.0)
     torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
+    torque += effects.get("torque_zero_drift", 0.0) * (clock - drive.times[0])
     signals = (torque, turning, force - heavy * acceleration, load - heavy * GRAVITY, acceleration, speed)
     late = drive.times - effects.get("clock_offset", 0.0)
     return {

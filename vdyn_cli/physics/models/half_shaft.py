@@ -16,12 +16,12 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
         stiffness=p.shaft_stiffness,
         damping=p.shaft_damping,
     )
-    e.sensor("shaft_torque", torque + p.torque_zero)
+    e.sensor("shaft_torque", torque + p.torque_zero, run_time=u.run_time)
 
 
 HALF_SHAFT = Model(
     "half shaft",
     _assemble,
     ("shaft_stiffness", "shaft_damping", "twist_zero", "rate_zero", "torque_zero"),
-    ("twist", "twist_rate"),
+    ("twist", "twist_rate", "run_time"),
 )

@@ -31,7 +31,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     acceleration = e("acceleration", value=u.acceleration)
     turning = e(
         wheel_spin,
-        hub_torque=e("hub_torque", value=u.hub_torque) - p.hub_torque_zero,
+        hub_torque=e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero,
         hub_force_x=e("hub_force_x", value=u.hub_force_x),
         hub_force_z=e("hub_force_z", value=u.hub_force_z),
         acceleration=acceleration,

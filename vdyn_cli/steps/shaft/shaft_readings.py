@@ -134,7 +134,7 @@ class ShaftReadings:
 
     def drive(self, twist: Array, rate: Array) -> Drive:
         """The shaft's inputs at the run's times: twist (rad) and its rate (rad/s), (n,) each."""
-        return Drive(self.time, {"twist": twist, "twist_rate": rate})
+        return Drive(self.time, {"twist": twist, "twist_rate": rate, "run_time": self.time - self.time[0]})
 
 
 def _with_torque_on_time(log: Log, delay: float) -> Log:
