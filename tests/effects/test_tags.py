@@ -38,7 +38,8 @@ CANDIDATES = {
         backlash series_compliance torque_zero_drift
     """,
     "tire": """
-        force_offset friction_drift friction_fade load_sensitivity rolling_force slip_lag slip_offset tire_relaxation
+        braking_friction force_offset friction_drift friction_fade load_sensitivity rolling_force slip_lag slip_offset
+        tire_relaxation
     """,
     "validate": """
         accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag

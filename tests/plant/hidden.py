@@ -188,6 +188,7 @@ SLIPPED: Mapping[str, float] = {
     "rolling_force": 0.005,
     "tire_relaxation": 0.2,
     "friction_fade": 0.005,
+    "braking_friction": 0.01,
 }
 TWISTED: Mapping[str, float] = {
     "series_compliance": 5e-6,

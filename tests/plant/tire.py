@@ -25,7 +25,7 @@ EFFECTS = {
     "vertical_shift": "1: friction that is there at no slip, as a tire with ply steer or a conical tread has; an input",
     "tire_relaxation": "m over which slip builds up",
     "friction_fade": "s/m: friction is lost with the sliding speed |vs|, mu (1 - q |vs|)",
-    "braking_friction": "1: friction is (1 + q) times as high under braking; in no catalogue, for controls",
+    "braking_friction": "1: friction is (1 + q) times as high under braking",
 }
 # Sizes at which finite differences are taken.
 SMALL = {

@@ -33,6 +33,7 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
         tire_D=peak,
         tire_load_sensitivity=0.0,
         elapsed=u.elapsed,
+        braking=braking,
         **sliding,
     )
     stiff = p.tire_B * (1 + p.braking_B * braking)
