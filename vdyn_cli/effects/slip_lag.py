@@ -4,7 +4,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 @effect(
     on="slip",
     unknowns=Quantity("slip_lag", "s", "delay of the force behind the logged slip", "tau", -0.1, 0.1),
-    reference="a relaxation length of 0.3 m at 10 m/s is 30 ms; filters of a rig's channels: 2 to 50 ms",
+    reference="filters and telemetry of a wheel's forces: 2 to 50 ms; a relaxation length of 0.3 m at 10 m/s is 30 ms",
     label="a time lag between slip and force",
     signature="Force over slip is a loop: increasing and decreasing slip give different forces.",
     alike=("tire_relaxation",),
@@ -16,7 +16,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def slip_lag(slip: Law, s: Signals, q: Signals) -> Number:
     """A force that is logged later than the slip, or builds up later, by a constant time.
 
-    F(t) = F(s(t - tau)), s(t - tau) = s - tau s', to first order, F the force, N, and s the slip. Only where no speed
-    is logged: with it, ``tire_relaxation`` and the times of the channels can be told apart.
+    F(t) = F(s(t - tau)), s(t - tau) = s - tau s', to first order, F the force, N, and s the slip. Sweeps at different
+    speeds tell it from a relaxation length, which is a lag in distance.
     """
     return slip(s) - q.slip_lag * s.slip_rate

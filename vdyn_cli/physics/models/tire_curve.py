@@ -45,7 +45,7 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
 def _driven(e: ModelBuilder, u: Signals) -> None:
     # In slow sweeps the force corresponds to the slip one relaxation length earlier.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
-    slip = e("slip", value=read)
+    slip = e("slip", value=read, slip_rate=u.slip_gradient * u.speed)
     _force(e, u, slip, sliding=slip * u.speed)
 
 
@@ -60,8 +60,7 @@ _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
 _INPUTS = ("slip", "load", "elapsed", "returning")
 TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, "speed", "slip_gradient"))
 
-# Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance, but on ``slip_rate``,
-# 1/s.
+# Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance. ``slip_rate``, 1/s.
 SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, (*_INPUTS, "slip_rate"))
 
 

@@ -13,6 +13,7 @@ from vdyn_cli.quantities.log import Log
 
 GAP = 5.0  # median time steps, beyond which samples belong to different bins
 LONGEST = 40  # samples in one bin: noise in slip falls by six, and a sweep of some seconds keeps dozens of bins
+FEWEST_SLOW = 8  # samples of a slower speed from which the level of its noise can be estimated
 WIDEST = 0.015  # largest range of slip in a bin: a fifth of the width of the knee of a stiff tire
 
 
@@ -74,7 +75,8 @@ def binned_sweep(log: Log) -> BinnedSweep:
     center, middle = mean(slip), mean(time)
     rate = np.gradient(center, middle)
     speed = mean(log["vehicle_speed"][good]) if "vehicle_speed" in log else None
-    drift = rate * (mean(np.concatenate([np.where(gaps, 0.0, steps), [0.0]])) * count)
+    length = mean(np.concatenate([np.where(gaps, 0.0, steps), [0.0]])) * count
+    drift = rate * length
     return BinnedSweep(
         log.name,
         middle,
@@ -84,10 +86,30 @@ def binned_sweep(log: Log) -> BinnedSweep:
         speed,
         np.zeros_like(rate) if speed is None else rate / speed,
         drift**2 / 12,
-        white_level(slip, time) ** 2 / count,
+        white_level(slip, time) ** 2 / count + _slow_speed_variance(log, center, speed, length),
         white_level(force, time) ** 2 / count,
         white_level(load, time) ** 2 / count,
     )
+
+
+def _slow_speed_variance(log: Log, slip: Array, speed: Array | None, length: Array) -> Array | float:
+    """Variance (n,) of the bins' mean slip by the noise of a vehicle speed with a slower clock than the log's.
+
+    var s = ((1 + s) / V)^2 var V / m, m the speed's own samples in the bin, at least one. Between them the speed is
+    interpolated, so that their noise does not appear as white noise of the slip.
+
+    Parameters
+    ----------
+    slip, speed : (n,) means of the bins, m/s. length : (n,) s, of the bins.
+    """
+    if speed is None or "vehicle_speed" not in log.samples:
+        return 0.0
+    time, read = log.samples["vehicle_speed"]
+    inside = (time >= log.time[0]) & (time <= log.time[-1]) & np.isfinite(read)
+    if np.count_nonzero(inside) < FEWEST_SLOW:
+        return 0.0
+    own = np.maximum(length / float(np.median(np.diff(time[inside]))), 1.0)
+    return np.asarray(((1 + slip) / speed * white_level(read[inside], time[inside])) ** 2 / own)
 
 
 def _edges(slip: Array, resumed: NDArray[np.intp]) -> NDArray[np.int64]:
