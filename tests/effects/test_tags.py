@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).resolve().parents[2] / "vdyn_cli"
 
 CANDIDATES = {
     "bump": """
-        asymmetric_damping bump_height_error bump_trapezoid bump_width_error clock_offset degressive_damping
+        asymmetric_damping bump_height_error bump_stop bump_trapezoid bump_width_error clock_offset degressive_damping
         progressive_spring rear_load_delay speed_error suspension_friction tire_damping tire_enveloping
     """,
     "cg": """

@@ -21,6 +21,9 @@ from scipy.linalg import expm
 from tests.plant.information import Array
 
 
+STOP_GAP = 0.02  # m of compression at which bump stops engage
+
+
 @dataclass(frozen=True)
 class HalfCars:
     """Parameters of n cars, arrays of shape (n,), or (n, 2) where front and rear differ; SI, per axle."""
@@ -38,6 +41,7 @@ class HalfCars:
     friction: Array  # N, of an axle's struts
     progression: Array  # 1/m, spring force K x (1 + progression x), x > 0 in compression
     degression: Array  # s/m, damper force C v (1 - degression |v|)
+    stop: Array  # 1/m, spring force K x (1 + ...) - K stop (-x - STOP_GAP)^2 beyond that compression
 
     def take(self, which: Any) -> HalfCars:
         return HalfCars(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
@@ -103,7 +107,8 @@ def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
     blend = np.zeros((n, points, 4))  # s and t, lift included, at the grid points
     blend[:, :, 2:] = forced
     pushed = cars.static_load[:, None, :] + forced  # tire load were the wheel at rest
-    law = _Beyond(cars) if np.any([cars.asymmetry, cars.friction, cars.progression, cars.degression]) else None
+    beyond = (cars.asymmetry, cars.friction, cars.progression, cars.degression, cars.stop)
+    law = _Beyond(cars) if np.any(beyond) else None
     state = np.zeros((points, n, 8))
     more = np.zeros((n, 4))
     x = np.zeros((n, 8, 1))
@@ -178,4 +183,5 @@ class _Beyond:
         self.dry = np.clip(self.dry + limit / self.stick * (length - self.length), -limit, limit)
         self.length = length
         bent = (c.asymmetry[:, None] - c.degression[:, None] * rate) * c.damping * np.abs(rate)
-        return bent - c.progression[:, None] * c.stiffness * length**2 + self.dry
+        stopped = c.stop[:, None] * np.maximum(0.0, -length - STOP_GAP) ** 2
+        return bent - c.stiffness * (c.progression[:, None] * length**2 + stopped) + self.dry
