@@ -30,8 +30,8 @@ def test_the_size_follows_the_label(effect: str, value: float, half: float, says
 
 PLURAL = (
     "accelerometer_slope", "asymmetric_damping", "brake_drag", "brake_drag_fading", "bump_stop", "degressive_damping",
-    "elevation_slope", "progressive_spring", "rear_load_delay", "series_compliance", "tire_enveloping", "tire_warmup",
-    "wheel_force_gain",
+    "elevation_slope", "front_load_gain", "progressive_spring", "rear_load_delay", "rear_load_gain",
+    "series_compliance", "tire_enveloping", "tire_warmup", "wheel_force_gain",
 )  # fmt: skip
 
 

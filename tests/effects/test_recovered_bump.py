@@ -40,6 +40,8 @@ HIDDEN = (
     Hidden("speed_error", 0.03),
     Hidden("clock_offset", 0.012),
     Hidden("rear_load_delay", 0.008),
+    Hidden("front_load_gain", 0.05),
+    Hidden("rear_load_gain", -0.04),
 )
 
 

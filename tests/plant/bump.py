@@ -29,6 +29,8 @@ EFFECTS = {
     "speed_error": "1: the speed channel reads (1 + q) times the speed",
     "clock_offset": "s by which acceleration and pitch rate are read late",
     "rear_load_delay": "s by which the rear loads are read late",
+    "front_load_gain": "1: the front loads read (1 + q) times too high",
+    "rear_load_gain": "1: the rear loads read (1 + q) times too high",
     "bump_height_error": "1: the bump is (1 + q) times as high as the tester measured",
     "bump_width_error": "1: the bump is (1 + q) times as wide as the tester measured",
     "bump_trapezoid": "1: share of a trapezoid, flat over 0.4 of its width, in the bump's profile",
@@ -38,6 +40,7 @@ EFFECTS = {
 SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_spring": 1e-2, "tire_damping": 1.0}
 SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "rear_load_delay": 1e-4}
 SMALL |= {"bump_height_error": 1e-3, "bump_stop": 1.0}
+SMALL |= {"front_load_gain": 1e-3, "rear_load_gain": 1e-3}
 SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3}
 SMALL |= {"degressive_damping": 1e-3}
 ONE_SIDED = ("suspension_friction", "tire_enveloping")
@@ -255,8 +258,8 @@ def _measure(
     late = np.maximum(times - effects.get("clock_offset", 0.0), 0.0)
     body, extra = trip.at(late, each)
     channels = (
-        loads(times)[:, :, 0],
-        loads(rear_times)[:, :, 1],
+        loads(times)[:, :, 0] * (1.0 + effects.get("front_load_gain", 0.0)),
+        loads(rear_times)[:, :, 1] * (1.0 + effects.get("rear_load_gain", 0.0)),
         v * (1.0 + effects.get("speed_error", 0.0)),
         body_acceleration(wide, body, extra),
         body[:, :, 5],

@@ -171,6 +171,8 @@ BUMPED: Mapping[str, float] = {
     "speed_error": 0.003,
     "clock_offset": 0.001,
     "rear_load_delay": 0.001,
+    "front_load_gain": 0.005,
+    "rear_load_gain": 0.005,
 }
 SPUN: Mapping[str, float] = {
     "brake_drag": 3.0,
