@@ -42,6 +42,7 @@ HIDDEN = (
     Hidden("rear_load_delay", 0.008),
     Hidden("front_load_gain", 0.05),
     Hidden("rear_load_gain", -0.04),
+    Hidden("logger_filter", 0.004),
 )
 
 

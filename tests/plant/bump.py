@@ -31,6 +31,7 @@ EFFECTS = {
     "rear_load_delay": "s by which the rear loads are read late",
     "front_load_gain": "1: the front loads read (1 + q) times too high",
     "rear_load_gain": "1: the rear loads read (1 + q) times too high",
+    "logger_filter": "s, time constant of a pole through which the logger reads loads and motion",
     "bump_height_error": "1: the bump is (1 + q) times as high as the tester measured",
     "bump_width_error": "1: the bump is (1 + q) times as wide as the tester measured",
     "bump_trapezoid": "1: share of a trapezoid, flat over 0.4 of its width, in the bump's profile",
@@ -40,10 +41,10 @@ EFFECTS = {
 SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_spring": 1e-2, "tire_damping": 1.0}
 SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "rear_load_delay": 1e-4}
 SMALL |= {"bump_height_error": 1e-3, "bump_stop": 1.0}
-SMALL |= {"front_load_gain": 1e-3, "rear_load_gain": 1e-3}
+SMALL |= {"front_load_gain": 1e-3, "rear_load_gain": 1e-3, "logger_filter": 0.004}
 SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3}
 SMALL |= {"degressive_damping": 1e-3}
-ONE_SIDED = ("suspension_friction", "tire_enveloping")
+ONE_SIDED = ("suspension_friction", "tire_enveloping", "logger_filter")
 PARAMETERS = (
     "suspension_stiffness_front",
     "suspension_stiffness_rear",
@@ -53,6 +54,7 @@ PARAMETERS = (
 )
 STEP = 2.5e-4  # s; a finer one moves a load by less than 1 N, an estimate by less than a tenth of its bound
 RATE = 500.0
+FILTER_NODES = 24  # of the integral over the past that a logger's filter is
 DISTANCE = 3.0  # m from a log's start to the bump, as paced out: see DISTANCE_SD
 DISTANCE_SD = 0.03
 SPEED_SCALE_SD = 1e-4
@@ -254,14 +256,19 @@ def _measure(
         return tire_load(wide, trip.at(t, each)[0], level, slope)
 
     v, _, _ = road(times)
-    rear_times = np.maximum(times - effects.get("rear_load_delay", 0.0), 0.0)
-    late = np.maximum(times - effects.get("clock_offset", 0.0), 0.0)
-    body, extra = trip.at(late, each)
-    channels = (
-        loads(times)[:, :, 0] * (1.0 + effects.get("front_load_gain", 0.0)),
-        loads(rear_times)[:, :, 1] * (1.0 + effects.get("rear_load_gain", 0.0)),
-        v * (1.0 + effects.get("speed_error", 0.0)),
-        body_acceleration(wide, body, extra),
-        body[:, :, 5],
-    )
+
+    def sensed(moments: Array) -> Array:
+        rear_times = np.maximum(moments - effects.get("rear_load_delay", 0.0), 0.0)
+        late = np.maximum(moments - effects.get("clock_offset", 0.0), 0.0)
+        body, extra = trip.at(late, each)
+        front = loads(moments)[:, :, 0] * (1.0 + effects.get("front_load_gain", 0.0))
+        rear = loads(rear_times)[:, :, 1] * (1.0 + effects.get("rear_load_gain", 0.0))
+        return np.array([front, rear, body_acceleration(wide, body, extra), body[:, :, 5]])
+
+    # A pole is a mean over the past with weight exp(-age / tau).
+    pole = effects.get("logger_filter", 0.0)
+    ages, weights = np.polynomial.laguerre.laggauss(FILTER_NODES) if pole else (np.zeros(1), np.ones(1))
+    past = (w * sensed(np.maximum(times - pole * a, 0.0)) for a, w in zip(ages, weights, strict=True))
+    front, rear, acceleration, pitch_rate = sum(past)
+    channels = (front, rear, v * (1.0 + effects.get("speed_error", 0.0)), acceleration, pitch_rate)
     return [dict(zip(SENSORS, [channel[k] for channel in channels], strict=True)) for k in range(len(crossings))]

@@ -173,6 +173,7 @@ BUMPED: Mapping[str, float] = {
     "rear_load_delay": 0.001,
     "front_load_gain": 0.005,
     "rear_load_gain": 0.005,
+    "logger_filter": 0.002,
 }
 SPUN: Mapping[str, float] = {
     "brake_drag": 3.0,

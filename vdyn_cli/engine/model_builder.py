@@ -101,7 +101,8 @@ class ModelBuilder:
         for effect in self._effects:
             if name in effect.laws:
                 self.met.add(effect.name)
-                value = self._wrap(effect, name, value, self._states(effect, at, s))
+                place = at or signals.get("sensor", "")  # each corrected sensor has states of its own
+                value = self._wrap(effect, name, value, self._states(effect, place, s))
         return value(s)
 
     def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:

@@ -98,8 +98,8 @@ def _model(shape: Shape, length: float) -> Model:
         heave_acceleration = -(front + rear) / sprung
         pitch_acceleration = -(to_front * front + arm * rear) / p.sprung_pitch_inertia
         e.integrate(heave=w, heave_rate=heave_acceleration, pitch=turn, pitch_rate=pitch_acceleration, position=speed)
-        e.sensor("vertical_acceleration", heave_acceleration + p.antenna_offset * pitch_acceleration)
-        e.sensor("pitch_rate", turn, pitch_acceleration)
+        e.sensor("vertical_acceleration", heave_acceleration + p.antenna_offset * pitch_acceleration, rest=0.0)
+        e.sensor("pitch_rate", turn, pitch_acceleration, rest=0.0)
 
     return Model("half_car", assemble, (*SOUGHT, *GIVEN, *CROSSING), ("speed", "elapsed"))
 
@@ -143,5 +143,6 @@ def _axle(
     strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v, share=1.0)
     acceleration = (strut + load - static) / mass
     e.integrate(**{f"wheel{at}": v, f"wheel_rate{at}": acceleration})
-    e.sensor(f"{end}_load", load - p.outboard_mass * (GRAVITY + acceleration))
+    outboard = p.outboard_mass * GRAVITY
+    e.sensor(f"{end}_load", load - outboard - p.outboard_mass * acceleration, rest=static - outboard)
     return strut
