@@ -24,7 +24,7 @@ UNREAD_RATE = 30.0  # rad/s, likewise of its rate
 # Hz, to which a twist without logged speeds is averaged: the noise of its rate falls with the time step to the power
 # 1.5. At 1 kHz that noise is as large as the rate in a tip-in, and the damping would depend on its estimate.
 TWIST_RATE = 500.0
-BEND = 5  # samples of a logged rate through which a parabola is laid, for its curvature
+BEND = 6  # samples of a logged rate through which a polynomial is laid, for its integral over a step
 FEWEST_SAMPLES = 200  # a second at 200 Hz: two or three oscillations of a driveline
 MOST_TWIST = 3.0  # rad: no half-shaft twists so far while a brake holds the wheel
 DEAD = 0.02  # share of the other speed below which a speed sensor counts as failed
@@ -111,20 +111,23 @@ class ShaftReadings:
 
     @cached_property
     def bend(self) -> Array:
-        """Excess of the trapezoidal rule over the integral of a logged rate, (n - 1,) rad: h^3 phi''' / 12 in a step h.
+        """Excess of the trapezoidal rule over the integral of a logged rate, (n - 1,) rad.
 
-        Without it, a twist that oscillates at w is too small by (w h)^2 / 12: 2 % at 8 Hz, logged at 100 Hz.
-        phi''' is that of a parabola through five rates, which adds 4 % of the rate's noise.
+        The integral is that of the polynomial through the six rates around a step. Without it, a twist that oscillates
+        at w is too small by (w h)^2 / 12 in steps h: 13 % at 20 Hz, logged at 100 Hz, instead of 1 %. It adds 3 % of
+        the rate's noise.
         """
         step = np.diff(self.time)
         if self.rate_unread:
             return np.zeros(step.size)
-        time = np.lib.stride_tricks.sliding_window_view(self.time, BEND)
-        powers = (time - time.mean(axis=1, keepdims=True))[:, :, None] ** np.arange(3)
-        rates = np.lib.stride_tricks.sliding_window_view(self.rate, BEND)
-        squares = (np.linalg.pinv(powers) @ rates[:, :, None])[:, 2, 0]
-        third = np.pad(2 * squares, BEND // 2, mode="edge")
-        return np.asarray(step**3 * (third[:-1] + third[1:]) / 24)
+        first = np.clip(np.arange(step.size) - (BEND // 2 - 1), 0, self.time.size - BEND)
+        around = first[:, None] + np.arange(BEND)
+        middle, powers = (self.time[:-1] + self.time[1:]) / 2, np.arange(BEND)
+        ends = 0.5 ** (powers + 1) * (1 - (-1.0) ** (powers + 1)) / (powers + 1)  # integrals of x^p from -1/2 to 1/2
+        nodes = ((self.time[around] - middle[:, None]) / step[:, None])[:, None, :] ** powers[:, None]
+        weights = np.linalg.solve(nodes, np.broadcast_to(ends[:, None], (step.size, BEND, 1)))[:, :, 0]
+        integral = np.sum(weights * self.rate[around], axis=1)
+        return np.asarray(step * ((self.rate[:-1] + self.rate[1:]) / 2 - integral))
 
     def linked(self, twist: Array, rate: Array) -> Array:
         """Residuals (n - 1,) rad of the integration conditions (``chain``) for twists (n,) rad, rates (n,) rad/s."""
