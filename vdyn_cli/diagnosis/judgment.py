@@ -223,7 +223,7 @@ def _sized(
     if any(limits.exceeded(finding_size(strategy, judgment.base, a.fitted)) for a in answers[1:]):
         return judgment
     if not answers and profile_matters(strategy, judgment.base, limits):
-        return judgment
+        return replace(judgment, size=None)  # the closest candidate changes nothing that matters
     return replace(judgment, material=False, immaterial=best, immaterial_suffices=bool(answers))
 
 
@@ -233,7 +233,7 @@ def _named(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel
     if not answers and (beyond := best_beyond_range(strategy, judgment.tried, seen)):
         return judgment.unknown(BEYOND_RANGE, beyond)
     if not answers:
-        return judgment.unknown(closest=best_fit(judgment.tried))
+        return judgment.unknown(closest=best_fit(judgment.tried if judgment.size is not None else ()))
     # Single effects that nearly suffice are preferred to several of which one may be zero.
     if len(answers) == 1 < len(answers[0].effects) and may_be_zero(model, strategy.relinearized(answers[0].fitted)):
         answers = nearly_sufficient(judgment.tried) or answers
