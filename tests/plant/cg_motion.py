@@ -45,7 +45,7 @@ STEP = 0.005  # s
 EFFECTS = (
     *("accelerometer_tilt", "accelerometer_offset", "wheel_force_gain", "wheel_force_gain_front", "clock_offset"),
     *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "crosstalk"),
-    *("pitch_rate_gain", "acceleration_delay"),
+    *("pitch_rate_gain", "acceleration_delay", "accelerometer_gain"),
 )
 
 

@@ -153,6 +153,7 @@ WARM = MANY.but(
 LOADED: Mapping[str, float] = {
     "accelerometer_tilt": 0.01,
     "accelerometer_offset": 0.1,
+    "accelerometer_gain": 0.03,
     "wheel_force_gain": 0.01,
     "clock_offset": 0.005,
     "acceleration_delay": 0.005,

@@ -9,9 +9,9 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect, reads
     reference="gain error of inertial sensors: 1 to 3 %; more with a wrong range or sensitivity in the logger",
     label="an accelerometer with a wrong gain",
     signature="The error of the measured acceleration is proportional to the acceleration; speed and position agree.",
-    alike=("speed_scale", "pitch of the body during acceleration"),
+    alike=("speed_scale", "cg_height", "pitch of the body during acceleration"),
     confirm="Turn the accelerometer over, nose up and nose down: it has to read plus and minus 1 g.",
-    tags={"sensor", "coasting"},
+    tags={"sensor", "coasting", "pitching"},
     covers=("accelerometer_scale",),
 )
 def accelerometer_gain(acceleration: Law, s: Signals, q: Signals) -> Number:
