@@ -25,7 +25,12 @@ SEED = 2
 VEHICLE = random_vehicle(SEED)
 KNOWN = given({})
 NAMES = ("shaft_torque", "motor_speed", "wheel_speed", "twist")
-HIDDEN = (Hidden("series_compliance", 2e-5), Hidden("backlash", 2e-3), Hidden("backlash", 1e-2), Hidden("torque_zero_drift", 1.0))
+HIDDEN = (
+    Hidden("series_compliance", 2e-5),
+    Hidden("backlash", 2e-3),
+    Hidden("backlash", 1e-2),
+    Hidden("torque_zero_drift", 1.0),
+)
 
 
 def spec(drawn: bool) -> ShaftSpec:

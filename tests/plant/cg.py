@@ -116,7 +116,8 @@ def _readings(vehicle: Vehicle, run: Manoeuvre, effects: Mapping[str, float] | N
     lever = vehicle.antenna_height - vehicle.cg_height
     push = run.ride(vehicle, effects, q["acceleration_delay"]) if q["acceleration_delay"] else true
     felt = push.acceleration - lever * push.pitch_acceleration
-    felt = (1.0 + q["accelerometer_gain"]) * felt + q["accelerometer_offset"] + GRAVITY * np.sin(q["accelerometer_tilt"])
+    felt = felt + q["accelerometer_gain"] * felt
+    felt = felt + q["accelerometer_offset"] + GRAVITY * np.sin(q["accelerometer_tilt"])
     return {
         "Time [s]": run.times,
         **dict(zip((f"{wheel} Fz [N]" for wheel in WHEELS), (front / 2, front / 2, rear / 2, rear / 2), strict=True)),

@@ -20,7 +20,6 @@ from scipy.linalg import expm
 
 from tests.plant.information import Array
 
-
 STOP_GAP = 0.02  # m of compression at which bump stops engage
 
 

@@ -3,7 +3,9 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="friction",
-    unknowns=Quantity("braking_friction", "", "share by which friction in braking exceeds that in driving", "q", -0.3, 0.3),
+    unknowns=Quantity(
+        "braking_friction", "", "share by which friction in braking exceeds that in driving", "q", -0.3, 0.3
+    ),
     reference="passenger car tires differ by up to 15 % (Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, ch. 4)",
     label="friction that differs between braking and driving",
     signature="Force over slip is larger on one side of zero slip than on the other by a constant factor.",
