@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.regression import Unknown
 from vdyn_cli.quantities.arrays import Array
 
 
@@ -71,6 +72,10 @@ class Solution:
         size = np.sqrt(np.diag(self.covariance))
         matrix = self.covariance / np.where(size > 0, np.outer(size, size), 1.0)
         return {a: {b: float(matrix[i, j]) for j, b in enumerate(self.names)} for i, a in enumerate(self.names)}
+
+    def local(self, unknowns: Sequence[Unknown], run: int) -> Array:
+        """The values (k,) of shared and per-run unknowns in one run."""
+        return np.array([self.per_run[u.name][run] if u.per_run else self.values[u.name] for u in unknowns])
 
     def move_from(self, before: Mapping[str, float]) -> float:
         """Largest change of these values by the fit, in standard deviations; infinite where one with none changes."""

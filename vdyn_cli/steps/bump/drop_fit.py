@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,6 +17,7 @@ from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.drop_run import DropRun
+from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
 from vdyn_cli.steps.contract import NO_VALUES
 
 LARGEST_STEP = 1.1e-3  # s, of the integration
@@ -154,22 +155,8 @@ class DropFit:
         """Whitened residuals of one drop, channel by channel; samples without a reading are left out."""
         drop, simulated = self.runs[run], self.simulate(run, theta)
         first = len(self.simulator.unknowns)
-        residuals, jacobians, times = [], [], []
-        for zero, name in enumerate(self.channels, start=first):
-            good = np.isfinite(drop.heights[name])
-            weight = 1.0 / drop.noise[name]
-            jacobian = np.zeros((int(np.count_nonzero(good)), theta.size))
-            jacobian[:, :first] = simulated.sensitivities[name][good] * weight
-            jacobian[:, zero] = weight
-            residuals.append((simulated.outputs[name][good] + theta[zero] - drop.heights[name][good]) * weight)
-            jacobians.append(jacobian)
-            times.append(drop.time[good])
-        return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
-
-    def local(self, solution: Solution, run: int) -> Array:
-        """The drop's local unknowns (k,) at a solution."""
-        shared = [solution.values[u.name] for u in self.shared]
-        return np.array([*shared, *(solution.per_run[u.name][run] for u in self.own)])
+        measured = MeasuredChannels(drop.time, {n: drop.heights[n] for n in self.channels}, drop.noise)
+        return measured.rows(simulated, theta[first:], np.ones(first))
 
 
 def _unit(coordinate: str) -> str:
@@ -182,8 +169,3 @@ def _wheel_over_body(run: DropRun, body: str, wheel: str) -> float:
     x, y = run.heights[body] - run.rest[body], run.heights[wheel] - run.rest[wheel]
     good = np.isfinite(x) & np.isfinite(y)
     return float(x[good] @ y[good]) / max(float(x[good] @ x[good]), 1e-12)
-
-
-def with_effects(fit: DropFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> DropFit:
-    """The fit with effects in the car's laws and their unknowns, which all drops share."""
-    return replace(fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))

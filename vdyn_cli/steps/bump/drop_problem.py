@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.physics.models.dropped_car import AXLES, given
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, raise_all
+from vdyn_cli.quantities.errors import Finding, ResultError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.bump.drop_fit import DropFit, with_effects
+from vdyn_cli.steps.bump.drop_fit import DropFit
 from vdyn_cli.steps.bump.drop_result import drop_result
 from vdyn_cli.steps.bump.drop_run import drop_run, wrong_drop
 from vdyn_cli.steps.bump.known_car import car_numbers
 from vdyn_cli.steps.bump.parts import suspension_parts
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 
@@ -69,11 +69,15 @@ class DropProblem(SimulatedProblem):
         """Dampers, springs and tires of the axles on the rig."""
         return suspension_parts(self.fit.axles)
 
+    def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> DropFit:
+        """The fit with effects in the car's laws and their unknowns, which all drops share."""
+        return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
+
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:
         """The heights of all drops, whitened by their noise, with effects in the model."""
-        return with_effects(self.fit, effects, unknowns).regression(start)
+        return self.fit_with(effects, unknowns).regression(start)
 
     def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
         """Fit springs, dampers and tires to all drops at once, with accepted effects in the model.
@@ -82,7 +86,7 @@ class DropProblem(SimulatedProblem):
         ------
         ResultError : the drops do not determine the unknowns.
         """
-        fit = with_effects(self.fit, effects, unknowns)
+        fit = self.fit_with(effects, unknowns)
         shown = partial(drop_result, fit, self.wheels, self.findings)
         try:
             solution = fit.solve()
@@ -104,7 +108,7 @@ def prepare_drop(spec: BumpSpec, logs: Sequence[Log], known: Parameters) -> Drop
     InputError : no drop, a missing mass or height, a drop that is too short or without motion.
     """
     if not logs:
-        raise InputError(Finding("runs", "no drop is given", "", "list at least one log under runs"))
+        raise no_runs("bump")
     axles = AXLES if spec.drop.rig == "half_car" else (spec.drop.axle,)
     channels = tuple(f"{what}_height_{end}" for what in ("body", "wheel") for end in axles)
     missing = sorted({n for log in logs for n in channels if n not in log})

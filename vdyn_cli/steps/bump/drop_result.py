@@ -38,7 +38,7 @@ def drop_result(fit: DropFit, wheels: int, findings: Sequence[Finding], solution
     estimates = {n: _times(e, 2 // wheels) for n, e in on_rig.items()}
     comparisons = []
     for k, run in enumerate(fit.runs):
-        outputs = fit.simulate(k, fit.local(solution, k)).outputs
+        outputs = fit.simulate(k, solution.local((*fit.shared, *fit.own), k)).outputs
         for name in fit.channels:
             simulated = outputs[name] + solution.per_run[f"{name}_zero"][k]
             measured = run.heights[name]

@@ -20,6 +20,7 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.crossing import Crossing
 from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
+from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
 from vdyn_cli.steps.bump.noise import MISFIT, ChannelWeights
 from vdyn_cli.steps.contract import NO_VALUES
 
@@ -164,10 +165,11 @@ class BumpFit:
         scale, drive = self.scales[run], self.crossings[run].drive
         return self.simulator(drive, theta[: scale.size] * scale, sensitivities=sensitivities, states=states)
 
-    def local(self, solution: Solution, run: int) -> Array:
-        """The run's local unknowns (k,) at a solution."""
-        shared = [solution.values[u.name] for u in self.shared]
-        return np.array([*shared, *(solution.per_run[u.name][run] for u in self.own)])
+    def measured(self, run: int) -> MeasuredChannels:
+        """The fitted channels of one crossing with their weights."""
+        crossing = self.crossings[run]
+        deviation = {n: self.weights.deviation(crossing, n) for n in self.channels}
+        return MeasuredChannels(crossing.time, {n: crossing.channels[n] for n in self.channels}, deviation)
 
     def misfit(self, solution: Solution) -> dict[str, float]:
         """Root mean square of each channel's residual over its inflated noise."""
@@ -202,20 +204,8 @@ class BumpRows:
 
     def __call__(self, run: int, theta: Array) -> Rows:
         """Whitened residuals of one run, channel by channel; samples without a reading are left out."""
-        fit, crossing, scale = self.fit, self.fit.crossings[run], self.fit.scales[run]
-        simulated = self.linearized(run, theta)
-        residuals, jacobians, times = [], [], []
-        for zero, name in enumerate(fit.channels, start=scale.size):
-            measured = crossing.channels[name]
-            good = np.isfinite(measured)
-            weight = 1.0 / fit.weights.deviation(crossing, name)
-            jacobian = np.zeros((int(np.count_nonzero(good)), theta.size))
-            jacobian[:, : scale.size] = simulated.sensitivities[name][good] * (weight * scale)
-            jacobian[:, zero] = weight
-            residuals.append((simulated.outputs[name][good] + theta[zero] - measured[good]) * weight)
-            jacobians.append(jacobian)
-            times.append(crossing.time[good])
-        return Rows(np.concatenate(residuals), np.concatenate(jacobians), time=np.concatenate(times))
+        scale = self.fit.scales[run]
+        return self.fit.measured(run).rows(self.linearized(run, theta), theta[scale.size :], scale)
 
     def linearized(self, run: int, theta: Array) -> Simulated:
         """One run with sensitivities at its local unknowns ``theta`` (k,), equal to ``BumpFit.simulate``.
@@ -242,12 +232,5 @@ class BumpRows:
 
     def residual(self, run: int, theta: Array) -> Array:
         """The whitened residuals (n,) of one run, as in the rows."""
-        fit, crossing, scale = self.fit, self.fit.crossings[run], self.fit.scales[run]
-        outputs = fit.simulate(run, theta, sensitivities=False).outputs
-        residuals = []
-        for zero, name in enumerate(fit.channels, start=scale.size):
-            measured = crossing.channels[name]
-            good = np.isfinite(measured)
-            weight = 1.0 / fit.weights.deviation(crossing, name)
-            residuals.append((outputs[name][good] + theta[zero] - measured[good]) * weight)
-        return np.concatenate(residuals)
+        simulated = self.fit.simulate(run, theta, sensitivities=False)
+        return self.fit.measured(run).residual(simulated, theta[self.fit.scales[run].size :])

@@ -61,7 +61,7 @@ class Replay:
 def replay(fit: BumpFit, solution: Solution, run: int) -> Replay:
     """Simulate one run at the solution."""
     crossing = fit.crossings[run]
-    simulated = fit.simulate(run, fit.local(solution, run), states=True)
+    simulated = fit.simulate(run, solution.local((*fit.shared, *fit.own), run), states=True)
     zeros = {n: float(solution.per_run[f"{n}_zero"][run]) for n in fit.channels}
     s, arms = simulated.states, fit.arms(solution.values)
     return Replay(

@@ -9,6 +9,7 @@ import numpy as np
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.contract import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.spec import TireSettings
@@ -32,7 +33,7 @@ def slip_sweeps(logs: Sequence[Log], settings: TireSettings, known: Parameters) 
     InputError : no log, no slip and no speeds, a sign that contradicts physics, or too few usable samples.
     """
     if not logs:
-        raise InputError(Finding("runs", "no slip sweep is given", remedy="list at least one log under runs"))
+        raise no_runs("tire")
     if any("slip" not in log and not ("wheel_speed" in log and "vehicle_speed" in log) for log in logs):
         remedy = "map 'wheel_speed' and 'vehicle_speed', or 'slip'"
         raise InputError(Finding("channels", "slip cannot be computed", remedy=remedy))
