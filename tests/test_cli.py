@@ -107,7 +107,7 @@ BAD = {
     "unknown key": ("t.yaml", "test: tire\nchanels: {}\n", "did you mean channels"),
     "unknown channel": ("t.yaml", "test: tire\nchannels: {sped: {column: a, unit: m/s}}\n", "unknown channel 'sped'"),
     "no channels": ("t.yaml", "test: tire\nruns: [{log: a.csv}]\n", "channel force_x is needed"),
-    "no runs": ("t.yaml", "test: tire\n", "no slip sweep"),
+    "no runs": ("t.yaml", "test: tire\n", "no run is given"),
     "not YAML": ("t.yaml", "test: [tire\n", "not valid YAML"),
 }
 

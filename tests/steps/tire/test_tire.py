@@ -120,7 +120,7 @@ def test_what_is_missing_is_said() -> None:
     standing = tuple(d.with_channels(vehicle_speed=np.zeros(d.time.size)) for d in data)
     with pytest.raises(InputError, match="fewer than"):
         STEP.estimate(SPEC, standing, known(vehicle))
-    with pytest.raises(InputError, match="no slip sweep"):
+    with pytest.raises(InputError, match="no run is given"):
         STEP.estimate(SPEC, (), known(vehicle))
 
 
