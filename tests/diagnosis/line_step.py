@@ -21,9 +21,10 @@ from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.result import Comparison, FitSummary, Result
-from vdyn_cli.steps.contract import NO_VALUES, Diagnosable, Step
+from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.manoeuvre import Manoeuvre
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 NOTHING_KNOWN = Parameters()
 SLOPE, WIND, WAVE = (

@@ -20,7 +20,7 @@ from vdyn_cli.project.planned.planned_inputs import planned_test
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.plan_schema import PlanDocument
 from vdyn_cli.steps import load_step, names, published
-from vdyn_cli.steps.contract import Failure
+from vdyn_cli.steps.failure import Failure
 
 DAYS = 12  # of the plant: the mean of their squared standard errors is known to a tenth
 CAR: dict[str, Any] = {"mass": 1430, "rotating_mass": 60, "air_density": 1.2, "frontal_area": 2.1}

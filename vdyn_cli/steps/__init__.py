@@ -11,7 +11,9 @@ from importlib import import_module
 from pathlib import Path
 
 from vdyn_cli.io.plugins import plugins
-from vdyn_cli.steps.contract import Diagnosable, Failure, Problem, SimulatedProblem, Step, published, simulated
+from vdyn_cli.steps.contract import Problem, SimulatedProblem
+from vdyn_cli.steps.failure import Failure, published
+from vdyn_cli.steps.step_definition import Diagnosable, Step, simulated
 
 __all__ = [
     "Diagnosable",

@@ -11,7 +11,7 @@ import pytest
 from tests.steps.validate.test_validate import changed
 from tests.steps.validate.validate_cases import inputs, prepared, true_parameters
 from vdyn_cli.project.inputs import Inputs
-from vdyn_cli.steps.contract import UnpublishedError
+from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.validate.input_checks import torque_correlation
 
 

@@ -24,7 +24,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.contract import UnpublishedError
+from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.drives.segments import OUTPUTS
 from vdyn_cli.steps.validate.fit.whitening import whiten_drives

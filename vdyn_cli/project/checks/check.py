@@ -25,7 +25,7 @@ from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
 from vdyn_cli.steps import Step, load_step, names
-from vdyn_cli.steps.contract import TrackCheck, named_channels
+from vdyn_cli.steps.step_definition import TrackCheck, named_channels
 
 _FEWEST_STEPS = 50  # of a clock that is sampled; a table of split times has fewer
 Segment = tuple[float, float, int, str]  # first and last time (s), samples, the fact

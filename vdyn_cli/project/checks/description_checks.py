@@ -19,7 +19,7 @@ from vdyn_cli.project.reading.run_reading import column_of, log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.steps import Step, names
-from vdyn_cli.steps.contract import alternatives
+from vdyn_cli.steps.step_definition import alternatives
 
 
 def missing_logs(source: YamlSource) -> list[Finding]:

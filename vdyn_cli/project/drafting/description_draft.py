@@ -25,7 +25,7 @@ from vdyn_cli.project.drafting.station_log import StationLog, is_station, statio
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
-from vdyn_cli.steps.contract import alternatives, named_channels
+from vdyn_cli.steps.step_definition import alternatives, named_channels
 
 _ONE_RUN = (
     "# The logs have different columns over the same time, so they are taken as several loggers of one run; if they",

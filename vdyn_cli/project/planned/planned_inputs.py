@@ -28,8 +28,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import UnitError, parse
 from vdyn_cli.steps import Step
-from vdyn_cli.steps.contract import alternatives
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay
+from vdyn_cli.steps.step_definition import alternatives
 
 
 @dataclass(frozen=True)

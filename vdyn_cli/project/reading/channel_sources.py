@@ -15,8 +15,8 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import UnitError, parse
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step
-from vdyn_cli.steps.contract import named_channels
 from vdyn_cli.steps.scaled_channel import ScaledChannel
+from vdyn_cli.steps.step_definition import named_channels
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps import Step
-from vdyn_cli.steps.contract import alternatives
 from vdyn_cli.steps.road_survey import RoadSurvey
+from vdyn_cli.steps.step_definition import alternatives
 
 
 def log_names(run: Run) -> list[str]:

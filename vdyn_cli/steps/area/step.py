@@ -5,7 +5,7 @@ from __future__ import annotations
 from vdyn_cli.steps.area.pictures import load_pictures
 from vdyn_cli.steps.area.problem import prepare
 from vdyn_cli.steps.area.spec import AreaSpec
-from vdyn_cli.steps.contract import Step
+from vdyn_cli.steps.step_definition import Step
 
 STEP = Step(
     name="area",

@@ -21,7 +21,8 @@ from vdyn_cli.steps.bump.drop_run import drop_run, wrong_drop
 from vdyn_cli.steps.bump.known_car import car_numbers
 from vdyn_cli.steps.bump.parts import suspension_parts
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, no_runs, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.failure import no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 

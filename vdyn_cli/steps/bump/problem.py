@@ -23,7 +23,8 @@ from vdyn_cli.steps.bump.parts import bump_parts, coordinate_of
 from vdyn_cli.steps.bump.result import bump_result
 from vdyn_cli.steps.bump.selection import select_crossings
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
+from vdyn_cli.steps.failure import unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 

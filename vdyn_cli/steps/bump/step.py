@@ -10,7 +10,7 @@ from vdyn_cli.steps.bump.measured_profile import load
 from vdyn_cli.steps.bump.planned_logs import PLANNED
 from vdyn_cli.steps.bump.problem import prepare
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 CAR = (
     *("mass", "sprung_mass", "unsprung_mass_front", "unsprung_mass_rear", "wheelbase", "cg_to_front", "cg_to_rear"),

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_windows import LOADS, exceeds_walk, integrated_pitch, pitch_angle
 from vdyn_cli.steps.cg.spec import CgSpec
-from vdyn_cli.steps.contract import no_runs
+from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 

@@ -29,8 +29,9 @@ from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
+from vdyn_cli.steps.failure import unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.step_policy import STEP_POLICY

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vdyn_cli.steps.cg.planned_logs import PLANNED
 from vdyn_cli.steps.cg.problem import prepare
 from vdyn_cli.steps.cg.spec import CgSpec
-from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 STEP = Step(
     name="cg",

@@ -48,8 +48,9 @@ from vdyn_cli.steps.coastdown.road.road_position import first_place
 from vdyn_cli.steps.coastdown.road.road_search import LocatedCampaign, located
 from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, no_runs, unpublished
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.elevation_grade import ElevationGrade, elevation_grades, with_grades
+from vdyn_cli.steps.failure import no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre

@@ -6,8 +6,8 @@ from vdyn_cli.steps.coastdown.campaign_checks.planned_logs import PLANNED
 from vdyn_cli.steps.coastdown.campaign_checks.track_check import track_check
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 # Hz: the fit averages over 2 s (campaign.BIN_WIDTH), and the braking tests over tenths of a second. At 1 m/s^2 the
 # speed changes by 0.05 m/s in a block, linearly with time.

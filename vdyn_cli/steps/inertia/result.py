@@ -11,8 +11,8 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result
-from vdyn_cli.steps.contract import UnpublishedError
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia

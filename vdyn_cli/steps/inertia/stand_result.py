@@ -12,8 +12,8 @@ from vdyn_cli.physics.models.free_wheel import DRAG
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Figure, Result, Series
-from vdyn_cli.steps.contract import UnpublishedError
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance
 from vdyn_cli.steps.inertia.spec import InertiaSettings

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vdyn_cli.physics.models.free_wheel import DRAG
-from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.inertia.planned_logs import PLANNED
 from vdyn_cli.steps.inertia.problem import load, prepare
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_problem import prepare_stand
 from vdyn_cli.steps.scaled_channel import torque_at_wheel
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 ON_ROAD = Step(
     name="inertia",

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import torque_at_wheel
 from vdyn_cli.steps.shaft.planned_logs import PLANNED
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.spec import ShaftSpec
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 STEP = Step(
     name="shaft",

@@ -9,7 +9,7 @@ import numpy as np
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
-from vdyn_cli.steps.contract import no_runs
+from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.spec import TireSettings

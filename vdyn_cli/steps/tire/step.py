@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
-from vdyn_cli.steps.contract import Diagnosable, Step
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 from vdyn_cli.steps.tire.planned_logs import PLANNED
 from vdyn_cli.steps.tire.problem import prepare
 from vdyn_cli.steps.tire.result import STIFFNESS

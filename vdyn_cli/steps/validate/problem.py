@@ -16,8 +16,9 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem, UnpublishedError
+from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.run_starts import run_starts

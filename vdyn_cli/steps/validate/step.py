@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
-from vdyn_cli.steps.contract import Diagnosable, Step
 from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
+from vdyn_cli.steps.step_definition import Diagnosable, Step
 from vdyn_cli.steps.validate.drives.segments import FEWEST, OUTPUTS
 from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows
 from vdyn_cli.steps.validate.spec import ValidateSpec

@@ -15,7 +15,7 @@ from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCo
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, NoSegmentError, RejectedSegment, coast_segment
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.contract import TrackCheck
+from vdyn_cli.steps.step_definition import TrackCheck
 
 
 def track_check(

@@ -15,7 +15,7 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
-from vdyn_cli.steps.contract import no_runs
+from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
