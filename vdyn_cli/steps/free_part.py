@@ -39,8 +39,8 @@ class Part:
     what, over : words for the law and the coordinate: "the rear dampers' force", "stroke rate".
     scale : of the coordinate, above which it is compressed (asinh x / scale); 0: not compressed.
     anchored : whether the addition is zero at zero of the coordinate.
-    law, arguments : the element's law, and (coordinate, values of unknowns) -> its signals. Changes of the unknowns
-        can absorb part of the addition, so only the sum of law and addition is determined. None for a sensor.
+    law, arguments : the element's law, None for a sensor, and (coordinate, values of unknowns) -> its further signals.
+        Changes of the unknowns can absorb part of the addition, so only the sum of law and addition is determined.
     own : the unknowns that ``arguments`` reads; the law is nearly linear in them.
     called : name of the part where it represents more than one law; empty: the element's name.
     related : further laws whose effects belong to this part.
@@ -63,7 +63,7 @@ class Part:
     scale: float = 0.0
     anchored: bool = True
     law: Law | None = None
-    arguments: Arguments | None = None
+    arguments: Arguments = lambda x, values: {}
     own: tuple[str, ...] = ()
     called: str = ""
     related: tuple[str, ...] = ()
@@ -95,13 +95,12 @@ class Part:
 
     def signals(self, x: float, values: Mapping[str, float]) -> Signals:
         """The law's signals at one value of the coordinate."""
-        assert self.arguments is not None
         return Signals(**{"place": f"_{self.place}", "share": 1.0, **self.arguments(x, values), self.coordinate: x})
 
     def baseline(self, x: Array, values: Mapping[str, float]) -> Array:
         """The law without addition (points,); zero for a sensor."""
         law = self.law
-        if law is None or self.arguments is None:
+        if law is None:
             return np.zeros(len(x))
         return np.array([float(law(self.signals(float(one), values))) for one in x])
 

@@ -206,11 +206,9 @@ def _directions(finding: PartFinding, part: Part, curve: Curve) -> tuple[Array, 
     Directions of S^1/2 in which it exceeds ``learned_information`` times the prior's are kept. Shapes that the
     baseline's law can follow carry no information and are thereby excluded.
     """
-    solution, count = finding.fitted.solution, len(part.unknowns)
-    place = [p.name for p in finding.parts].index(part.name)
-    variance = finding.fitted.variance[place * count : (place + 1) * count]
+    solution = finding.fitted.solution
     at = [solution.names.index(n) for n in part.unknowns]
-    root = np.sqrt(variance)
+    root = np.sqrt(finding.fitted.variance_of(part))
     covariance = solution.classical_covariance[np.ix_(at, at)] / finding.search.noise(finding.fitted)
     shrunk, axes = np.linalg.eigh(covariance / np.outer(root, root))
     kept = axes[:, shrunk < 1.0 / (1.0 + POLICY.learned_information)]

@@ -95,12 +95,9 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
         [_half(gradient, solution, matrix, at) for matrix in (solution.covariance, solution.classical_covariance)],
         axis=0,
     )
-    count = len(part.unknowns)
-    place = [p.name for p in fitted.parts].index(part.name)
-    variance = fitted.variance[place * count : (place + 1) * count]
     found = np.array([solution.values[n] for n in part.unknowns])
     half = np.hypot(half, NORMAL95 * np.sqrt(truncation_error(found, part.orders)))
-    prior = np.sqrt(basis**2 @ variance)
+    prior = np.sqrt(basis**2 @ fitted.variance_of(part))
     seen &= (half <= POLICY.covered_share * NORMAL95 * prior) | (np.abs(x) <= part.scale)
     seen = _longest(seen, x)
     if np.count_nonzero(seen) < FEWEST_POINTS:

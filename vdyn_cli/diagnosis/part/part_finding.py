@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.diagnosis.part.part_curve import Curve, curve_of, law_values, share_of_curve
-from vdyn_cli.diagnosis.part.part_search import FittedParts, PartSearch, part_search
+from vdyn_cli.diagnosis.part.part_search import FittedParts, PartSearch, part_search, rms_share
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.quantities.arrays import Array
@@ -38,8 +38,7 @@ class LawWithin:
         if self.share_of_rms >= 1.0 - POLICY.negligible_rest:
             return True
         if np.isfinite(self.share_of_curve):
-            least = 1.0 - float(np.sqrt(1.0 - POLICY.law_squares))
-            return self.share_of_curve >= POLICY.law_share and self.share_of_rms >= least
+            return self.share_of_curve >= POLICY.law_share and self.share_of_rms >= rms_share(POLICY.law_squares)
         return self.share_of_rms >= POLICY.law_share
 
 
@@ -79,10 +78,9 @@ class PartFinding:
 
         A sensor error as a rival is allowed, since it can imitate any force over the same signal; it is reported.
         """
-        least = 1.0 - float(np.sqrt(1.0 - POLICY.part_squares))
         sensors = {p.group for p in self.search.parts if p.sensor}
         apart = all(rival in sensors for rival in self.rivals)
-        return bool(self.curves) and apart and self.share_of_rms >= least
+        return bool(self.curves) and apart and self.share_of_rms >= rms_share(POLICY.part_squares)
 
 
 def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding | None:
@@ -95,7 +93,7 @@ def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding |
         return None
     drawn = (curve_of(p, best, search.start, problem.coordinate(p, search.start)) for p in best.parts)
     curves = tuple(c for c in drawn if c is not None)
-    share = 1.0 - float(np.sqrt(max(1.0 - search.explained_share(best), 0.0)))
+    share = rms_share(search.explained_share(best))
     laws = sorted(_laws(search, best, curves), key=lambda one: -_nearness(one))
     return PartFinding(search, best, curves, share, _rivals(search, best), tuple(laws))
 

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-import numpy as np
-
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, Selection, held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, all_needed, candidate_model, with_next
 from vdyn_cli.diagnosis.part.learned_judgment import with_learned_law
 from vdyn_cli.diagnosis.part.learned_law import Learned
 from vdyn_cli.diagnosis.part.part_finding import LawWithin, PartFinding, part_finding
+from vdyn_cli.diagnosis.part.part_search import rms_share
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.steps import SimulatedProblem
@@ -79,7 +78,7 @@ def _explained_elsewhere(strategy: Strategy, judgment: Judgment, parts: Sequence
     candidates = strategy.model.setup.candidates
     if any(p.concerns(candidates[n]) for p in parts for n in judgment.answer.effects if n in candidates):
         return False
-    return judgment.gain.share >= 1.0 - float(np.sqrt(1.0 - POLICY.part_squares))
+    return judgment.gain.share >= rms_share(POLICY.part_squares)
 
 
 def label_of(parts: Sequence[Part]) -> str:

@@ -53,6 +53,11 @@ class FittedParts:
     variance: Array
     freedom: float
 
+    def variance_of(self, part: Part) -> Array:
+        """The prior variances (k,) of one part's coefficients."""
+        place, count = [p.name for p in self.parts].index(part.name), len(part.unknowns)
+        return self.variance[place * count : (place + 1) * count]
+
 
 @dataclass(frozen=True)
 class PartSearch:
@@ -118,8 +123,7 @@ class PartSearch:
 
     def share_of_part(self, law: FittedParts, part: FittedParts) -> float:
         """The rms error that a law explains, as a share of that which the part explains, 0 to 1."""
-        share = self.explained(law) / max(self.explained(part), 1e-12)
-        return 1.0 - float(np.sqrt(1.0 - np.clip(share, 0.0, 1.0)))
+        return rms_share(self.explained(law) / max(self.explained(part), 1e-12))
 
     def refitted(
         self,
@@ -176,6 +180,11 @@ class PartSearch:
         covariance = solution.classical_covariance[np.ix_(at, at)] / variance
         values = np.linalg.eigvalsh(covariance / np.outer(prior, prior)) if at else np.ones(0)
         return np.asarray(np.clip(values, 1e-12, 1.0))
+
+
+def rms_share(squares: float) -> float:
+    """The share of an rms error that is explained with this share of its sum of squares: 1 - sqrt(1 - squares)."""
+    return 1.0 - float(np.sqrt(1.0 - np.clip(squares, 0.0, 1.0)))
 
 
 def solution_floor(solution: Solution) -> float:

@@ -20,7 +20,7 @@ def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
     parts = [
         Part(
             "motion_moment", "", "acceleration", push, MOMENT, "N m", "m/s^2", "the moment of the body's motion",
-            "acceleration", law=addition, arguments=lambda x, values: {}, related=("climb", "acceleration"),
+            "acceleration", law=addition, related=("climb", "acceleration"),
         )
     ]  # fmt: skip
     if all("pitch_rate" in log for log in logs):
@@ -28,7 +28,7 @@ def balance_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
         parts.append(
             Part(
                 "motion_moment", "", "pitch_rate", rate, MOMENT, "N m", "rad/s", "the moment of the body's motion",
-                "pitch rate", law=addition, arguments=lambda x, values: {},
+                "pitch rate", law=addition,
             )
         )  # fmt: skip
     for place in ("front", "rear"):

@@ -40,11 +40,11 @@ def tire_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
         ),
         Part(
             "tire", "", "load", load, FORCE, "N", "N", "the tire's force", "load", anchored=False, law=addition,
-            arguments=lambda x, values: {}, related=("friction", "force_x"),
+            related=("friction", "force_x"),
         ),
         Part(
             "tire", "", "returning", slip, FORCE, "N", "", "the tire's force", "slip while it returns to zero",
-            law=addition, arguments=lambda x, values: {}, related=("slip",),
+            law=addition, related=("slip",),
         ),
     ]  # fmt: skip
     if all("vehicle_speed" in log for log in logs):
