@@ -98,7 +98,10 @@ def test_a_clock_in_another_unit_is_doubted() -> None:
     assert "check the unit of time" in steps(np.arange(1000) * 1e-6)
 
 
-@pytest.mark.parametrize("name", ["Device Time", "GPS Time", "Elapsed Time (s)", "system_time", "Zeit (s)", "t"])
+@pytest.mark.parametrize(
+    "name",
+    ["Device Time", "GPS Time", "UTC time (HHMMSS.SSS)", "Elapsed Time (s)", "system_time", "Zeit (s)", "Uhrzeit", "t"],
+)
 def test_a_clock_is_known_by_the_names_that_loggers_give_it(name: str) -> None:
     assert is_clock(name)
 

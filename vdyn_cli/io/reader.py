@@ -16,9 +16,9 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _CLOCK = re.compile(
-    r"((elapsed|log|sample|device|gps|system|recording)[ _]?time|time|"
+    r"((elapsed|log|sample|device|gps|utc|local|system|recording)[ _]?time|time|"
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
-    r"(\w+[ _.])?time[ _]?stamps?|zeit|x_value|(ms|seconds)_today|"
+    r"(\w+[ _.])?time[ _]?stamps?|(uhr)?zeit|x_value|(ms|seconds)_today|"
     r"(milli|micro)s(econds)?|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )
