@@ -51,7 +51,7 @@ def with_open_answers(
         return result
     if judgment.verdict == "adequate" and (extension.result is not None or judgment.immaterial is not None):
         return result
-    widening = _Widening(strategy, problem, base, result, extension.open)
+    widening = _Widening(strategy, problem, base, result)
     if judgment.verdict == "adequate":
         return widening.averaged(judgment.base)
     if judgment.verdict == "ambiguous" or extension.open:
@@ -76,20 +76,19 @@ def with_open_answers(
 
 @dataclass(frozen=True)
 class _Widening:
-    """Widens the intervals of ``result``: ``base``, or with effects in its model, which may be ``one_of_several``."""
+    """Widens the intervals of ``result``: ``base``, or with effects in its model."""
 
     strategy: Strategy
     problem: SimulatedProblem
     base: Result
     result: Result
-    one_of_several: bool
 
     def including(self, found: Sequence[OpenAnswer], others: Sequence[Result] = (), note: str = HOLD_ALL) -> Result:
         """The result with intervals that include these answers; ``others`` are their results where published."""
         result = self.result
         if others:
-            excluded = self.base.refused or self.one_of_several
-            result = self.problem.spanning(result, others if excluded else [self.base, *others])
+            held = not self.base.refused and any(one.label == BASELINE for one in found)
+            result = self.problem.spanning(result, [self.base, *others] if held else others)
         return with_wider_intervals(result, widened(result.parameters, found), note)
 
     def baseline(self, at: FittedModel | None = None) -> OpenAnswer:
