@@ -141,6 +141,11 @@ class StepPolicy:
         3, "runs", "from which one can be named that contradicts the others",
         "Of two that disagree, either may be wrong.",
     )  # fmt: skip
+    material_run_force: float = threshold(
+        0.01, "of the road load", "least change of a run's force that is reported",
+        "The standards allow coast-down times a statistical accuracy of 2 % (UN R83) or 3 % (WLTP): a smaller change "
+        "has no consequence, however exactly the runs agree.",
+    )  # fmt: skip
     outlier_degrees: int = threshold(
         3, "degrees of freedom", "that the other runs must have",
         "With two, t would have to exceed 20.",

@@ -9,7 +9,8 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.doubts import result_doubts
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.step import STEP
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -69,3 +70,12 @@ def test_no_step_is_found_where_there_is_none(trend: str) -> None:
     days = [random.normal(0.0, 6.0, 8) + 20 * heading + shape for _ in range(2000)]
     found = sum(resistance_step(day, heading) is not None for day in days)
     assert found / 2000 < (0.06 if trend == "steady rise" else 1.5 * STEP_POLICY.outlier_level)
+
+
+@pytest.mark.parametrize(("force", "is_reported"), [(1.0, False), (30.0, True)])
+def test_only_a_step_that_matters_is_reported(force: float, is_reported: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = OutlyingRun(4, force, 1e-4)
+    monkeypatch.setattr(result_doubts, "resistance_step", lambda forces, headings: step)
+    runs = coast.campaign(REFERENCE, 5, EIGHT)
+    found = reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
+    assert any("higher than before" in one for one in found) == is_reported

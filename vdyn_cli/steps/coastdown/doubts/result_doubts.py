@@ -73,19 +73,23 @@ def implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
 
 
 def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
-    """Coasts that are outliers or from which on the resistance is higher; not tested on an open road."""
+    """Coasts that are outliers or from which on the resistance is higher, by a share of the road load that matters.
+
+    They are not tested on an open road.
+    """
     if not answer.coasting:
         return []
     runs, found = answer.fit.campaign.runs, []
     forces, headings = run_forces(answer.fit)[0], np.array([r.heading for r in runs])
-    if (step := resistance_step(forces, headings)) is not None:
+    least = STEP_POLICY.material_run_force * float(answer.load.force(answer.quoted))
+    if (step := resistance_step(forces, headings)) is not None and step.force > least:
         what = f"from this run on the resistance is {step.force:.0f} N higher than before (p = {step.p_value:.1g})"
         remedy = (
             "check what changed before this run (load, tire pressure, roof box, windows, wet road); "
             "if something did, describe the runs before and after the change in two files"
         )
         found.append(Finding(runs[step.run].name, what, remedy=remedy, doubt=True))
-    if (outlier := outlying_run(forces, headings)) is not None:
+    if (outlier := outlying_run(forces, headings)) is not None and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
         remedy = "inspect this run; remove it if traffic, a brake or a gust disturbed it"
