@@ -29,8 +29,8 @@ WHEELS = ("FL", "FR", "RL", "RR")
 BRAKE_FRONT = 0.65  # share of the braking force; all of the driving force is at the front
 
 # Sizes at which finite differences are taken.
-SMALL = dict.fromkeys(EFFECTS, 1e-3) | {"unsprung_mass": 40.0, "aero_lift": 0.1, "road_grade": 1e-4}
-ONE_SIDED = ("unsprung_mass",)
+SMALL = dict.fromkeys(EFFECTS, 1e-3) | {"unsprung_mass": 40.0, "own_axles": 0.5, "aero_lift": 0.1, "road_grade": 1e-4}
+ONE_SIDED = ("unsprung_mass", "own_axles")
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def _noise_band(vehicle: Vehicle, run: Manoeuvre, per_acceleration: float, lever
 
 def samples() -> Samples:
     """launch_1.csv to launch_4.csv."""
-    runs = campaign(REFERENCE, 20171, air_density=sample.AIR_DENSITY)
+    runs = campaign(REFERENCE, 20171, {"own_axles": 1.0}, air_density=sample.AIR_DENSITY)
     return Samples(
         title="Accelerate-and-brake runs",
         files={
@@ -230,13 +230,15 @@ def samples() -> Samples:
         | {"mass": REFERENCE.mass, "wheelbase": REFERENCE.wheelbase, "antenna_height": REFERENCE.antenna_height}
         | {"drag_area": REFERENCE.drag_area, "drag_height": REFERENCE.drag_height, "air_density": sample.AIR_DENSITY}
         | {"wheel_inertia": REFERENCE.wheel_inertia, "wheel_radius": REFERENCE.wheel_radius}
-        | {"rolling_resistance": REFERENCE.rolling_resistance},
+        | {"rolling_resistance": REFERENCE.rolling_resistance}
+        | {f"unsprung_mass_{n}": getattr(REFERENCE, f"unsprung_mass_{n}") for n in ("front", "rear")},
         about=(
             "Throttle and brake pulses on a flat road, out (1, 3) and back (2, 4), in still air. Loads are those "
             "between tire and road; the load cells were zeroed to about 10 N each before every run. The antenna's "
             "acceleration is the rate of its speed, forward positive, free of gravity; it is 1.52 m above the road."
             " Pitch rate is nose-up positive. The angular momentum of the four wheels is in the loads (left out, it"
             " looks like 1.6 % of cg height), and so is the moment of rolling resistance (left out, it moves cg_to_rear"
-            " by 3 mm). Every channel is on one clock. launch_3 has CRLF line ends."
+            " by 3 mm). The axles bounce on the tires (left out, it moves the pitch inertia). Every channel is on one"
+            " clock. launch_3 has CRLF line ends."
         ),
     )

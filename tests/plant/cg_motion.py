@@ -23,6 +23,7 @@ acceleration_delay                    s by which the acceleration is logged late
 road_grade                            uphill on the way out
 aero_lift                             m^2 of lift area, half on each axle; ``aero_lift_front``, ``aero_lift_rear``
 unsprung_mass                         kg of each axle that bounces on the tires' spring instead of standing still
+own_axles                             share of the car's own axle masses that bounces likewise
 pitch_axis                            m below the center of the axis the body pitches about: the center moves as it does
 crosstalk                             share of each wheel's longitudinal force that its load cell feels
 pitch_rate_gain                       the gyro reads (1 + size) x
@@ -45,7 +46,7 @@ STEP = 0.005  # s
 EFFECTS = (
     *("accelerometer_tilt", "accelerometer_offset", "wheel_force_gain", "wheel_force_gain_front", "clock_offset"),
     *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "crosstalk"),
-    *("pitch_rate_gain", "acceleration_delay", "accelerometer_gain"),
+    *("pitch_rate_gain", "acceleration_delay", "accelerometer_gain", "own_axles"),
 )
 
 
@@ -91,13 +92,15 @@ class Body:
         self, vehicle: Vehicle, pedals: Pedals, end: float, effects: Mapping[str, float] | None = None
     ) -> None:
         q = sizes(effects)
-        self.vehicle, self.pedals, self.axle = vehicle, pedals, q["unsprung_mass"]
+        self.vehicle, self.pedals = vehicle, pedals
+        own = np.array([vehicle.unsprung_mass_front, vehicle.unsprung_mass_rear])
+        self.axles = q["unsprung_mass"] + q["own_axles"] * own
         self.slope = float(np.arctan(q["road_grade"] * pedals.uphill))
         self.lift = 0.5 * q["aero_lift"] + np.array([q["aero_lift_front"], q["aero_lift_rear"]])
         self.clock = STEP * np.arange(int(np.ceil(end / STEP)) + 3)
         self.air = 0.5 * pedals.air_density * vehicle.drag_area
         self.speed = self._speeds()
-        self.a, self.b = _matrices(vehicle, self.axle, q["pitch_axis"])
+        self.a, self.b = _matrices(vehicle, self.axles, q["pitch_axis"])
         push = self._push(self.speed, self._acceleration(self.clock, self.speed))
         self.state = _pitching(self.a, self.b, push)
         self.rate = self.state @ self.a.T + push @ self.b.T
@@ -151,7 +154,7 @@ class Body:
     def _loads(self, state: Array) -> tuple[Array, Array]:
         """What the axles carry on top of the static load."""
         car = self.vehicle
-        if self.axle:
+        if self.axles.any():
             return -car.tire_vertical_stiffness * state[:, 2], -car.tire_vertical_stiffness * state[:, 3]
         z, pitch, z_rate, pitch_rate = state.T
         front = car.suspension_stiffness_front * (z + car.cg_to_front * pitch)
@@ -161,18 +164,20 @@ class Body:
         return -front, -rear
 
 
-def _matrices(car: Vehicle, axle: float, pitch_axis: float) -> tuple[Array, Array]:
+def _matrices(car: Vehicle, axles: Array, pitch_axis: float) -> tuple[Array, Array]:
     """A and B of state' = A state + B (heave force, pitch moment), about rest.
 
-    State: displacements, then rates, of body heave and nose-up pitch, and with ``axle`` kg per axle of both axles too.
+    State: displacements, then rates, of body heave and nose-up pitch, and of both axles if their masses ``axles``, kg,
+    front and rear, are not zero.
     """
-    lr = (car.mass * car.cg_to_rear - axle * car.wheelbase) / (car.mass - 2 * axle)
+    body = car.mass - axles.sum()
+    lr = (car.mass * car.cg_to_rear - axles[0] * car.wheelbase) / body
     stretch = np.array([[1.0, car.wheelbase - lr, -1.0, 0.0], [1.0, -lr, 0.0, -1.0]])  # of each axle's spring
     stiffness = stretch.T @ np.diag([car.suspension_stiffness_front, car.suspension_stiffness_rear]) @ stretch
     damping = stretch.T @ np.diag([car.suspension_damping_front, car.suspension_damping_rear]) @ stretch
     stiffness += np.diag([0.0, -car.mass * GRAVITY * pitch_axis, *[car.tire_vertical_stiffness] * 2])
-    free = 4 if axle else 2  # without axle mass the wheels stand still
-    inverse = np.diag(1.0 / np.array([car.mass - 2 * axle, car.pitch_inertia, axle, axle])[:free])
+    free = 4 if axles.any() else 2  # without axle mass the wheels stand still
+    inverse = np.diag(1.0 / np.array([body, car.pitch_inertia, *axles])[:free])
     zero, one = np.zeros((free, free)), np.eye(free)
     a = np.block([[zero, one], [-inverse @ stiffness[:free, :free], -inverse @ damping[:free, :free]]])
     return a, np.vstack([zero, inverse])[:, :2]

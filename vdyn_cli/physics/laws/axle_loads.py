@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from vdyn_cli.engine.model_builder import Number, Signals
+from vdyn_cli.quantities.constants import GRAVITY
 
 
 def load_moment(s: Signals) -> Number:
-    """Moment of the axle loads and the weight about the rear contact, N m, nose-up.
+    """Moment of the axles' forces on the body about the rear axle, less that of the body's weight, N m, nose-up.
 
-    L Ff - lr (Ff + Fr)
+    L Bf - ls (Bf + Br),   B = F - m (g + z''),   ls = (M lr - mf L) / (M - mf - mr)
 
-    With both axle loads measured it does not depend on the body's heave.
+    The axles, of masses mf and mr, move vertically on the tires (z'' upward), and the body's center lies ls ahead of
+    the rear axle. Without unsprung masses this is L Ff - lr (Ff + Fr). With both axle loads measured it does not depend
+    on the body's heave.
 
-    Signals: ``front_load``, ``rear_load`` N, upward forces on each axle; ``front_axle_acceleration``,
-    ``rear_axle_acceleration`` m/s^2, upward, of the unsprung masses; ``mass``, ``wheelbase``, ``cg_to_rear``.
+    Signals: ``front_load``, ``rear_load`` N, upward forces of the road on each axle; ``front_axle_acceleration``,
+    ``rear_axle_acceleration`` m/s^2; ``mass``, ``unsprung_front``, ``unsprung_rear`` kg; ``wheelbase``, ``cg_to_rear``.
     """
-    return s.wheelbase * s.front_load - s.cg_to_rear * (s.front_load + s.rear_load)
+    front = s.front_load - s.unsprung_front * (GRAVITY + s.front_axle_acceleration)
+    rear = s.rear_load - s.unsprung_rear * (GRAVITY + s.rear_axle_acceleration)
+    sprung_mass = s.mass - s.unsprung_front - s.unsprung_rear
+    to_rear = (s.mass * s.cg_to_rear - s.unsprung_front * s.wheelbase) / sprung_mass
+    return s.wheelbase * front - to_rear * (front + rear)
 
 
 def motion_moment(s: Signals) -> Number:

@@ -13,7 +13,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (
     *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
-    *("tire_vertical_stiffness", "reads_gravity", "contact_lead"),
+    *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", "reads_gravity", "contact_lead"),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
@@ -51,6 +51,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
             front_axle_acceleration=-front_bend / p.tire_vertical_stiffness,
             rear_axle_acceleration=-rear_bend / p.tire_vertical_stiffness,
             mass=p.mass,
+            unsprung_front=p.unsprung_mass_front,
+            unsprung_rear=p.unsprung_mass_rear,
             wheelbase=p.wheelbase,
             cg_to_rear=p.cg_to_rear - p.contact_lead * u.rolling,
         ),

@@ -10,6 +10,10 @@ which is the paper's equation (5), plus the heave that pitching causes on spring
 or behind the center of gravity, by two levers of 0 +- 0.3 m. The contact force of a rolling tire acts frr r ahead of
 its hub, that of a tire at rest directly below it. A speed that is not logged is integrated from the acceleration.
 
+Where the unsprung masses m of both axles are given, the axles move vertically on the tires, z'' = -F''/Kt: Ff and Fr
+are then the forces on the body, F - m (g + z''), and lr is the distance to the body's center. Without these masses the
+pitch inertia is up to 1 % too high or too low.
+
 The loads at rest determine lr, the load transfer per acceleration M h, and the load transfer per pitch acceleration
 I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wrong sign turns I into
 2 (M h + J)(H - h) - I without any misfit, so the sign is checked against physics (a car squats when it accelerates).

@@ -11,8 +11,10 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.cg.spec import CgSpec
 
-# m, deflection of the tires under the weight of a car where their stiffness is not known; matters only for wheel hop.
-TIRE_DEFLECTION = 0.0195
+# Deflection of the tires under the weight of a car, m, where their stiffness is not known: 400 kN/m for 1600 kg; the
+# standard deviation, a share, holds 17 to 23 mm. Matters for the axles' motion only.
+TIRE_DEFLECTION, DEFLECTION_STD = 0.0195, 0.15
+UNSPRUNG = ("unsprung_mass_front", "unsprung_mass_rear")
 # Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without drag, the aerodynamic moment about the
 # road would be a model error that the diagnosis detects and cannot name.
 USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
@@ -85,8 +87,13 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
             f"{1e3 * lead:.0f} mm"
         )
         findings.append(Finding("cg", what, "", remedy, minor=True))
-    usual = values["mass"] * GRAVITY / 2 / TIRE_DEFLECTION
-    values["tire_vertical_stiffness"] = known.value("tire_vertical_stiffness", usual)
+    unsprung, unsprung_std = _unsprung(known, values["mass"])
+    values |= unsprung
+    std |= unsprung_std
+    if len(given := [n for n in UNSPRUNG if n in known]) == 1:
+        (other,) = set(UNSPRUNG) - set(given)
+        what = f"{given[0]} is not used, since {other} is not given: the axles are assumed not to move on the tires"
+        findings.append(Finding("cg", what, "", f"give {other}", minor=True))
     values["reads_gravity"] = 1.0 if spec.settings.accelerometer == "body" else 0.0
     if "wheel_inertia" in known and "wheel_radius" in known:
         inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
@@ -110,6 +117,21 @@ def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
         std={**vehicle.std, "heave_lever": HEAVE_STD},
         findings=(*vehicle.findings, Finding("cg", what, "", remedy)),
     )
+
+
+def _unsprung(known: Parameters, mass: float) -> tuple[dict[str, float], dict[str, float]]:
+    """Unsprung masses, kg, zero unless both are given, and the tires' stiffness, N/m; the second: std of the uncertain.
+
+    Without unsprung masses the stiffness does not matter.
+    """
+    usual = mass * GRAVITY / 2 / TIRE_DEFLECTION
+    values = {"tire_vertical_stiffness": known.value("tire_vertical_stiffness", usual), **dict.fromkeys(UNSPRUNG, 0.0)}
+    if not all(n in known for n in UNSPRUNG):
+        return values, {}
+    std = {n: known[n].std for n in (*UNSPRUNG, "tire_vertical_stiffness") if n in known and known[n].std > 0}
+    if "tire_vertical_stiffness" not in known:
+        std["tire_vertical_stiffness"] = DEFLECTION_STD * usual
+    return {**values, **{n: known[n].value for n in UNSPRUNG}}, std
 
 
 def _contact_lead(known: Parameters) -> tuple[float, float]:

@@ -1,0 +1,42 @@
+"""Axles that bounce on their tires: in the model where their masses are stated, else a cause that is found."""
+
+from __future__ import annotations
+
+from tests.effects.recovered import given
+from tests.plant import cg as plant
+from tests.plant.vehicle import random_vehicle
+from tests.steps.cg.test_cg import logs
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.cg.known_vehicle import UNSPRUNG, known_vehicle
+from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
+from vdyn_cli.steps.cg.step import STEP
+
+SPEC = CgSpec(test="cg", settings=CgSettings(load_zero="10 N"))  # type: ignore[arg-type]
+VEHICLE = random_vehicle(4)
+STATED = {n: getattr(VEHICLE, n) for n in UNSPRUNG}
+
+
+def known(*stated: str) -> Parameters:
+    return given({**plant.known(VEHICLE), **{n: STATED[n] for n in stated}})
+
+
+def test_stated_masses_keep_the_pitch_inertia_unbiased() -> None:
+    data = logs(VEHICLE, 4, effects={"own_axles": 1.0})
+    found = {n: STEP.estimate(SPEC, data, known(*n)) for n in (UNSPRUNG, ())}
+    stated, unstated = (r.parameters["pitch_inertia"] for r in found.values())
+    low, high = stated.interval95
+    assert low <= VEHICLE.pitch_inertia <= high
+    assert abs(unstated.value - VEHICLE.pitch_inertia) > 2 * unstated.std
+
+
+def test_one_mass_alone_is_not_used() -> None:
+    vehicle = known_vehicle(SPEC, known(UNSPRUNG[0]))
+    assert [vehicle.values[n] for n in UNSPRUNG] == [0.0, 0.0]
+    assert any("unsprung_mass_front is not used" in finding.what for finding in vehicle.findings)
+
+
+def test_the_tires_stiffness_is_uncertain_unless_given() -> None:
+    base = {**plant.known(VEHICLE), **STATED}
+    assert "tire_vertical_stiffness" in known_vehicle(SPEC, given(base)).std
+    base["tire_vertical_stiffness"] = VEHICLE.tire_vertical_stiffness
+    assert "tire_vertical_stiffness" not in known_vehicle(SPEC, given(base)).std
