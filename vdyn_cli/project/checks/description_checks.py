@@ -15,7 +15,8 @@ from vdyn_cli.effects import candidates
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.files import remedy_for_missing_file
 from vdyn_cli.project.reading.channel_sources import channel_maps, logged_channels, needed_channel
-from vdyn_cli.project.reading.run_reading import column_of, log_names
+from vdyn_cli.project.reading.logger_columns import column_of
+from vdyn_cli.project.reading.run_reading import log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.steps import Step, names

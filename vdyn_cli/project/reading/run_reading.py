@@ -10,12 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vdyn_cli.description.description_model import Channel, Description, Logger, Run
+from vdyn_cli.description.description_model import Description, Logger, Run
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.clocks.align import AlignOn, merge
 from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.io.clocks.sample_times import impossible_clock
-from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.files import remedy_for_missing_file
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.formats.log_formats import read_log
@@ -25,12 +24,12 @@ from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, 
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.reading.channel_sources import Scaling, channel_maps, logged_channels, with_known_channels
+from vdyn_cli.project.reading.logger_columns import logger_columns
 from vdyn_cli.project.reading.road_profile import with_grade
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
-from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.road_survey import RoadSurvey
 from vdyn_cli.steps.step_definition import alternatives
@@ -64,31 +63,20 @@ def read_run(
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
     problems = [f for key in ("columns", "signs", "units") for f in _unmapped(run, spec, source, ("runs", index, key))]
     read, no_unit, units = [], set[str](), dict[str, str]()
-    for name, logger, (channels, at) in zip(names, loggers, channel_maps(spec), strict=True):
-        mapped = logged_channels(channels)
-        mapped |= {n: c.model_copy(update={"column": run.columns[n]}) for n, c in mapped.items() if n in run.columns}
-        mapped |= {n: c.model_copy(update={"sign": c.sign * run.signs[n]}) for n, c in mapped.items() if n in run.signs}
-        mapped |= {n: c.model_copy(update={"unit": run.units[n]}) for n, c in mapped.items() if n in run.units}
-        quantities = {n: q for n, q in step.channels().items() if n in mapped}
-        columns = {n: column_of(q, mapped[n], source, (*at, n)) for n, q in quantities.items()}
-        own = {n: source.where(("runs", index, "units", n)) for n in columns if n in run.units}
-        columns |= {n: replace(columns[n], where=at_run, of_run=True) for n, at_run in own.items()}
-        wrong = {n: f for n, c in columns.items() if (f := unit_problem(c, name)) is not None}
-        problems += [f for n, f in wrong.items() if n in own]  # the others are reported with the channels
-        columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
-        no_unit |= wrong.keys()
-        units |= {n: c.unit for n, c in columns.items()}
-        window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
-        options = ReadOptions(**logger.reading.model_dump(), window=window)
-        called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
+    for name, logger, channels in zip(names, loggers, channel_maps(spec), strict=True):
+        found = logger_columns(step, run, source, name, channels, ("runs", index))
+        problems += found.problems
+        no_unit |= found.no_unit
+        units |= {n: c.unit for n, c in found.columns.items()}
         file = source.path.parent / name
         if not os.path.exists(file):  # Path.exists raises for a folder without permission
             problems.append(Finding(place, f"the log {name} does not exist", "", remedy_for_missing_file(file)))
-            continue
-        if "time" not in columns:  # reported with the channels
-            continue
-        reader = partial(_log_and_file, file, columns, options, called)
-        read.append(attempt(problems, read_unchanged, reader, (file,)))
+        elif "time" in found.columns:  # else it is reported with the channels
+            window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
+            options = ReadOptions(**logger.reading.model_dump(), window=window)
+            called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
+            reader = partial(_log_and_file, file, found.columns, options, called)
+            read.append(attempt(problems, read_unchanged, reader, (file,)))
     raise_all(problems)
     logs = [one[0] for one in read if one is not None]
     if len(logs) < len(loggers):
@@ -98,14 +86,24 @@ def read_run(
     delays = [logger.delay for logger in loggers[1:]]
     log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec), delays)
     raise_all(_segments_outside(run, log, source, ("runs", index)))
-    found = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
-    found = _in_window(run, found, place)
-    # If a torque drives the vehicle, the fit can decide which of two channels has the wrong scale.
+    cut = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
+    return _checked(step, spec, _in_window(run, cut, place), no_unit), clocks
+
+
+def _checked(step: Step, spec: Description, found: CutLog, no_unit: Collection[str]) -> CutLog:
+    """The run with its totals and the findings on its channels; channels in ``no_unit`` are not checked.
+
+    Raises
+    ------
+    InputError : the clock or a channel is impossible for a vehicle.
+    """
     log = replace(found.log, findings=(*found.log.findings, *cut_findings(found.ledger), *suspect_findings(found)))
     log = with_totals(step, within_physical_limits(step, log, no_unit))
-    tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
-    log = log if no_unit else with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
-    return replace(found, log=log), clocks
+    if not no_unit:
+        tilts = getattr(getattr(spec, "settings", None), "accelerometer", None) == "body"
+        # If a torque drives the vehicle, the fit can decide which of two channels has the wrong scale.
+        log = with_cross_checks(log, refuse="driving" not in step.situations, tilts=tilts)
+    return replace(found, log=log)
 
 
 def _in_window(run: Run, found: CutLog, place: str) -> CutLog:
@@ -222,18 +220,6 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
             problems.append(Finding(f"{log.name}, channel '{name}'", f"lies outside {span}", got, remedy))
     raise_all(problems)
     return log
-
-
-def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Location) -> Column:
-    """The column of a log from which a channel is read.
-
-    Parameters
-    ----------
-    quantity : of the channel. channel : its entry in the description, at the location ``at``.
-    """
-    place = source.where(at)
-    unit, sign, group = channel.unit, channel.sign, channel.group
-    return Column(channel.column, unit, quantity.unit, sign, False, place, group, channel.source, channel.scale)
 
 
 def with_totals(step: Step, log: Log) -> Log:

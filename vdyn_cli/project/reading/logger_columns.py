@@ -1,0 +1,78 @@
+"""The columns of one logger's log in a run: the description's channels, with the run's own columns, signs and units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from vdyn_cli.description.description_model import Channel, ChannelSource, Run
+from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.io.file_units import unit_problem
+from vdyn_cli.io.reader import Column
+from vdyn_cli.project.reading.channel_sources import logged_channels
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps import Step
+
+
+@dataclass(frozen=True)
+class LoggerColumns:
+    """What is read from one log.
+
+    Parameters
+    ----------
+    columns : by channel; one with an unknown unit is read in its SI unit, as ``no_unit`` lists it.
+    problems : unknown units that the run states; those of the description are reported with its channels.
+    """
+
+    columns: Mapping[str, Column]
+    no_unit: frozenset[str]
+    problems: tuple[Finding, ...]
+
+
+def logger_columns(
+    step: Step,
+    run: Run,
+    source: YamlSource,
+    name: str,
+    channels: tuple[Mapping[str, ChannelSource], Location],
+    at: Location,
+) -> LoggerColumns:
+    """The columns of the log ``name`` of a run.
+
+    Parameters
+    ----------
+    channels : of the logger, and their location in the description. at : location of the run.
+    """
+    entries, where = channels
+    mapped = {n: _in_run(c, run, n) for n, c in logged_channels(entries).items()}
+    columns = {n: column_of(q, mapped[n], source, (*where, n)) for n, q in step.channels().items() if n in mapped}
+    own = {n: source.where((*at, "units", n)) for n in columns if n in run.units}
+    columns |= {n: replace(columns[n], where=place, of_run=True) for n, place in own.items()}
+    wrong = {n: f for n, c in columns.items() if (f := unit_problem(c, name)) is not None}
+    columns |= {n: replace(columns[n], unit=columns[n].si_unit) for n in wrong}
+    return LoggerColumns(columns, frozenset(wrong), tuple(f for n, f in wrong.items() if n in own))
+
+
+def _in_run(channel: Channel, run: Run, name: str) -> Channel:
+    """A channel with the column, sign and unit that a run states for it."""
+    own: dict[str, object] = {}
+    if name in run.columns:
+        own["column"] = run.columns[name]
+    if name in run.signs:
+        own["sign"] = channel.sign * run.signs[name]
+    if name in run.units:
+        own["unit"] = run.units[name]
+    return channel.model_copy(update=own)
+
+
+def column_of(quantity: Quantity, channel: Channel, source: YamlSource, at: Location) -> Column:
+    """The column of a log from which a channel is read.
+
+    Parameters
+    ----------
+    quantity : of the channel. channel : its entry in the description, at the location ``at``.
+    """
+    place = source.where(at)
+    unit, sign, group = channel.unit, channel.sign, channel.group
+    return Column(channel.column, unit, quantity.unit, sign, False, place, group, channel.source, channel.scale)
