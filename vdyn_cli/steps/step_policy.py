@@ -172,6 +172,10 @@ class StepPolicy:
         "White noise is then a fifth of its variance. Below, gusts and white noise describe it nearly as well, and it "
         "could absorb a force that the model lacks.",
     )  # fmt: skip
+    least_filtered_speed: float = threshold(
+        0.01, "m/s", "least rms error of a speed that lasts for seconds, to be told from gusts",
+        "A third of the smallest known, of receivers (0.03 m/s): what is smaller is left of the road or of the gusts.",
+    )  # fmt: skip
     elevation_least: float = threshold(
         0.5, "share of the grade", "by a logged elevation that decelerations must show, to use it",
         "Below, most of the grade is drift of the elevation, which its error does not include.",

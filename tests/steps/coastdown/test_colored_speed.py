@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tests.coast_cases import known, log_of, spec_of
-from tests.plant import coast
+from tests.messy_cases import prepared
+from tests.plant import coast, messy_day
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.step import STEP
@@ -35,3 +36,10 @@ def test_a_filtered_error_of_the_speed_is_found_as_such() -> None:
     for name in ("rolling_resistance", "drag_area"):
         low, high = found.parameters[name].interval95
         assert low <= getattr(vehicle, name) <= high
+
+
+def test_a_small_remainder_of_the_road_is_no_error_of_the_speed() -> None:
+    exact = messy_day.Logger(noise=0.001, step=0.0)
+    day = messy_day.drive(21, messy_day.Day(rms=1e-3, waves="random", upper=25.0, lower=5.0, runs=6, logger=exact))
+    placed = prepared(day, False).problem.placed  # type: ignore[attr-defined]
+    assert not placed.filtered

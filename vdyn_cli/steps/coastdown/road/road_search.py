@@ -63,6 +63,9 @@ def located(campaign: Campaign) -> LocatedCampaign:
         for step in REFINED:
             found = _shifted(_finely_turned(likelihood, found, scale, step), likelihood.regression)
     base = weighted_start(found, likelihood.regression)
+    if found.filtered and not _shows_filtered_speed(base):  # what looked like it before was the road
+        found = replace(found, filtered=False)
+        base = weighted_start(found)
     shown = min(_likelihood(found, hats, base).roughness() for hats in (HATS, 0))
     return LocatedCampaign(replace(found, shown_roughness=shown), base)
 
@@ -72,10 +75,14 @@ def _with_filtered_speed(campaign: Campaign) -> Campaign:
     if campaign.white or campaign.accelerometer != "none" or all(r.split for r in campaign.runs):
         return campaign
     tried = replace(campaign, filtered=True)
-    sizes = rows_of(weighted_start(tried)).noise.sizes
+    return tried if _shows_filtered_speed(weighted_start(tried)) else campaign
+
+
+def _shows_filtered_speed(regression: Regression) -> bool:
+    campaign, sizes = rows_of(regression).campaign, rows_of(regression).noise.sizes
     white = [lv["speed"] / np.sqrt(np.median(b.count)) for lv, b in zip(campaign.levels, campaign.bins, strict=True)]
-    shown = sizes["speed_drift"] > STEP_POLICY.filtered_speed * sizes["speed_noise"] * float(np.median(white))
-    return tried if shown else campaign
+    relative = STEP_POLICY.filtered_speed * sizes["speed_noise"] * float(np.median(white))
+    return sizes["speed_drift"] > max(relative, STEP_POLICY.least_filtered_speed)
 
 
 @dataclass(frozen=True)
