@@ -192,3 +192,13 @@ def test_an_accelerometer_that_pitches_with_the_body_may_read_more_than_the_spee
     log = Log("run.csv", TIME, {"speed": speed, "acceleration": 1.08 * push})
     assert with_cross_checks(log).findings
     assert not with_cross_checks(log, tilts=True).findings
+
+
+@pytest.mark.parametrize(("seed", "gain", "told"), [(1, 1.0, False), (2, 1.0, False), (3, 1.0, False), (1, 1.3, True)])
+def test_noise_of_a_speed_that_hardly_changes_is_no_wrong_scale(seed: int, gain: float, told: bool) -> None:
+    """A torque that alternates once a second changes the speed within its second, and hardly between seconds."""
+    rng, turning = np.random.default_rng(seed), 2 * np.pi * 0.9
+    acceleration = 2.0 * np.cos(turning * TIME) + 0.2 * np.cos(0.8 * TIME)
+    speed = 14.0 + 2.0 / turning * np.sin(turning * TIME) + 0.25 * np.sin(0.8 * TIME) + rng.normal(0, 0.05, TIME.size)
+    log = with_cross_checks(Log("wheel.csv", TIME, {"speed": speed, "acceleration": gain * acceleration}), refuse=False)
+    assert any("contradict each other" in finding.what for finding in log.findings) == told

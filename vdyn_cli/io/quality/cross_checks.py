@@ -127,7 +127,10 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
 
 
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
-    """Signed ratio of speed changes to integrals of acceleration, rms over intervals of a second; None if uncertain."""
+    """Signed ratio of speed changes to integrals of acceleration, rms over intervals of a second.
+
+    None if the two are hardly correlated, or if the scatter of the intervals alone explains that the ratio is not 1.
+    """
     good = np.isfinite(speed) & np.isfinite(acceleration)
     if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < QUALITY.least_acceleration_std:
         return None
@@ -140,4 +143,7 @@ def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | Non
     alike = float(by_force @ by_speed)
     if abs(alike) < 0.9 * np.sqrt((by_force @ by_force) * (by_speed @ by_speed)):
         return None
-    return float(np.copysign(np.sqrt((by_speed @ by_speed) / (by_force @ by_force)), alike))
+    ratio = float(np.copysign(np.sqrt((by_speed @ by_speed) / (by_force @ by_force)), alike))
+    scatter = by_speed - by_force * alike / (by_force @ by_force)
+    error = np.sqrt(scatter @ scatter / (scatter.size - 1) / (by_force @ by_force))
+    return None if abs(ratio - 1.0) < QUALITY.scale_errors * error else ratio

@@ -229,6 +229,11 @@ class QualityPolicy:
         0.15, "share", "the same where the accelerometer tilts with the body",
         "Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 %.",
     )  # fmt: skip
+    scale_errors: float = threshold(
+        3.0, "standard errors", "by which the scatter of single seconds may change the scale of an acceleration",
+        "Normal quantile: 1 of 370 logs with sensors of equal scale exceeds it. An acceleration that alternates within "
+        "a second changes the speed by little more than its noise.",
+    )  # fmt: skip
     refused_scale: float = threshold(
         0.25, "share", "difference of two scales, above which the log is refused",
         "No sensor is that wrong: it is a unit (the least ratio of two units of speed is 1.15) or another channel.",
