@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from vdyn_cli.diagnosis.diagnosis_record import interchangeable
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain
-from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.judgment import HELD_OUT_WORSE, NO_GAIN, Judgment
 from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.diagnosis import Detectable, Size
@@ -82,14 +82,7 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     if judgment.verdict == "not_testable":
         return not_possible(judgment.why or "no candidate effect would be visible in these data")
     if judgment.verdict == "unknown":
-        closest = ""
-        if judgment.closest:
-            labels = " with ".join(effects[e].label for e in judgment.closest.effects)
-            verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
-            closest = f" {capitalized(labels)} {verb} closest, but {judgment.why or 'a significant residual remains'}."
-            if judgment.beyond_range and (amount := amplitude_text(effects[judgment.closest.effects[0]], amplitudes)):
-                closest = f" {capitalized(labels)}{amount} would explain it."
-        return f"Unmodeled effect present ({p}): no candidate effect explains the misfit.{closest}"
+        return f"Unmodeled effect present ({p}): {_closest(judgment, effects, amplitudes)}"
     if judgment.verdict == "ambiguous":
         return _ambiguous(judgment, effects, amplitudes)
     if judgment.answer is None:
@@ -103,6 +96,21 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     if not answer.sufficient:
         text += f" {remainder_sentence(answer.rest_share)}"
     return capitalized(text)
+
+
+def _closest(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:
+    """What comes closest to an unknown misfit, and why it is not named."""
+    none = "no candidate effect explains the misfit."
+    if judgment.closest is None:
+        return none
+    labels = " with ".join(effects[e].label for e in judgment.closest.effects)
+    if judgment.why in (NO_GAIN, HELD_OUT_WORSE):
+        verb = "are" if len(judgment.closest.effects) > 1 or is_plural(labels) else "is"
+        return f"{labels} would explain it, but {verb} not named, since {judgment.why}."
+    if judgment.beyond_range and (amount := amplitude_text(effects[judgment.closest.effects[0]], amplitudes)):
+        return f"{none} {capitalized(labels)}{amount} would explain it."
+    verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
+    return f"{none} {capitalized(labels)} {verb} closest, but {judgment.why or 'a significant residual remains'}."
 
 
 def remainder_sentence(share: float, most_like: str = "") -> str:
