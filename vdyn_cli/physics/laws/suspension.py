@@ -45,6 +45,9 @@ def of_axle(s: Signals, balance: Number) -> Number:
 
     Parameters
     ----------
-    s : place of the call ("_front", "_rl"). balance : b = (front - rear)/(front + rear).
+    s : place of the call ("_front", "_rl"); ``alone`` in a model of one axle, where no balance exists and the factor
+        is 1. balance : b = (front - rear)/(front + rear).
     """
+    if getattr(s, "alone", False):
+        return 1.0
     return 1.0 - balance if s.place.startswith("_r") else 1.0 + balance

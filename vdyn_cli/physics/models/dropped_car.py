@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 
 from vdyn_cli.engine.model import Model
@@ -73,7 +74,8 @@ def dropped_car(axles: tuple[str, ...] = AXLES) -> Model:
         pulls = {}
         for end in axles:
             body = (z + arms[end] * pitch, w + arms[end] * turn)
-            pulls[end] = _axle(e, end, body, state[f"wheel_{end}"], mass * GRAVITY * shares[end])
+            struts = {"share": 1.0, "alone": len(axles) == 1}
+            pulls[end] = _axle(e, end, body, state[f"wheel_{end}"], mass * GRAVITY * shares[end], struts)
         e.integrate(heave=w, heave_rate=-sum(pulls.values()) / sprung)
         if len(axles) == 2:
             moment = -sum(arms[end] * pull for end, pull in pulls.items())
@@ -83,9 +85,17 @@ def dropped_car(axles: tuple[str, ...] = AXLES) -> Model:
 
 
 def _axle(
-    e: ModelBuilder, end: str, body: tuple[Number, Number], wheel: tuple[Number, Number], static: Number
+    e: ModelBuilder,
+    end: str,
+    body: tuple[Number, Number],
+    wheel: tuple[Number, Number],
+    static: Number,
+    struts: Mapping[str, Number],
 ) -> Number:
-    """Add one axle's motion; returns the downward force of its springs and dampers on the body relative to rest, N."""
+    """Add one axle's motion; returns the downward force of its springs and dampers on the body relative to rest, N.
+
+    ``struts`` : further signals of the laws of spring and damper.
+    """
     p, at, (y, v) = e.p, f"_{end}", wheel
     load = e(
         tire_vertical,
@@ -97,9 +107,8 @@ def _axle(
         compression_rate=-v,
         share=1.0,
     )
-    strut = e(spring, at, stiffness=getattr(p, f"suspension_stiffness{at}"), stroke=body[0] - y, share=1.0)
-    damping = getattr(p, f"suspension_damping{at}")
-    strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v, share=1.0)
+    strut = e(spring, at, stiffness=getattr(p, f"suspension_stiffness{at}"), stroke=body[0] - y, **struts)
+    strut = strut + e(damper, at, damping=getattr(p, f"suspension_damping{at}"), stroke_rate=body[1] - v, **struts)
     e.integrate(**{f"wheel{at}": v, f"wheel{at}_rate": (strut + load - static) / getattr(p, f"unsprung_mass{at}")})
     e.sensor(f"body_height{at}", body[0], body[1])
     e.sensor(f"wheel_height{at}", y, v)
