@@ -40,6 +40,8 @@ class Rig:
     damping: tuple[float, ...]
     tire_stiffness: float
     friction: float = 0.0
+    knee: float = np.inf  # m/s, rate beyond which the dampers have the share ``beyond`` of their slope
+    beyond: float = 1.0
 
     @property
     def axles(self) -> tuple[str, ...]:
@@ -117,7 +119,8 @@ def swings(rig: Rig, values: Array, start: Array, times: Array) -> Array:
         y, rates, bend = x[:, 2 : 2 + n], x[:, 2 + n : 4 + 2 * n], x[:, 4 + 2 * n :]
         stretch = x[:, :1] + arms * x[:, 1:2] - y
         moving = rates[:, :1] + arms * rates[:, 1:2] - rates[:, 2:]
-        strut = k * stretch + c * moving + rig.friction * np.clip(bend / BEND, -1.0, 1.0)
+        opened = moving - np.clip(moving, -rig.knee, rig.knee)
+        strut = k * stretch + c * (moving - (1 - rig.beyond) * opened) + rig.friction * np.clip(bend / BEND, -1.0, 1.0)
         turning = -(strut @ arms) / rig.pitch_inertia if n == 2 else np.zeros(len(x))
         falling = -strut.sum(axis=1) / rig.sprung_mass
         wheels = (strut + np.maximum(-weight, -tire * y)) / mass

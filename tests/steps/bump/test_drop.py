@@ -13,9 +13,13 @@ from tests.bench.input_cases import drops
 from tests.effects.recovered import given
 from tests.plant import drop as plant
 from tests.plant.drop import Rig, random_rig
-from vdyn_cli.effects import candidates
+from vdyn_cli.effects import Law, Number, Quantity, Signals, candidates, effect
+from vdyn_cli.effects.bump_stop import bump_stop
 from vdyn_cli.effects.suspension_friction import suspension_friction
+from vdyn_cli.engine.maths import fmax, fmin
+from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Unknown
+from vdyn_cli.physics.models.dropped_car import dropped_car
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
@@ -24,6 +28,12 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.bump.drop_run import drop_run
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.bump.step import DROP, STEP
+
+
+@effect(on="damper", unknowns=Quantity("softening", "N s/m", "slope added beyond 0.1 m/s", "q"), reference="test")
+def softening(damper: Law, s: Signals, q: Signals) -> Number:
+    """Dampers with a knee."""
+    return damper(s) + q.softening * (s.stroke_rate - fmin(fmax(s.stroke_rate, -0.1), 0.1))
 
 
 def logs(rig: Rig, seed: int, count: int = 2, duration: float = 2.5) -> tuple[Log, ...]:
@@ -79,6 +89,28 @@ def test_dry_friction_can_be_taken_into_the_model() -> None:
     assert extended.amplitudes["suspension_friction"].value == pytest.approx(60.0, rel=0.25)
     assert extended.fit.rms < 0.5 * plain.publish().fit.rms
     assert suspension_friction in candidates(DROP.situations)
+
+
+def test_a_law_that_softens_the_damper_is_fitted_from_the_plain_car() -> None:
+    rig = replace(random_rig(3), damping=(1600.0,), knee=0.1, beyond=0.35)
+    plain = DROP.prepare(spec(rig), logs(rig, 3), known(rig))
+    extended = plain.publish([softening], [Unknown("softening", -1000.0, -3000.0, 3000.0, "N s/m")])
+    assert extended.amplitudes["softening"].value == pytest.approx(-0.65 * 1600.0, rel=0.02)
+    for name, value in rig.truth().items():
+        assert extended.parameters[name].value == pytest.approx(value, rel=0.01), name
+
+
+def test_a_quarter_car_has_no_balance_of_its_axles() -> None:
+    def acceleration(balance: float) -> float:
+        q = {"bump_stop": 500.0, "bump_stop_gap": 0.01, "bump_stop_balance": balance}
+        given_values = {"suspension_stiffness_front": 3e4, "suspension_damping_front": 1e3} | {
+            "tire_vertical_stiffness": 3e5, "sprung_mass": 300.0, "unsprung_mass_front": 40.0
+        }  # fmt: skip
+        drive = Drive(np.arange(50) / 500.0, {"elapsed": np.arange(50) / 500.0}, {"heave": -0.05})
+        simulator = Simulator(dropped_car(("front",)), given_values, tuple(q), (bump_stop,))
+        return float(simulator(drive, np.array([*q.values()])).outputs["body_height_front"][-1])
+
+    assert acceleration(0.8) == acceleration(0.0)
 
 
 def test_the_release_is_found_or_stated() -> None:

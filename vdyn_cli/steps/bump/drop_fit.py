@@ -15,6 +15,7 @@ from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.physics.models.dropped_car import dropped_car, given, motions, sought
 from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.drop_run import DropRun
 from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
@@ -138,6 +139,19 @@ class DropFit:
         shared = tuple(replace(u, start=start.get(u.name, u.start)) for u in self.shared)
         return Regression((*shared, *self.own), tuple(run.run for run in self.runs), self.rows, self._first_own())
 
+    def _values_without_effects(self) -> Mapping[str, float]:
+        """Shared unknowns of the fit without effects, where there are any; none where it fails.
+
+        A law that softens a damper makes a car with the low damping of the first start values unstable.
+        """
+        if not self.effect_unknowns:
+            return NO_VALUES
+        try:
+            plain = replace(self, effects=(), effect_unknowns=())
+            return solve(plain.regression(), tolerance=TOLERANCE).values
+        except ResultError:
+            return NO_VALUES
+
     def solve(self) -> Solution:
         """Fit.
 
@@ -145,7 +159,7 @@ class DropFit:
         ------
         ResultError : the unknowns are not determined.
         """
-        return solve(self.regression(), tolerance=TOLERANCE)
+        return solve(self.regression(self._values_without_effects()), tolerance=TOLERANCE)
 
     def simulate(self, run: int, theta: Array) -> Simulated:
         """One drop simulated at its local unknowns ``theta`` (k,): shared, then its own."""
