@@ -19,6 +19,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Problem, published
 from vdyn_cli.steps.contract import NO_VALUES
 
+FORMULA_UNKNOWNS = 3  # most coefficients of a learned formula, ``steps.learned_effect``; a table has one for each knot
 ZERO = "is not significantly different from zero"
 STILL_MISSED = "the simulation with it still misses the logs"
 
@@ -183,14 +184,18 @@ def _far_from_zero(strategy: Strategy, answer: CandidateModel) -> bool:
 def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, base: Result) -> tuple[str, ...]:
     """The effects by which to extend the model: the requested or the named ones.
 
-    A learned law is used without a request if the baseline has no result or the logs contradict it.
+    A learned law is used without a request if the baseline has no result or a simple evaluation of the logs contradicts
+    it. A formula is used also if the residuals are far above the noise floor: a table, whose course includes that of
+    the part's own law, leaves the parameters of that law undetermined.
     """
     if isinstance(extend, list):
         return tuple(n for n in setup.candidates if n in extend)
     if judgment.answer is None or extend not in ("named", "learned"):
         return ()
     learned = set(judgment.answer.effects) & setup.learned
-    return judgment.answer.effects if extend == "learned" or base.refused or base.contradicted or not learned else ()
+    formula = all(len(setup.candidates[n].unknowns) <= FORMULA_UNKNOWNS for n in learned)
+    needed = extend == "learned" or base.refused or base.contradicted or (base.fit.misfit and formula)
+    return judgment.answer.effects if needed or not learned else ()
 
 
 def publish_with(
