@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.description.description_model import Description
-from vdyn_cli.description.spec_loading import load_partial
+from vdyn_cli.description.spec_loading import PartialSpec, load_partial
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.effects import refused
 from vdyn_cli.io.clocks.block_means import condensed, condensing_note
@@ -110,11 +110,9 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     problems += [*unreadable, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
     repeats = repeated_entries(spec, source)
     problems += [*repeats, *wrong_segments(spec, source)]
+    files = dict(source.digests)
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
-    known, files = stated, dict(source.digests)
-    for file in known_files:
-        if (later := attempt(problems, read_known, file)) is not None:
-            known, files[file] = known.updated(later[0]), later[1]
+    known = _with_files(stated, known_files, files, problems)
     before = len(problems)
     constants = known_channels(step, spec, source, problems)
     made = attempt(problems, scalings, step, spec, known) or ()
@@ -130,10 +128,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     logs = tuple(one.log for one in cut)
     places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
     problems += repeated_runs(logs, places) if len(places) == len(logs) and not repeats else []
-    wrong = tuple(contradicted_units(logs, [run.units for run in spec.runs])) if len(logs) == len(spec.runs) else ()
     if not unreadable:
-        wrong = wrong or _exchanged(step, spec, logs) or tuple(other_units(logs))
-        problems += [*wrong, *road_findings(road, spec, logs)]
+        problems += [*_wrong_units(step, spec, logs), *road_findings(road, spec, logs)]
     unsplit = cut
     there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
     if len(logs) == len(spec.runs):
@@ -147,10 +143,9 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             data, own_files = extra
             files |= own_files
     if problems:
-        if data is not None and not unreadable and _usable(described.dropped, step) and 0 < len(logs) == len(there):
-            found: list[Finding] = []
-            attempt(found, _prepared, step, spec.model_copy(update={"runs": there}), data, known, source)
-            problems += [f for f in found if not _of_dropped(f, described.dropped) and f not in problems]
+        if data is not None and not unreadable and 0 < len(logs) == len(there):
+            found = _of_step(step, spec.model_copy(update={"runs": there}), data, known, described)
+            problems += [f for f in found if f not in problems]
         names = [name for run in spec.runs for name in log_names(run)]
         raise InputError(*in_file_order(merge_logs(with_run_signs(problems, logs), names), source.path.name))
     findings = (*contradicted_values(stated, known, source), *unused_sources(step, spec, source))
@@ -159,9 +154,28 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
 
 
+def _with_files(
+    stated: Parameters, known_files: Sequence[Path], files: dict[Path, str], problems: list[Finding]
+) -> Parameters:
+    """The stated parameters, updated by parameter files, which are added to ``files`` with their sha256."""
+    known = stated
+    for file in known_files:
+        if (later := attempt(problems, read_known, file)) is not None:
+            known, files[file] = known.updated(later[0]), later[1]
+    return known
+
+
+def _wrong_units(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Finding, ...]:
+    """Problems of runs whose unit or column is another one than in the other runs; the first kind that is found."""
+    if len(logs) != len(spec.runs):
+        return tuple(other_units(logs))
+    stated = tuple(contradicted_units(logs, [run.units for run in spec.runs]))
+    return stated or _exchanged(step, spec, logs) or tuple(other_units(logs))
+
+
 def _exchanged(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Finding, ...]:
     """Problems of runs with exchanged columns; only tested if each run has one log."""
-    if len(logs) != len(spec.runs) or spec.loggers or not spec.channels:
+    if spec.loggers or not spec.channels:
         return ()
     mapped, known = logged_channels(spec.channels), step.channels()
     columns = {n: (c.column, c.unit, known[n].unit) for n, c in mapped.items() if n in known}
@@ -181,8 +195,15 @@ def _of_dropped(finding: Finding, dropped: Iterable[Location]) -> bool:
     return any(finding.what.startswith(f"{n} (") for n in names)
 
 
+def _of_step(step: Step, spec: Description, data: Any, known: Parameters, described: PartialSpec[Any]) -> list[Finding]:
+    """Problems that the step finds when it is prepared, such as missing parameters; none without most of its keys."""
+    found: list[Finding] = []
+    if _usable(described.dropped, step):
+        attempt(found, _prepared, step, spec, data, known, described.source)
+    return [f for f in found if not _of_dropped(f, described.dropped)]
+
+
 def _prepared(step: Step, spec: Description, data: Any, known: Parameters, source: YamlSource) -> None:
-    """Prepare the step, so that missing parameters are reported together with all other problems."""
     with suppress(ResultError), errors_of_step(step, source, ()):
         step.prepare(spec, data, known)
 
