@@ -137,6 +137,7 @@ def test_rivals_are_told_apart_once_it_is_driven(tmp_path: Path) -> None:
     assert settled.answer.effects == ("headwind",)
 
 
+@pytest.mark.slow
 def test_drag_that_the_baseline_calls_its_own_is_promised_to_nobody(tmp_path: Path) -> None:
     made = bench(random_vehicle(1), [(1, SHORT)], {}, tmp_path)
     verdict, tests = told(made)

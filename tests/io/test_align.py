@@ -33,6 +33,7 @@ def pair(seed: int = 0, kind: Kind = KINDS["test drive, 100 and 10 Hz"]) -> tupl
     return recordings(kind, np.random.default_rng([seed, 41]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["test drive, 100 and 10 Hz", "10 and 100 Hz, far apart", "one acceleration and stop"])
 def test_the_delay_is_as_accurate_as_the_data_allow_and_its_error_honest(name: str) -> None:
     kind, errors, scaled = KINDS[name], [], []
@@ -52,6 +53,7 @@ def test_swapping_the_loggers_turns_the_sign() -> None:
     assert there == pytest.approx(-back, abs=std)
 
 
+@pytest.mark.slow
 def test_a_clock_against_itself_has_no_delay() -> None:
     ours, _, _ = pair()
     delay, std = align(ours, ours, "speed")

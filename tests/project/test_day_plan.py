@@ -67,6 +67,7 @@ def test_a_planned_day_is_evaluated_as_a_measured_one(step: str, tmp_path: Path)
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_the_expected_standard_error_is_that_of_days_of_the_plant(tmp_path: Path) -> None:
     """For a vehicle whose mass and radius are given, and whose inertia is a default of the plan."""
     vehicle = random_vehicle(8123)

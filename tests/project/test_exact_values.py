@@ -2,6 +2,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from vdyn_cli.project.checks.check import check
 from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.inputs import gather
@@ -23,6 +25,7 @@ def test_a_mass_without_its_uncertainty_is_noted_with_a_remedy_that_clears_it(ro
         )
 
 
+@pytest.mark.slow
 def test_a_rotating_mass_out_of_proportion_is_doubted(root: Path, tmp_path: Path) -> None:
     text = (root / "configs" / "coastdown.yaml").read_text(encoding="utf-8")
     text = text.replace("../sample_logs", str(root / "sample_logs"))

@@ -71,6 +71,7 @@ def test_standing_still_is_the_same_in_every_log() -> None:
     assert said(*(log.with_channels(speed=np.zeros(2000)) for log in (recording(1), recording(2)))) == []
 
 
+@pytest.mark.slow
 def test_many_long_logs_are_compared_by_a_sample_of_their_rows() -> None:
     logs = [recording(seed, 400_000, 4) for seed in range(4)]
     assert said(*logs) == []

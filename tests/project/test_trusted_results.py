@@ -175,6 +175,7 @@ def test_a_folder_that_a_pipeline_writes_to_is_refused(day: Path) -> None:
     run_step("area", day / "area.yaml", (), str(out), None)
 
 
+@pytest.mark.slow
 def test_page_and_parameters_are_replaced_together(
     day: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -208,6 +209,7 @@ def test_what_killed_writers_left_is_removed(day: Path) -> None:
     assert (out / ".mine").exists()
 
 
+@pytest.mark.slow
 def test_a_step_whose_process_is_killed_costs_no_other(day: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = day.parent / "again"
     write = pipeline_command.write_step

@@ -50,6 +50,7 @@ def exact() -> dict[str, Array]:
     return dict(zip(graph.outputs, np.array(read).T, strict=True))
 
 
+@pytest.mark.slow
 def test_it_agrees_with_an_adaptive_integrator_at_the_default_step(exact: dict[str, Array]) -> None:
     found = rolling_off(1e-3)
     assert np.max(np.abs(found["speed"] / exact["speed"] - 1)) < 1e-6

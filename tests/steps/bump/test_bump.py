@@ -106,6 +106,7 @@ def test_other_cars_are_recovered(seed: int) -> None:
     near(run(logs(vehicle, seed), vehicle=vehicle), vehicle)
 
 
+@pytest.mark.slow
 def test_without_noise_there_is_hardly_a_bias(bound: dict[str, float]) -> None:
     crossings = plant.runs(SEED)
     data = []
@@ -200,6 +201,7 @@ def test_loads_alone_will_do_and_gaps_and_clipped_peaks_are_left_out() -> None:
     assert any("at the sensor's limit" in f.what for f in result.findings)
 
 
+@pytest.mark.slow
 def test_the_paper_s_weighting() -> None:
     """w = 1 weighs both loads alike, as their noise does; a small w leaves the rear axle to the others."""
     data = only(("front_load", "rear_load", "speed"))

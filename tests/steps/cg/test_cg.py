@@ -214,6 +214,7 @@ def test_left_out_drag_and_spin_are_said() -> None:
     assert result.parameters["cg_height"].value > 1.005 * vehicle.cg_height
 
 
+@pytest.mark.slow
 def test_loads_that_contradict_a_weighed_mass_are_doubted() -> None:
     """One percent of the weight is eight times what a mass of 2 kg and zeros of 10 N leave open."""
     vehicle = random_vehicle(3)

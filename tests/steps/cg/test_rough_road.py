@@ -69,6 +69,7 @@ def test_a_clock_that_is_off_is_still_named() -> None:
     assert [cause.effect for cause in found.diagnosis.causes] == ["clock_offset"], found.diagnosis.sentence
 
 
+@pytest.mark.slow
 def test_what_the_driver_causes_holds_little_of_the_road() -> None:
     driver, both = ([cut_windows(log) for log in found] for found in (front_only(), rough()))
     found = driven_channels(both, VEHICLE.antenna_height - VEHICLE.cg_height)

@@ -40,6 +40,7 @@ def test_coasts_of_random_vehicles(seed: int) -> None:
     )
 
 
+@pytest.mark.slow
 def test_calm_air_and_good_sensors_give_the_truth() -> None:
     day = coast.QUIET.but(speed=sensors.Sensor(noise=0.002))
     result = solve_day(REFERENCE, 4, day, settings=WINDOW)
@@ -58,6 +59,7 @@ def test_the_papers_way_fixes_the_drag_coefficient() -> None:
     assert "drag area fixed at 0.5475 m^2" in result.sentence
 
 
+@pytest.mark.slow
 def test_a_third_term_is_found_where_it_is_asked_for() -> None:
     truth = 5e-5
     result = solve_day(
@@ -207,6 +209,7 @@ def test_the_regression_takes_effects() -> None:
     assert abs(solution.values["drag_area"] - 0.5475) < 4 * solution.std["drag_area"]
 
 
+@pytest.mark.slow
 def test_a_problem_answers_the_same_whatever_was_requested_before() -> None:
     runs = coast.campaign(REFERENCE, 2)
     problem = prepare(spec_of(runs, settings=WINDOW), logs_of(runs), known(REFERENCE))

@@ -10,6 +10,7 @@ from tests.descriptions import described
 from vdyn_cli.project.execute import execute
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mass", "doubted"), [("1588 lb", True), ("1588 kg", False)])
 def test_a_mass_in_the_wrong_unit_shows_in_the_drag_coefficient(
     root: Path, tmp_path: Path, mass: str, doubted: bool

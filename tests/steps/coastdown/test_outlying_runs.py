@@ -22,6 +22,7 @@ def reported(result: Result) -> list[str]:
     return [f"{f.where} {f.what}" for f in result.findings if f.doubt]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "odd"), [(5, 4), pytest.param(6, 0, marks=SLOW), pytest.param(7, 7, marks=SLOW)])
 def test_a_brake_that_held_in_one_run_is_reported(seed: int, odd: int) -> None:
     runs = list(coast.campaign(REFERENCE, seed, EIGHT))
@@ -31,6 +32,7 @@ def test_a_brake_that_held_in_one_run_is_reported(seed: int, odd: int) -> None:
     assert 60 < float(found.split("resistance is ")[1].split(" N")[0]) < 120
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [5, pytest.param(6, marks=SLOW), pytest.param(7, marks=SLOW)])
 def test_an_undisturbed_day_has_no_outlier(seed: int) -> None:
     runs = coast.campaign(REFERENCE, seed, EIGHT)

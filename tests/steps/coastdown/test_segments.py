@@ -23,6 +23,7 @@ def joined(first: Log, second: Log) -> Log:
     return Log(first.name, step * np.arange(speed.size), {"speed": speed})
 
 
+@pytest.mark.slow
 def test_another_coast_down_of_the_log_is_named_with_its_times() -> None:
     vehicle = random_vehicle(7)
     runs = coast.campaign(vehicle, 7)

@@ -91,6 +91,7 @@ def test_every_spectrum_is_a_correlation(spectrum: int) -> None:
     assert np.linalg.eigvalsh(found).min() > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rms", "brake"), [(0.0, 150.0), (0.0015, 0.0)], ids=["a brake that fades", "a road"])
 def test_only_what_turns_with_the_heading_is_a_road(rms: float, brake: float) -> None:
     case = messy_day.drive(4, replace(ROUGH, rms=rms, brake=brake, runs=6))

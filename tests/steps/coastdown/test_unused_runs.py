@@ -37,6 +37,7 @@ def why(problem: CoastdownProblem) -> list[str]:
     return [entry.why for entry in problem.selection.rejected]
 
 
+@pytest.mark.slow
 def test_a_run_that_is_braked_halfway_is_rejected() -> None:
     problem = spoilt(lambda log: braked(log, 40.0, 45.0, 1.0))
     (reason,) = why(problem)
@@ -92,6 +93,7 @@ def test_throttle_in_a_coast_is_cut_out() -> None:
     assert abs(off(problem.publish(), "rolling_resistance", 0.0095)) < 3.5
 
 
+@pytest.mark.slow
 def test_a_wrong_reading_that_is_taken_back_is_no_throttle() -> None:
     def swing(log: Log) -> Log:
         phase = np.clip((log.time - 30.0) / 4.0, 0.0, 1.0)

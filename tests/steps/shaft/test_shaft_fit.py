@@ -182,6 +182,7 @@ def test_solid_is_no_bore() -> None:
     assert SectionSpec(outer_diameter=Given(0.03), length=Given(0.1)).inner_diameter.value == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 3.0])
 def test_the_noise_of_an_unread_rate_holds_what_the_torque_leaves_in_it(noise: float) -> None:
     """Torque noise over damping is in the adjusted rate where none was read: neighbors alternate freely."""
@@ -227,6 +228,7 @@ def test_speeds_logged_at_twelve_samples_per_oscillation_give_the_stiffness() ->
     assert solution.values["shaft_stiffness"] == pytest.approx(7260.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_clean_log_has_no_play_within_the_noise_of_its_encoders() -> None:
     """Each reading chooses the flank that suits its noise: play of 0.1 to 0.3 mrad fitted clean logs better."""
     found = diagnosis_of(oscillation(500.0, 20.0, angles=True))

@@ -60,6 +60,7 @@ def test_with_the_true_parameters_every_output_stays_within_its_band(right: Resu
     assert "stay within the prediction band" in right.sentence
 
 
+@pytest.mark.slow
 def test_errors_are_near_the_sensors_noise_and_gusts_are_found(right: Result) -> None:
     found = numbers(right)
     assert found["noise"]["gust"] == pytest.approx(0.6, rel=0.5)
