@@ -41,7 +41,6 @@ def lossy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, list[Made],
     return found(folder, drives, extend=["accelerometer_slope", "driveline_loss"]), drives, truth
 
 
-@pytest.mark.thorough
 def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_told(lossy: tuple[Result, list[Made], Truth]) -> None:
     told = lossy[0].diagnosis
     assert told is not None
