@@ -28,6 +28,14 @@ def test_the_size_follows_the_label(effect: str, value: float, half: float, says
     assert f"{found.label}{amplitude_text(found, {name: size})}" == says
 
 
+def test_an_interval_off_its_value_is_stated_by_its_ends() -> None:
+    """Half of it would suggest that it includes zero."""
+    (found,) = [e for e in catalogue() if e.name == "torque_drift"]
+    (name, quantity), *_ = found.unknowns.items()
+    size = Estimate(-0.0117, 0.009, (-0.0381, -0.0019), quantity.unit, quantity.meaning, "torque_drift")
+    assert amplitude_text(found, {name: size}).startswith(" of -0.012 [-0.038, -0.002] N m/s")
+
+
 PLURAL = (
     "accelerometer_slope", "asymmetric_damping", "brake_drag", "brake_drag_fading", "bump_stop", "degressive_damping",
     "elevation_slope", "front_load_gain", "progressive_spring", "rear_load_delay", "rear_load_gain",

@@ -24,6 +24,7 @@ MANY_TIMES = 1.5  # a scale that is off by more is also stated as a factor
 SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
 AFTER_THE_NOUN = ("that", "with", "in", "of", "from", "between")  # words after the noun that a label is about
 CLAUSE = ("that", "another")  # after a label with one of these words, the amplitude stands in brackets
+OFF_CENTER = 0.2  # of half an interval, distance of its middle from the value, above which its ends are stated
 
 
 def verdict_sentence(
@@ -217,7 +218,11 @@ def _with_amplitude(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
 
 
 def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
-    """The amplitude as text after the effect's label, " of 2.0 +- 0.1 m/s"; empty for several amplitudes."""
+    """The amplitude as text after the effect's label, " of 2.0 +- 0.1 m/s"; empty for several amplitudes.
+
+    An interval that is not centered at the value is stated by its ends, " of 2.0 [1.9, 2.4] m/s": its half may suggest
+    that it includes zero.
+    """
     name = next(iter(effect.unknowns))
     if name not in amplitudes or len([n for n in effect.unknowns if n not in effect.nominal]) > 1:
         return ""
@@ -228,7 +233,10 @@ def amplitude_text(effect: Effect, amplitudes: Mapping[str, Estimate]) -> str:
     places = decimals(half, 12) if half > 0 else 3
     unit = f" {e.unit}" if e.unit else " %" if percent else ""
     sense = f" {effect.sense}" if effect.sense else ""
-    text = f"{scale * e.value:.{places}f} +- {half:.{places}f}{unit}{sense}"
+    low, high = (scale * end for end in e.interval95)
+    off_center = abs(0.5 * (low + high) - scale * e.value) > OFF_CENTER * half
+    spread = f"[{low:.{places}f}, {high:.{places}f}]" if off_center else f"+- {half:.{places}f}"
+    text = f"{scale * e.value:.{places}f} {spread}{unit}{sense}"
     low, high = bounds_of(effect, name)
     beyond = not low <= e.value <= high
     text += ", beyond the plausible range" if beyond else ""
