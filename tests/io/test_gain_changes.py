@@ -91,3 +91,18 @@ def test_a_wheel_that_slips_while_the_car_speeds_up_is_no_change() -> None:
     rate = np.gradient(healthy["speed"], T)
     slipping = healthy["wheel_speed_fl"] * (1.0 + 0.04 * np.clip(rate, 0.0, None) / max(rate.max(), 1.0))
     assert gain_changes(healthy.with_channels(wheel_speed_fl=slipping)) == ()
+
+
+@pytest.mark.parametrize("seed", [7, 203])
+def test_hills_that_happen_to_follow_the_acceleration_are_no_change(seed: int) -> None:
+    """A specific force contains the slope, whose hills last for many windows."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, 420.0, 0.1)
+    knots = np.r_[0.0, np.cumsum(rng.uniform(15.0, 50.0, 60))]
+    speed = np.interp(time, knots, np.r_[0.0, rng.uniform(4.0, 20.0, 60)])
+    speed = np.convolve(np.pad(speed, 10, "edge"), np.ones(21) / 21, "valid")
+    waves = zip(rng.uniform(0.0025, 0.018, 8), rng.uniform(0.0, 6.28, 8), strict=True)  # rad/m: hills of 350 to 2500 m
+    along = np.cumsum(speed) * 0.1
+    slope = sum(0.014 * rng.normal() * np.sin(along * w + p) for w, p in waves)
+    felt = np.gradient(speed, time) + 9.81 * slope + rng.normal(0.0, 0.05, time.size)
+    read = speed + rng.normal(0.0, 0.03, time.size)
+    assert gain_changes(Log("hills.csv", time, {"speed": read, "acceleration": felt})) == ()

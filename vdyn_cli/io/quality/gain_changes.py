@@ -18,6 +18,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
 
 LOADS = ("front_left_load", "front_right_load", "rear_left_load", "rear_right_load")
+LASTING = 40  # windows, 20 s: a hill of 300 m
 AXLES = ("front_load", "rear_load")
 
 
@@ -152,8 +153,10 @@ def changed_gain(tie: Tie) -> GainChange | None:
 def likely_change(y: Array, x: Array) -> tuple[int, float, float, float, float] | None:
     """The index k at which y = g x before and y = h x after leave the least sum of squares: (k, g, h, t, share).
 
-    t is the difference of both gains in standard errors, with the residual's autocorrelation at one lag; ``share`` is
-    the sum of squares relative to that with one gain. None if no k leaves enough of x on both sides.
+    t is the difference of both gains in standard errors, the larger of those by the residual's autocorrelation at one
+    lag and by the autocovariances of x times residual: what else y contains, such as the road's slope in a specific
+    force, lasts for many windows. ``share`` is the sum of squares relative to that with one gain. None if no k leaves
+    enough of x on both sides.
 
     Parameters
     ----------
@@ -178,8 +181,19 @@ def likely_change(y: Array, x: Array) -> tuple[int, float, float, float, float] 
     squares = float(residual @ residual)
     lag = float(np.clip(residual[1:] @ residual[:-1] / max(squares, 1e-300), 0.0, 0.9))
     variance = squares / max(n - 3, 1) * (1.0 + lag) / (1.0 - lag)
-    t = abs(h - g) / np.sqrt(max(variance * (1.0 / before[best] + 1.0 / after[best]), 1e-300))
+    white = variance * (1.0 / before[best] + 1.0 / after[best])
+    lasting = _long_run(x[:k] * residual[:k]) / before[best] ** 2 + _long_run(x[k:] * residual[k:]) / after[best] ** 2
+    t = abs(h - g) / np.sqrt(max(white, lasting, 1e-300))
     return k, g, h, float(t), squares / max(float(yy[-1] - xy[-1] ** 2 / xx[-1]), 1e-300)
+
+
+def _long_run(u: Array) -> float:
+    """Variance of the sum of u (n,) with its autocovariances up to ``LASTING`` lags, by Bartlett's weights.
+
+    Source: Newey and West, Econometrica 55 (1987) 703.
+    """
+    lags = range(1, min(LASTING, u.size // 4) + 1)
+    return float(u @ u + 2.0 * sum((1.0 - k / (len(lags) + 1)) * (u[k:] @ u[:-k]) for k in lags))
 
 
 def _both_ways(y: Array, x: Array, k: int, factor: float) -> bool:
