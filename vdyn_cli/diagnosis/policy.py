@@ -232,6 +232,12 @@ class Policy:
         0.05, "probability", "of one further effect beside a named one, above which intervals include that answer, too",
         "The probability outside a 95 % interval: an answer that is likelier than that must not lie outside.",
     )  # fmt: skip
+    idle_noise: float = _threshold(
+        1.0, "standard deviations", "of the noise of all channels, below which an answer changes nothing beside a "
+        "logger's latency, if it does not matter for the main output either",
+        "A sample does not show less than its noise: slip that stood for a delay reaches 0.24, a wrong zero of an "
+        "accelerometer 7.",
+    )  # fmt: skip
     matters_share: float = _threshold(
         0.1, "share", "of a parameter's half interval, or of the output's noise floor: smaller changes do not matter",
         "Errors add in squares: a tenth widens a total error by 0.5 %, which no published digit shows. "
