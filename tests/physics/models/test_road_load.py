@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from vdyn_cli.effects import candidates
+from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.quantities.log import Log
@@ -115,6 +116,23 @@ def test_a_wrong_mass_changes_only_the_forces_that_depend_on_it(resistances, rol
     tires = PAPER["rolling_resistance"] * PAPER["mass"] * GRAVITY
     air = 0.5 * PAPER["air_density"] * PAPER["drag_area"] * 400.0
     rate = -(rolling * tires + drag * air) / (1.1 * PAPER["mass"] + 40.0)
+    assert np.diff(speed)[0] / 1e-3 == pytest.approx(rate, rel=1e-4)
+
+
+def test_a_load_adds_rolling_resistance_only_to_a_road_load_in_newtons() -> None:
+    """(M + q + mr) V' = -(1 + q/M) Rr - Fd; per weight, a wrong mass is the same."""
+    (effect,) = [one for one in candidates() if one.name == "payload"]
+    assert not applicable(road_load(), [effect])
+    model, load = road_load(resistances="forces"), 150.0
+    assert applicable(model, [effect])
+    values = {**PAPER, **NOTHING, "rotating_mass": 40.0, "payload": load}
+    context = {"heading": 0.0, "temperature": 293.15}
+    inputs = {"grade": 0.0, "wind_speed": 0.0, "elapsed": 0.0}
+    drive = Drive(np.linspace(0.0, 1e-3, 2), inputs, {"speed": 20.0}, context=context)
+    speed = Simulator(model, values, effects=(effect,))(drive).outputs["speed"]
+    mass = PAPER["mass"] + load
+    air = 0.5 * PAPER["air_density"] * PAPER["drag_area"] * 400.0
+    rate = -(PAPER["rolling_resistance"] * mass * GRAVITY + air) / (mass + 40.0)
     assert np.diff(speed)[0] / 1e-3 == pytest.approx(rate, rel=1e-4)
 
 

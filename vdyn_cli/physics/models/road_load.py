@@ -84,11 +84,11 @@ def road_load(
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
         force = _drive_force(e, u, driven, speed)
-        rate = (force - _resistance(e, u, speed, grade, resistances) - e(climb, mass=e.p.mass, grade=grade)) / (
-            e.p.mass + e.p.rotating_mass
-        )
+        mass = e("laden_mass", value=e.p.mass) if resistances == "forces" else e.p.mass
+        resisted = _resistance(e, u, (speed, grade, mass), resistances) + e(climb, mass=mass, grade=grade)
+        rate = (force - resisted) / (mass + e.p.rotating_mass)
         e.integrate(speed=rate)
-        e.sensor("speed", state, rate, traction=(force - e.p.rotating_mass * rate) / (e.p.mass * GRAVITY))
+        e.sensor("speed", state, rate, traction=(force - e.p.rotating_mass * rate) / (mass * GRAVITY))
         specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
         if accelerometer:
             e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero)
@@ -122,10 +122,10 @@ def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number
     return e("drive_force", value=u.drive_force) if driven == "force" else 0.0
 
 
-def _resistance(e: ModelBuilder, u: Signals, speed: Number, grade: Number, stated: Resistances) -> Number:
-    """Sum of all resistances except the slope, N."""
-    p = e.p
-    mass = e("road_load_mass", value=p.mass) if stated == "forces" else p.mass
+def _resistance(e: ModelBuilder, u: Signals, motion: tuple[Number, Number, Number], stated: Resistances) -> Number:
+    """Sum of all resistances except the slope, N, of a ``motion`` with speed, grade and mass."""
+    p, (speed, grade, mass) = e.p, motion
+    mass = e("road_load_mass", value=mass) if stated == "forces" else mass
     drag_area = e("coasted_drag_area", value=p.drag_area) if stated == "coasted" else p.drag_area
     day = {"elapsed": u.elapsed, "run_time": e.state("run_time"), "speed": speed}
     wind = e("wind_speed", value=u.wind_speed)
