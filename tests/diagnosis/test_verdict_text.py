@@ -7,7 +7,7 @@ import pytest
 from vdyn_cli.diagnosis.part.part_record import law_clause
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence
 from vdyn_cli.effects import catalogue
-from vdyn_cli.quantities.diagnosis import FaultyPart, PartLaw
+from vdyn_cli.quantities.diagnosis import CurvePoint, FaultyPart, PartLaw
 from vdyn_cli.quantities.parameters import Estimate
 
 
@@ -63,6 +63,11 @@ def test_only_where_no_effect_is_named_no_law_follows_the_curve() -> None:
     """If each of several laws would explain the error, the catalogue has a law for the curve."""
     part = part_at_fault()
     assert law_clause(part, None, None) == "no law of the catalogue follows the curve"
+    ends = [(2.9, 96.0, 15.0), (9.0, 3.0, 8.0), (19.5, -78.0, 8.0)]
+    curve = tuple(CurvePoint(at=at, value=150.0 + v, interval95=(150.0 + v - h, 150.0 + v + h)) for at, v, h in ends)
+    deviating = part.model_copy(update={"curve": curve, "baseline": (150.0, 150.0, 150.0)})
+    says = "by +96 +- 15 N m at 2.9 rad/s and -78.0 +- 8.0 N m at 19.5 rad/s"
+    assert law_clause(deviating, None, None).endswith(f"which deviates from the model's refitted law {says}")
     both = law_clause(part, None, ("brakes that drag", "bearing drag"))
     assert both == "of the named effects, these act on it: brakes that drag, bearing drag"
     assert law_clause(part, None, ()) == "of the named effects, these act on it: none"

@@ -14,6 +14,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.verdict_text import is_plural
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.diagnosis import CurvePoint, Diagnosis, FaultyPart, LearnedLaw, PartLaw
+from vdyn_cli.quantities.number_text import decimals
 from vdyn_cli.steps.learned_effect import LAW_FORMS
 
 WHOLE = "nothing; it is the whole law, including the baseline's"
@@ -142,7 +143,7 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
         form = "a table" if learned.form == "table" else f"{learned.form.replace('_', ' ')}: {learned.formula}"
         return f"no law of the catalogue follows the curve, and its law is learned as {form}{others}"
     if part.law is None and acting is None:
-        return "no law of the catalogue follows the curve"
+        return f"no law of the catalogue follows the curve{_deviation(part)}"
     if part.law is None:
         return f"of the named effects, these act on it: {', '.join(acting or ()) or 'none'}"
     label = part.law.label
@@ -152,6 +153,22 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
     else:
         share = f"{100 * part.law.share_of_curve:.0f} % of the curve's rms deviation from the model's law"
     return f"{label} {'explain' if is_plural(label) else 'explains'} {share}"
+
+
+def _deviation(part: FaultyPart) -> str:
+    """The largest significant deviations of the curve from the model's law, one of each sign; empty without any."""
+    found = []
+    for sign in (1.0, -1.0) if part.curve else ():
+        each = [
+            (sign * (c.value - b), 0.5 * (c.interval95[1] - c.interval95[0]), c.at)
+            for c, b in zip(part.curve, part.baseline, strict=True)
+        ]
+        size, half, at = max(each, key=lambda one: one[0] - one[1])
+        if size > half:
+            places = decimals(half, 12)
+            value = f"{sign * size:+.{places}f} +- {half:.{places}f} {part.unit}".rstrip()
+            found.append(f"{value} at {at:.3g} {part.coordinate_unit}".rstrip())
+    return f", which deviates from the model's refitted law by {' and '.join(found)}" if found else ""
 
 
 def _and(names: Sequence[str]) -> str:
