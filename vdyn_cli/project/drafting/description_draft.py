@@ -167,51 +167,87 @@ def _with_station(
     return [log for log in logs if log not in stations], parts, station_log(stations[0].path, stations[0].facts)
 
 
+@dataclass(frozen=True)
+class _DraftedRuns:
+    """The channels and runs of a test before directions and conditions are known.
+
+    Parameters
+    ----------
+    lines : of the channels. mapped, undecided : their names.
+    entries : of every log or run, kept ones first where there are several loggers.
+    left_out : why an entry is not a run; empty for a run.
+    kept : the log of each run that shows when it was driven. keys : further keys of each run.
+    facts : of each logger, the facts on each run's log.
+    """
+
+    lines: list[str]
+    mapped: list[str]
+    undecided: list[str]
+    entries: list[str]
+    left_out: list[str]
+    kept: list[GuessedLog]
+    keys: list[str]
+    facts: list[list[tuple[ChannelFacts, ...]]]
+
+
 def _drives(
     step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any], station: StationLog | None, folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     """Vehicle, channels and runs of a test with driven runs."""
-    falling, drive, key = str(parts.get("FALLING", "")), parts.get("DRIVE", ()), str(parts.get("RUN", ""))
+    key = str(parts.get("RUN", ""))
     required = [n for entry in step.required for n in named_channels(entry)]
     notes = _UNMATCHED if unmatched(logs, required) else ()
     if of_loggers := logger_runs(logs, required):
-        useful = [k for k, log in enumerate(of_loggers[0]) if len(log.columns()) > 1]
-        useful.sort(key=lambda k: "speed" not in of_loggers[0][k].columns())  # others are resampled to the first
-        keys = [_keys_of_loggers(run, of_loggers[0], useful) for run in of_loggers]
-        of_loggers = tuple(run for run, one in zip(of_loggers, keys, strict=True) if one is not None)
-        differ = [one for one in keys if one is not None]
-        lines, mapped, undecided = _loggers(step, of_loggers, useful)
-        alone = [log for log in logs if not any(log is one for run in of_loggers for one in run)]
-        kept, others = [run[useful[0]] for run in of_loggers], [""] * len(of_loggers) + [_ALONE] * len(alone)
-        names = [", ".join(_quoted(_from(folder, run[k].path)) for k in useful) for run in of_loggers]
-        entries = [f"logs: [{each}]" for each in names]
-        entries += [f"log: {_quoted(_from(folder, log.path))}" for log in alone]
-        facts = [[run[k].facts for run in of_loggers] for k in useful]
+        made = _runs_of_loggers(step, logs, of_loggers, folder)
     else:
-        falling = _instead(step, falling, logs[0])
-        logs = [part for log in logs for part in split_coast_downs(log, falling, drive)]
-        usual = reference_log(logs, _needed(step, logs))
-        others = why_left_out(logs, usual, _needed(step, logs), falling, drive)
-        kept = [log for log, other in zip(logs, others, strict=True) if not other]
-        lines, mapped, undecided = _channels(step, usual, kept, required=True)
-        lines = ["channels:", *lines]
-        entries = [f"log: {_quoted(_from(folder, log.path))}" for log in logs]
-        differ = [log.differing(usual, mapped) for log in kept]
-        facts = [[log.facts for log in kept]]
-    ways = _first_directions(facts) if key.startswith("direction") else ()
-    found = run_conditions([log.facts for log in kept], ways, station, step.run_keys or ())
-    own = [log.window + keys + other for log, keys, other in zip(kept, found.keys, differ, strict=True)]
-    runs, decided = _runs(entries, others, key, ways, own)
+        made = _runs_of_one_logger(step, logs, str(parts.get("FALLING", "")), parts.get("DRIVE", ()), folder)
+    ways = _first_directions(made.facts) if key.startswith("direction") else ()
+    found = run_conditions([log.facts for log in made.kept], ways, station, step.run_keys or ())
+    own = [log.window + keys + other for log, keys, other in zip(made.kept, found.keys, made.keys, strict=True)]
+    runs, decided = _runs(made.entries, made.left_out, key, ways, own)
     body = [filled for line in parts.get("DRAFT", "").splitlines() for filled in _filled(line, found.air)]
     at = body.index("vehicle:") + 1 if "vehicle:" in body else 0
-    body[at:at] = _constants(step, mapped, body)
-    lines += ["runs:", *(f"  # {note}" for note in (*notes, *found.notes)), *runs]
-    body += lines
+    body[at:at] = _constants(step, made.mapped, body)
+    body += [*made.lines, "runs:", *(f"  # {note}" for note in (*notes, *found.notes)), *runs]
+    undecided = list(made.undecided)
     if key and not key.startswith("side") and not decided:
         body.append(f"  # not decided by the logs, for each run: {key}")
         undecided.append(f"{key.split(':')[0]} of each run")
     body += parts.get("SETTINGS", "").splitlines()
-    return body, tuple(dict.fromkeys(mapped)), tuple(undecided)
+    return body, tuple(dict.fromkeys(made.mapped)), tuple(undecided)
+
+
+def _runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder: Path) -> _DraftedRuns:
+    """Runs with one log of each logger; logs that belong to none are left out."""
+    useful = [k for k, log in enumerate(found[0]) if len(log.columns()) > 1]
+    useful.sort(key=lambda k: "speed" not in found[0][k].columns())  # others are resampled to the first
+    keys = [_keys_of_loggers(run, found[0], useful) for run in found]
+    runs = tuple(run for run, one in zip(found, keys, strict=True) if one is not None)
+    lines, mapped, undecided = _loggers(step, runs, useful)
+    alone = [log for log in logs if not any(log is one for run in runs for one in run)]
+    names = [", ".join(_quoted(_from(folder, run[k].path)) for k in useful) for run in runs]
+    entries = [f"logs: [{each}]" for each in names] + [f"log: {_quoted(_from(folder, log.path))}" for log in alone]
+    left_out = [""] * len(runs) + [_ALONE] * len(alone)
+    kept, differ = [run[useful[0]] for run in runs], [one for one in keys if one is not None]
+    facts = [[run[k].facts for run in runs] for k in useful]
+    return _DraftedRuns(lines, mapped, undecided, entries, left_out, kept, differ, facts)
+
+
+def _runs_of_one_logger(
+    step: Step, logs: Sequence[GuessedLog], falling: str, drive: Sequence[str], folder: Path
+) -> _DraftedRuns:
+    """Runs of one log each, or of its coast-downs; logs that are not runs are left out."""
+    falling = _instead(step, falling, logs[0])
+    logs = [part for log in logs for part in split_coast_downs(log, falling, drive)]
+    usual = reference_log(logs, _needed(step, logs))
+    left_out = why_left_out(logs, usual, _needed(step, logs), falling, drive)
+    kept = [log for log, why in zip(logs, left_out, strict=True) if not why]
+    lines, mapped, undecided = _channels(step, usual, kept, required=True)
+    entries = [f"log: {_quoted(_from(folder, log.path))}" for log in logs]
+    differ = [log.differing(usual, mapped) for log in kept]
+    return _DraftedRuns(
+        ["channels:", *lines], mapped, undecided, entries, left_out, kept, differ, [[log.facts for log in kept]]
+    )
 
 
 def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:
