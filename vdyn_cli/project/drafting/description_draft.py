@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,35 +12,25 @@ from pathlib import Path
 from typing import Any
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
-from vdyn_cli.io.clocks.tied_channels import ties
 from vdyn_cli.io.files import distinct_names
-from vdyn_cli.project.drafting.channel_guess import NO_NAME, ChannelGuess, columns_by_unit, guess_channels
-from vdyn_cli.project.drafting.left_out_logs import GuessedLog, reference_log, split_coast_downs, why_left_out
-from vdyn_cli.project.drafting.logger_runs import Runs, logger_runs, unmatched
+from vdyn_cli.project.drafting.channel_guess import guess_channels
+from vdyn_cli.project.drafting.drafted_channels import channel_line, quoted
+from vdyn_cli.project.drafting.drafted_runs import relative_path, runs_of_loggers, runs_of_one_logger
+from vdyn_cli.project.drafting.left_out_logs import GuessedLog
+from vdyn_cli.project.drafting.logger_runs import logger_runs, unmatched
 from vdyn_cli.project.drafting.run_conditions import air_during, run_conditions
 from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions
 from vdyn_cli.project.drafting.station_log import StationLog, is_station, station_log
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
-from vdyn_cli.steps.step_definition import alternatives, named_channels
+from vdyn_cli.steps.step_definition import named_channels
 
-_ONE_RUN = (
-    "# The logs have different columns over the same time, so they are taken as several loggers of one run; if they",
-    "# are separate runs, write one description for each.",
-)
-_SEVERAL_RUNS = (
-    "# Each run has one log of each logger; check the pairs: the logs were matched by their times, or",
-    "# by the part in which their names differ.",
-)
 _UNMATCHED = (
     "the logs look like those of several loggers, but neither their clocks nor their names show which are of one",
     "run: give the files of a run the same number, such as can_1.csv and gps_1.csv, and run init again",
 )
-_ALONE = "no matching log of the other logger, or other columns or units than the first run"
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks values that the logs do not contain: write them there."
-_MOST_NAMED = 4  # columns listed for a required channel; of more only the number is stated
-_LONGEST = 150  # characters of a line with its comment; longer comments are written above
 
 
 @dataclass(frozen=True)
@@ -102,7 +90,7 @@ def _of_tables(
     known = [(None if math.isnan(begin) else begin, length) for begin, length in runs]
     _, air, note = air_during(station, known) if station is not None else ([], (), "")
     body = [filled for line in parts["DRAFT"].splitlines() for filled in _filled(line, air)]
-    body += parts["table_draft"](tables, [_from(folder, path) for path in tables])
+    body += parts["table_draft"](tables, [relative_path(folder, path) for path in tables])
     others = [log.name for log in logs if station is None or log is not stations[0]]
     body += [f"# {note}"] if note else []
     body += [f"# left out: {name}, is a log, not a table of runs: describe it in a separate file" for name in others]
@@ -144,19 +132,6 @@ def _decided(step: Step, log: GuessedLog) -> bool:
     return any(part in log.columns() for entry in step.required for part in named_channels(entry) if part != "time")
 
 
-def _needed(step: Step, logs: Sequence[GuessedLog]) -> set[str]:
-    names = {n for entry in step.required for n in named_channels(entry)}
-    found = {n for log in logs for n in log.columns()}
-    return names | {one.source for one in step.scaled if one.target in names - found}
-
-
-def _instead(step: Step, channel: str, log: GuessedLog) -> str:
-    """The channel from which a step can compute one that the log lacks, such as a wheel speed; else the channel."""
-    found = log.columns()
-    sources = [one.source for one in step.scaled if one.target == channel and one.source in found]
-    return channel if channel in found or not sources else sources[0]
-
-
 def _with_station(
     logs: Sequence[GuessedLog], parts: Mapping[str, Any]
 ) -> tuple[list[GuessedLog], Mapping[str, Any], StationLog | None]:
@@ -167,29 +142,6 @@ def _with_station(
     return [log for log in logs if log not in stations], parts, station_log(stations[0].path, stations[0].facts)
 
 
-@dataclass(frozen=True)
-class _DraftedRuns:
-    """The channels and runs of a test before directions and conditions are known.
-
-    Parameters
-    ----------
-    lines : of the channels. mapped, undecided : their names.
-    entries : of every log or run, kept ones first where there are several loggers.
-    left_out : why an entry is not a run; empty for a run.
-    kept : the log of each run that shows when it was driven. keys : further keys of each run.
-    facts : of each logger, the facts on each run's log.
-    """
-
-    lines: list[str]
-    mapped: list[str]
-    undecided: list[str]
-    entries: list[str]
-    left_out: list[str]
-    kept: list[GuessedLog]
-    keys: list[str]
-    facts: list[list[tuple[ChannelFacts, ...]]]
-
-
 def _drives(
     step: Step, logs: Sequence[GuessedLog], parts: Mapping[str, Any], station: StationLog | None, folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
@@ -198,9 +150,9 @@ def _drives(
     required = [n for entry in step.required for n in named_channels(entry)]
     notes = _UNMATCHED if unmatched(logs, required) else ()
     if of_loggers := logger_runs(logs, required):
-        made = _runs_of_loggers(step, logs, of_loggers, folder)
+        made = runs_of_loggers(step, logs, of_loggers, folder)
     else:
-        made = _runs_of_one_logger(step, logs, str(parts.get("FALLING", "")), parts.get("DRIVE", ()), folder)
+        made = runs_of_one_logger(step, logs, str(parts.get("FALLING", "")), parts.get("DRIVE", ()), folder)
     ways = _first_directions(made.facts) if key.startswith("direction") else ()
     found = run_conditions([log.facts for log in made.kept], ways, station, step.run_keys or ())
     own = [log.window + keys + other for log, keys, other in zip(made.kept, found.keys, made.keys, strict=True)]
@@ -215,51 +167,6 @@ def _drives(
         undecided.append(f"{key.split(':')[0]} of each run")
     body += parts.get("SETTINGS", "").splitlines()
     return body, tuple(dict.fromkeys(made.mapped)), tuple(undecided)
-
-
-def _runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder: Path) -> _DraftedRuns:
-    """Runs with one log of each logger; logs that belong to none are left out."""
-    useful = [k for k, log in enumerate(found[0]) if len(log.columns()) > 1]
-    useful.sort(key=lambda k: "speed" not in found[0][k].columns())  # others are resampled to the first
-    keys = [_keys_of_loggers(run, found[0], useful) for run in found]
-    runs = tuple(run for run, one in zip(found, keys, strict=True) if one is not None)
-    lines, mapped, undecided = _loggers(step, runs, useful)
-    alone = [log for log in logs if not any(log is one for run in runs for one in run)]
-    names = [", ".join(_quoted(_from(folder, run[k].path)) for k in useful) for run in runs]
-    entries = [f"logs: [{each}]" for each in names] + [f"log: {_quoted(_from(folder, log.path))}" for log in alone]
-    left_out = [""] * len(runs) + [_ALONE] * len(alone)
-    kept, differ = [run[useful[0]] for run in runs], [one for one in keys if one is not None]
-    facts = [[run[k].facts for run in runs] for k in useful]
-    return _DraftedRuns(lines, mapped, undecided, entries, left_out, kept, differ, facts)
-
-
-def _runs_of_one_logger(
-    step: Step, logs: Sequence[GuessedLog], falling: str, drive: Sequence[str], folder: Path
-) -> _DraftedRuns:
-    """Runs of one log each, or of its coast-downs; logs that are not runs are left out."""
-    falling = _instead(step, falling, logs[0])
-    logs = [part for log in logs for part in split_coast_downs(log, falling, drive)]
-    usual = reference_log(logs, _needed(step, logs))
-    left_out = why_left_out(logs, usual, _needed(step, logs), falling, drive)
-    kept = [log for log, why in zip(logs, left_out, strict=True) if not why]
-    lines, mapped, undecided = _channels(step, usual, kept, required=True)
-    entries = [f"log: {_quoted(_from(folder, log.path))}" for log in logs]
-    differ = [log.differing(usual, mapped) for log in kept]
-    return _DraftedRuns(
-        ["channels:", *lines], mapped, undecided, entries, left_out, kept, differ, [[log.facts for log in kept]]
-    )
-
-
-def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:
-    """The keys of a run for columns or units that differ from the first run's; None if a key would wrongly apply to
-    the logs of other loggers, too."""
-    found: list[str] = []
-    for k in useful:
-        others = {c for j in useful if j != k for c in run[j].columns()}
-        if run[k].differing(first[k], [c for c in run[k].columns() if c in others]):
-            return None
-        found.append(run[k].differing(first[k], [c for c in run[k].columns() if c not in others]))
-    return "".join(found) if sum(map(bool, found)) < 2 else None
 
 
 def _constants(step: Step, mapped: Sequence[str], body: Sequence[str]) -> list[str]:
@@ -307,147 +214,16 @@ def _runs(
     return lines, decided
 
 
-def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], list[str], list[str]]:
-    """The lines of several loggers, the mapped channels, and the undecided keys.
-
-    Parameters
-    ----------
-    useful : indices of the loggers with a channel of the step other than the time.
-    """
-    lines = [*(_ONE_RUN if len(runs) == 1 else _SEVERAL_RUNS), "loggers:"]
-    mapped: list[str] = []
-    undecided: list[str] = []
-    for k in useful:
-        own, found, open_ones = _channels(step, runs[0][k], [run[k] for run in runs], required=False)
-        log = runs[0][k]
-        if "speed" not in found:
-            tied = ties(runs[0][useful[0]].columns(), found)
-            how = (
-                f"its clock is aligned by {tied[0]}"
-                if tied
-                else "and no mapped channel relates its clock to the first one: map two channels of the same, "
-                "or write 'delay: 0 s' if both have one clock"
-            )
-            own.append(f"  # another logger of the run, not a run: it has no speed; {how}")
-            undecided += [] if tied else [f"channel to align {log.path.name} on"]
-        lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
-        mapped += found
-        undecided += [f"{key} ({log.path.name})" for key in open_ones]
-    lines += [f"# {name}: needed, but not found in any of the logs" for name in _unfound(step, mapped)]
-    undecided += _unfound(step, mapped)
-    for k, log in enumerate(runs[0]):
-        if k not in useful:
-            reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
-            names = ", ".join(dict.fromkeys(run[k].path.name for run in runs))
-            lines.append(f"# left out: {names}, " + ("; ".join(reasons) or "no column fits this step"))
-    return lines, mapped, undecided
-
-
-def _channels(
-    step: Step, log: GuessedLog, logs: Sequence[GuessedLog], required: bool
-) -> tuple[list[str], list[str], list[str]]:
-    """The lines of a log's channels, the mapped channels, and the required ones that are undecided."""
-    lines: list[str] = []
-    mapped: list[str] = []
-    undecided: list[str] = []
-    left: list[str] = []
-    needed = _needed(step, [log])
-    for channel in _ways(step, log):
-        guess = log.guesses[channel]
-        missing = [o.name for o in logs if o.decided_columns().get(channel) != log.decided_columns().get(channel)]
-        if guess.facts is not None and not missing:
-            lines += _line(channel, guess)
-            mapped.append(channel)
-            if guess.unit == "?":
-                undecided.append(f"unit of {channel}")
-        elif channel in needed and required:
-            lines.append(
-                f'  {channel}: {{column: "?", unit: "?"}}  # needed: {guess.why}{_by_unit(step, log, channel)}'
-            )
-            undecided.append(channel)
-        elif missing:
-            lines.append(
-                f"  # {channel}: a different column, or none, in {', '.join(missing[:3])}: map it without these"
-            )
-        elif guess.why != NO_NAME:
-            lines.append(f"  # {channel}: {guess.why}")
-        else:
-            left.append(channel)
-    if left:
-        lines.append(f"  # optional, and {NO_NAME}: {', '.join(left)}")
-    return lines, mapped, undecided
-
-
-def _by_unit(step: Step, log: GuessedLog, channel: str) -> str:
-    """Text of the unmapped columns whose unit fits a channel, or one from which it can be computed; empty if several
-    columns fit by name."""
-    if "'" in log.guesses[channel].why:
-        return ""
-    used = log.columns().values()
-    free = [f for f in log.facts if (f.column, f.info.group) not in used]
-    text = ""
-    for name in (channel, *(one.source for one in step.scaled if one.target == channel)):
-        found = columns_by_unit(step.channels()[name], free)
-        more = f" and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
-        instead = "" if name == channel else f"map '{name}' instead: "
-        text += f"; {instead}by their unit: {', '.join(_quoted(c) for c in found[:_MOST_NAMED])}{more}" if found else ""
-    return text
-
-
-def _ways(step: Step, log: GuessedLog) -> list[str]:
-    """The channels of a step in order; of alternative channels, the one that the log has."""
-    found = log.columns()
-    chosen: list[str] = []
-    for entry in (*step.required, *step.optional):
-        ways = alternatives(entry)
-        whole = [way for way in ways if all(part in found for part in way)]
-        chosen += [_instead(step, channel, log) for channel in (whole or ways)[0]]
-    return list(dict.fromkeys(chosen))
-
-
-def _line(channel: str, guess: ChannelGuess) -> list[str]:
-    assert guess.facts is not None
-    info = guess.facts.info
-    several = bool(info.group) and guess.facts.repeated > 1 and channel != "time"
-    group = f", group: {_quoted(info.group)}" if several else ""
-    sign = "" if guess.sign > 0 else f", sign: {guess.sign}"
-    plain = guess.unit.replace("/", "").replace(" ", "").isalpha()
-    unit = guess.unit if plain else _quoted(guess.unit)
-    line = f"  {channel}: {{column: {_quoted(guess.facts.column)}, unit: {unit}{group}{sign}}}"
-    comment = f"# {guess.why}"
-    return [f"{line}  {comment}"] if len(line) + len(comment) < _LONGEST else [f"  {comment}", line]
-
-
-def _quoted(text: str) -> str:
-    """A text in quotes that are valid in YAML and JSON."""
-    return json.dumps(text, ensure_ascii=False)
-
-
-def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
-    """Required channels that no logger has."""
-    open_ones = []
-    for entry in step.required:
-        ways = alternatives(entry)
-        if not any(set(way) <= set(mapped) for way in ways):
-            open_ones.append(ways[0][0])
-    return open_ones
-
-
 def _pendulum(
     log: GuessedLog, swings: Sequence[str], parts: Mapping[str, Any], folder: Path
 ) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
     body = str(parts["PENDULUM"]).splitlines()
-    body += [f"  log: {_quoted(_from(folder, log.path))}", "  channels:"]
+    body += [f"  log: {quoted(relative_path(folder, log.path))}", "  channels:"]
     undecided = []
     for channel in ("time", *swings):
-        body += ["  " + line for line in _line(channel, log.guesses[channel])]
+        body += ["  " + line for line in channel_line(channel, log.guesses[channel])]
         undecided += [f"unit of {channel}"] if log.guesses[channel].unit == "?" else []
     return body, ("time", *swings), tuple(undecided)
-
-
-def _from(folder: Path, path: Path) -> str:
-    """The path of a log relative to the description's folder."""
-    return os.path.relpath(path.resolve(), folder.resolve())
 
 
 def _marked(text: str) -> list[str]:

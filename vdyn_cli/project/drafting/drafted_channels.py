@@ -1,0 +1,109 @@
+"""The lines of a description that map a log's columns to the channels of a step."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from vdyn_cli.project.drafting.channel_guess import NO_NAME, ChannelGuess, columns_by_unit
+from vdyn_cli.project.drafting.left_out_logs import GuessedLog
+from vdyn_cli.steps import Step
+from vdyn_cli.steps.step_definition import alternatives, named_channels
+
+_MOST_NAMED = 4  # columns listed for a required channel; of more only the number is stated
+_LONGEST = 150  # characters of a line with its comment; longer comments are written above
+
+
+def channel_lines(
+    step: Step, log: GuessedLog, logs: Sequence[GuessedLog], required: bool
+) -> tuple[list[str], list[str], list[str]]:
+    """The lines of a log's channels, the mapped channels, and the required ones that are undecided."""
+    lines: list[str] = []
+    mapped: list[str] = []
+    undecided: list[str] = []
+    left: list[str] = []
+    needed = channels_needed(step, [log])
+    for channel in _ways(step, log):
+        guess = log.guesses[channel]
+        missing = [o.name for o in logs if o.decided_columns().get(channel) != log.decided_columns().get(channel)]
+        if guess.facts is not None and not missing:
+            lines += channel_line(channel, guess)
+            mapped.append(channel)
+            if guess.unit == "?":
+                undecided.append(f"unit of {channel}")
+        elif channel in needed and required:
+            lines.append(
+                f'  {channel}: {{column: "?", unit: "?"}}  # needed: {guess.why}{_by_unit(step, log, channel)}'
+            )
+            undecided.append(channel)
+        elif missing:
+            lines.append(
+                f"  # {channel}: a different column, or none, in {', '.join(missing[:3])}: map it without these"
+            )
+        elif guess.why != NO_NAME:
+            lines.append(f"  # {channel}: {guess.why}")
+        else:
+            left.append(channel)
+    if left:
+        lines.append(f"  # optional, and {NO_NAME}: {', '.join(left)}")
+    return lines, mapped, undecided
+
+
+def channel_line(channel: str, guess: ChannelGuess) -> list[str]:
+    """The line of a mapped channel with the reason of its guess; the reason is above where both are long."""
+    assert guess.facts is not None
+    info = guess.facts.info
+    several = bool(info.group) and guess.facts.repeated > 1 and channel != "time"
+    group = f", group: {quoted(info.group)}" if several else ""
+    sign = "" if guess.sign > 0 else f", sign: {guess.sign}"
+    plain = guess.unit.replace("/", "").replace(" ", "").isalpha()
+    unit = guess.unit if plain else quoted(guess.unit)
+    line = f"  {channel}: {{column: {quoted(guess.facts.column)}, unit: {unit}{group}{sign}}}"
+    comment = f"# {guess.why}"
+    return [f"{line}  {comment}"] if len(line) + len(comment) < _LONGEST else [f"  {comment}", line]
+
+
+def quoted(text: str) -> str:
+    """A text in quotes that are valid in YAML and JSON."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def channels_needed(step: Step, logs: Sequence[GuessedLog]) -> set[str]:
+    """The required channels of a step, and those from which the logs' missing ones can be computed."""
+    names = {n for entry in step.required for n in named_channels(entry)}
+    found = {n for log in logs for n in log.columns()}
+    return names | {one.source for one in step.scaled if one.target in names - found}
+
+
+def source_of(step: Step, channel: str, log: GuessedLog) -> str:
+    """The channel from which a step can compute one that the log lacks, such as a wheel speed; else the channel."""
+    found = log.columns()
+    sources = [one.source for one in step.scaled if one.target == channel and one.source in found]
+    return channel if channel in found or not sources else sources[0]
+
+
+def _by_unit(step: Step, log: GuessedLog, channel: str) -> str:
+    """Text of the unmapped columns whose unit fits a channel, or one from which it can be computed; empty if several
+    columns fit by name."""
+    if "'" in log.guesses[channel].why:
+        return ""
+    used = log.columns().values()
+    free = [f for f in log.facts if (f.column, f.info.group) not in used]
+    text = ""
+    for name in (channel, *(one.source for one in step.scaled if one.target == channel)):
+        found = columns_by_unit(step.channels()[name], free)
+        more = f" and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
+        instead = "" if name == channel else f"map '{name}' instead: "
+        text += f"; {instead}by their unit: {', '.join(quoted(c) for c in found[:_MOST_NAMED])}{more}" if found else ""
+    return text
+
+
+def _ways(step: Step, log: GuessedLog) -> list[str]:
+    """The channels of a step in order; of alternative channels, the one that the log has."""
+    found = log.columns()
+    chosen: list[str] = []
+    for entry in (*step.required, *step.optional):
+        ways = alternatives(entry)
+        whole = [way for way in ways if all(part in found for part in way)]
+        chosen += [source_of(step, channel, log) for channel in (whole or ways)[0]]
+    return list(dict.fromkeys(chosen))

@@ -1,0 +1,147 @@
+"""The runs of a draft from guessed logs: of one log each, or of one log of each of several loggers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.clocks.tied_channels import ties
+from vdyn_cli.project.drafting.drafted_channels import channel_lines, channels_needed, quoted, source_of
+from vdyn_cli.project.drafting.left_out_logs import GuessedLog, reference_log, split_coast_downs, why_left_out
+from vdyn_cli.project.drafting.logger_runs import Runs
+from vdyn_cli.steps import Step
+from vdyn_cli.steps.step_definition import alternatives
+
+_ONE_RUN = (
+    "# The logs have different columns over the same time, so they are taken as several loggers of one run; if they",
+    "# are separate runs, write one description for each.",
+)
+_SEVERAL_RUNS = (
+    "# Each run has one log of each logger; check the pairs: the logs were matched by their times, or",
+    "# by the part in which their names differ.",
+)
+_ALONE = "no matching log of the other logger, or other columns or units than the first run"
+
+
+@dataclass(frozen=True)
+class DraftedRuns:
+    """The channels and runs of a test before directions and conditions are known.
+
+    Parameters
+    ----------
+    lines : of the channels. mapped, undecided : their names.
+    entries : of every log or run, kept ones first where there are several loggers.
+    left_out : why an entry is not a run; empty for a run.
+    kept : the log of each run that shows when it was driven. keys : further keys of each run.
+    facts : of each logger, the facts on each run's log.
+    """
+
+    lines: list[str]
+    mapped: list[str]
+    undecided: list[str]
+    entries: list[str]
+    left_out: list[str]
+    kept: list[GuessedLog]
+    keys: list[str]
+    facts: list[list[tuple[ChannelFacts, ...]]]
+
+
+def runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder: Path) -> DraftedRuns:
+    """Runs with one log of each logger; logs that belong to none are left out."""
+    useful = [k for k, log in enumerate(found[0]) if len(log.columns()) > 1]
+    useful.sort(key=lambda k: "speed" not in found[0][k].columns())  # others are resampled to the first
+    keys = [_keys_of_loggers(run, found[0], useful) for run in found]
+    runs = tuple(run for run, one in zip(found, keys, strict=True) if one is not None)
+    lines, mapped, undecided = _loggers(step, runs, useful)
+    alone = [log for log in logs if not any(log is one for run in runs for one in run)]
+    names = [", ".join(quoted(relative_path(folder, run[k].path)) for k in useful) for run in runs]
+    entries = [f"logs: [{each}]" for each in names] + [
+        f"log: {quoted(relative_path(folder, log.path))}" for log in alone
+    ]
+    left_out = [""] * len(runs) + [_ALONE] * len(alone)
+    kept, differ = [run[useful[0]] for run in runs], [one for one in keys if one is not None]
+    facts = [[run[k].facts for run in runs] for k in useful]
+    return DraftedRuns(lines, mapped, undecided, entries, left_out, kept, differ, facts)
+
+
+def runs_of_one_logger(
+    step: Step, logs: Sequence[GuessedLog], falling: str, drive: Sequence[str], folder: Path
+) -> DraftedRuns:
+    """Runs of one log each, or of its coast-downs; logs that are not runs are left out."""
+    falling = source_of(step, falling, logs[0])
+    logs = [part for log in logs for part in split_coast_downs(log, falling, drive)]
+    usual = reference_log(logs, channels_needed(step, logs))
+    left_out = why_left_out(logs, usual, channels_needed(step, logs), falling, drive)
+    kept = [log for log, why in zip(logs, left_out, strict=True) if not why]
+    lines, mapped, undecided = channel_lines(step, usual, kept, required=True)
+    entries = [f"log: {quoted(relative_path(folder, log.path))}" for log in logs]
+    differ = [log.differing(usual, mapped) for log in kept]
+    return DraftedRuns(
+        ["channels:", *lines], mapped, undecided, entries, left_out, kept, differ, [[log.facts for log in kept]]
+    )
+
+
+def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:
+    """The keys of a run for columns or units that differ from the first run's; None if a key would wrongly apply to
+    the logs of other loggers, too."""
+    found: list[str] = []
+    for k in useful:
+        others = {c for j in useful if j != k for c in run[j].columns()}
+        if run[k].differing(first[k], [c for c in run[k].columns() if c in others]):
+            return None
+        found.append(run[k].differing(first[k], [c for c in run[k].columns() if c not in others]))
+    return "".join(found) if sum(map(bool, found)) < 2 else None
+
+
+def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], list[str], list[str]]:
+    """The lines of several loggers, the mapped channels, and the undecided keys.
+
+    Parameters
+    ----------
+    useful : indices of the loggers with a channel of the step other than the time.
+    """
+    lines = [*(_ONE_RUN if len(runs) == 1 else _SEVERAL_RUNS), "loggers:"]
+    mapped: list[str] = []
+    undecided: list[str] = []
+    for k in useful:
+        own, found, open_ones = channel_lines(step, runs[0][k], [run[k] for run in runs], required=False)
+        log = runs[0][k]
+        if "speed" not in found:
+            tied = ties(runs[0][useful[0]].columns(), found)
+            how = (
+                f"its clock is aligned by {tied[0]}"
+                if tied
+                else "and no mapped channel relates its clock to the first one: map two channels of the same, "
+                "or write 'delay: 0 s' if both have one clock"
+            )
+            own.append(f"  # another logger of the run, not a run: it has no speed; {how}")
+            undecided += [] if tied else [f"channel to align {log.path.name} on"]
+        lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
+        mapped += found
+        undecided += [f"{key} ({log.path.name})" for key in open_ones]
+    lines += [f"# {name}: needed, but not found in any of the logs" for name in _unfound(step, mapped)]
+    undecided += _unfound(step, mapped)
+    for k, log in enumerate(runs[0]):
+        if k not in useful:
+            reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
+            names = ", ".join(dict.fromkeys(run[k].path.name for run in runs))
+            lines.append(f"# left out: {names}, " + ("; ".join(reasons) or "no column fits this step"))
+    return lines, mapped, undecided
+
+
+def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
+    """Required channels that no logger has."""
+    open_ones = []
+    for entry in step.required:
+        ways = alternatives(entry)
+        if not any(set(way) <= set(mapped) for way in ways):
+            open_ones.append(ways[0][0])
+    return open_ones
+
+
+def relative_path(folder: Path, path: Path) -> str:
+    """The path of a log relative to the description's folder."""
+    return os.path.relpath(path.resolve(), folder.resolve())
