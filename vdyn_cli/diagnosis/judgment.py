@@ -18,6 +18,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from vdyn_cli.diagnosis.detect.detection import Detection, detect
 from vdyn_cli.diagnosis.detect.untestable import untestable
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
@@ -36,6 +38,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import FindingSize, Limits, finding_size, profile_matters
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.inference.regression import Unknown
 from vdyn_cli.quantities.diagnosis import NotTestable, Verdict
 from vdyn_cli.quantities.errors import Finding
 
@@ -67,6 +70,7 @@ class Judgment:
         error is detected; None where the verdict does not depend on the direction.
     by_prior : most of the evidence is a contradiction between the baseline and a stated value, such as a drawing or a
         sensor zero; the answer then need not improve the prediction of an output.
+    contradicted : the stated value that the baseline contradicts most, where one alone is contradicted.
     """
 
     verdict: Verdict
@@ -85,6 +89,7 @@ class Judgment:
     absorbed: CandidateModel | None = None
     one_way_effects: tuple[str, ...] | None = None
     by_prior: bool = False
+    contradicted: str = ""
 
     @property
     def answer(self) -> CandidateModel | None:
@@ -260,7 +265,18 @@ def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Jud
         if why != NO_GAIN or not by_prior:
             return judgment.unknown(why, first)
         gain = None  # the evidence is a contradicted prior, which predicted outputs do not show
-    return replace(judgment, gain=gain, by_prior=by_prior)
+    contradicted = _contradicted(strategy.model.regression.unknowns, base) if by_prior else ""
+    return replace(judgment, gain=gain, by_prior=by_prior, contradicted=contradicted)
+
+
+def _contradicted(unknowns: Sequence[Unknown], base: FittedModel) -> str:
+    """The stated value from which the baseline is farthest; empty if none is off by ``contradiction`` of its std."""
+    off = {"": POLICY.contradiction}
+    for u in unknowns:
+        fitted = base.solution.per_run.get(u.name, base.values.get(u.name))
+        if u.prior is not None and u.prior_stated and u.prior[1] > 0.0 and fitted is not None:
+            off[u.name] = float(np.max(np.abs(np.asarray(fitted) - u.prior[0]))) / u.prior[1]
+    return max(off, key=lambda name: off[name])
 
 
 def _refuted(strategy: Strategy, gain: HeldOutGain, answer: CandidateModel, several: bool) -> str:

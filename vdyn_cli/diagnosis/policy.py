@@ -80,6 +80,10 @@ class Policy:
         "With more than half, the effect contradicts what is known beforehand, such as the zero offset of a data "
         "sheet, so that its collinearity with fitted parameters does not matter.",
     )  # fmt: skip
+    contradiction: float = _threshold(
+        2.0, "standard deviations", "from a stated value, above which the sentence names it as contradicted",
+        "1 of 20 correct values is as far off. It changes the sentence only.",
+    )  # fmt: skip
     reachable_t: float = _threshold(
         3.0, "standard errors", "that an effect at the edge of its plausible range must reach to be testable",
         "Below, even the largest plausible effect is not significant at 0.3 % (two-sided normal).",

@@ -189,7 +189,8 @@ def _share(gain: HeldOutGain | None) -> str:
 def _explained(judgment: Judgment) -> str:
     """What an answer explains: a share of the error, or only a contradiction to a stated value."""
     if judgment.by_prior and (judgment.gain is None or not judgment.gain.better):
-        return "why the model without it contradicts a stated value"
+        what = f"the stated {judgment.contradicted.replace('_', ' ')}" if judgment.contradicted else "stated values"
+        return f"why the model without it contradicts {what}"
     return _share(judgment.gain)
 
 
