@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from vdyn_cli.inference import Solution
@@ -50,11 +49,6 @@ class LocalForces:
         off = float(np.interp(speed, self.speed, self.measured - self.fitted))
         half = float(np.interp(speed, self.speed, self.half))
         return (off, half) if abs(off) > bonferroni_factor(self.speed.size) * half else None
-
-    @property
-    def outside(self) -> NDArray[np.bool_]:
-        """Whether the interval of each class does not contain the fitted force, (k,)."""
-        return np.abs(self.measured - self.fitted) > self.half
 
 
 def local_forces(fit: RoadLoadFit) -> LocalForces | None:
