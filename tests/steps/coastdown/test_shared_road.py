@@ -126,3 +126,11 @@ def test_the_forces_of_open_answers_are_held() -> None:
     held = spanning_forces(at(190.0, 200.0), (at(185.0, 195.0), at(198.0, 210.0))).extra["road_load"]
     assert held["tested"] == 1
     assert held["force"][0] == {"speed_kmh": 60.0, "force_N": 195.0, "interval95": [185.0, 210.0]}
+
+
+@pytest.mark.slow
+def test_the_published_fit_does_not_depend_on_where_the_search_ended() -> None:
+    problem = prepared(messy_day.drive(4, ROUGH), position=False).problem
+    searched = problem.publish().extra["noise"]
+    typical = fit_road_load(problem.placed).sizes  # type: ignore[attr-defined]
+    assert {n: searched[n] for n in typical} == pytest.approx(typical, rel=0.1)

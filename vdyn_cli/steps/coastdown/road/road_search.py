@@ -62,7 +62,7 @@ def located(campaign: Campaign) -> LocatedCampaign:
     if campaign.road is None and scale:
         for step in REFINED:
             found = _shifted(_finely_turned(likelihood, found, scale, step), likelihood.regression)
-    base = weighted_start(found, likelihood.regression)
+    base = weighted_start(found)  # from typical noise: that of the road before may hold a local maximum
     if found.filtered and not _shows_filtered_speed(base):  # what looked like it before was the road
         found = replace(found, filtered=False)
         base = weighted_start(found)
