@@ -92,6 +92,14 @@ class StepPolicy:
         5.0, "standard deviations", "of the line through the 4 s before that this must also exceed",
         "Of a thousand coasts, normal noise exceeds it in none.",
     )  # fmt: skip
+    creep_share: float = threshold(
+        0.25, "share of the expected deceleration", "that must be missing at the lowest speeds where the motor pushes",
+        "As a fall of the road by 0.25 % towards both of its ends; creep takes away all of it at 5 to 8 km/h.",
+    )  # fmt: skip
+    creep_std: float = threshold(
+        4.0, "standard errors", "of the runs' mean that this must also exceed",
+        "Chance exceeds it on one day of a thousand with eight runs.",
+    )  # fmt: skip
     engaged_share: float = threshold(
         0.25, "share of the usual deceleration", "by which the deceleration of a whole run may exceed it",
         "A headwind of 3 m/s, the limit of UN R83, adds a sixth at 70 km/h, where half of the road load is drag.",

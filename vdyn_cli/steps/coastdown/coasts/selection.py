@@ -16,6 +16,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.coasts.braking import braked_while_coasting, without_braking, without_outliers
+from vdyn_cli.steps.coastdown.coasts.creep import without_creep
 from vdyn_cli.steps.coastdown.coasts.filtered_start import without_filtered_start
 from vdyn_cli.steps.coastdown.coasts.final_braking import without_final_braking
 from vdyn_cli.steps.coastdown.coasts.late_clutch import without_late_clutch
@@ -249,7 +250,9 @@ def _without_disturbed_parts(
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
     segments, braked = without_braking(segments, pushed, directions, window and window[0] - window[1])
     segments, ended = without_final_braking(segments, [_kept(spec, s) for s in segments])
-    return segments, [*filtered, *late, *braked, *ended]
+    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
+    segments, crept = without_creep(segments, pushed, [spec.runs[s.run].direction for s in segments])
+    return segments, [*filtered, *late, *braked, *ended, *crept]
 
 
 def _kept(spec: CoastdownSpec, segment: CoastSegment) -> list[tuple[float, float]]:

@@ -1,0 +1,91 @@
+"""The end of coasts in which the drive pushes the car: creep of an electric or automatic car in gear.
+
+The resistance of a car that rolls freely hardly changes below 15 km/h, and its air drag is known from higher speeds.
+A deceleration that falls far below it at the lowest speeds, in the mean of both directions and in all runs alike, is a
+drive. A slope has the opposite effect on the other direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+WIDTH = 0.7  # m/s of a class of speed, which a coast at 0.1 m/s^2 passes in 7 s
+LOW, HIGH = 6, 24  # classes: below 15 km/h, and from there to 60 km/h, which give the deceleration without a drive
+FEWEST = 5  # samples of a run in a class
+RETURNED = 0.9  # of the expected deceleration, from which on a class is no longer pushed
+
+
+def without_creep(
+    segments: Sequence[CoastSegment], pushed: Sequence[Array], directions: Sequence[str | None]
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without their lowest speeds where a drive pushes the car there, and those parts.
+
+    Parameters
+    ----------
+    pushed : known accelerations of each segment's samples by slope or drive, (n,) m/s^2.
+    directions : of the segments, ``out`` or ``back``; with one direction nothing is left out.
+    """
+    ways = [np.flatnonzero([d == way for d in directions]) for way in ("out", "back")]
+    if any(w.size < 2 for w in ways) or any(s.split for s in segments):
+        return list(segments), []
+    rates = np.array([_decelerations(s, p) for s, p in zip(segments, pushed, strict=True)])
+    edge = _free_from(rates, ways)
+    if edge is None:
+        return list(segments), []
+    found, rejected = [], []
+    why = (
+        f"all runs slow down less below {3.6 * edge:.0f} km/h than their rolling resistance explains: does the motor "
+        "push (creep)?"
+    )
+    for one in segments:
+        slow = one.log["speed"] < edge
+        begin = int(np.argmax(slow))
+        free = np.arange(slow.size) < (begin if slow.any() else slow.size)
+        if slow.any() and free.sum() >= one.fewest:
+            rejected.append(RejectedSegment(one.name, float(one.log.time[begin]), float(one.log.time[-1]), why))
+            one = one.rows(free)
+        found.append(one)
+    return found, rejected
+
+
+def _decelerations(segment: CoastSegment, pushed: Array) -> Array:
+    """Deceleration, (LOW + HIGH,) m/s^2, of a run in each class of speed without the known accelerations; NaN: none."""
+    time, speed = segment.log.time, np.minimum.accumulate(segment.log["speed"])
+    found = np.full(LOW + HIGH, np.nan)
+    for k in range(found.size):
+        inside = (speed >= k * WIDTH) & (speed < (k + 1) * WIDTH)
+        if inside.sum() >= FEWEST:
+            found[k] = float(np.mean(pushed[inside])) - float(
+                np.polyfit(time[inside], segment.log["speed"][inside], 1)[0]
+            )
+    return found
+
+
+def _free_from(rates: Array, ways: Sequence[NDArray[np.intp]]) -> float | None:
+    """The speed, m/s, from which on the runs (r, c) roll freely; None where they do so at all speeds."""
+    each = [rates[w] for w in ways]
+    seen = np.all([np.isfinite(e).sum(axis=0) >= 2 for e in each], axis=0)
+    above = np.flatnonzero(seen & (np.arange(seen.size) >= LOW))
+    if not seen[:LOW].any() or above.size < 2:
+        return None
+    means, errors = np.full(seen.size, np.nan), np.full(seen.size, np.nan)
+    for k in np.flatnonzero(seen):
+        mine = [e[np.isfinite(e[:, k]), k] for e in each]
+        means[k] = np.mean([m.mean() for m in mine])
+        errors[k] = 0.5 * np.sqrt(sum(m.var(ddof=1) / m.size for m in mine))
+    center = (np.arange(seen.size) + 0.5) * WIDTH
+    line = np.polyfit(center[above] ** 2, means[above], 1)
+    expected = np.polyval(line, center**2)
+    lowest = int(np.argmax(seen))
+    missing = expected[lowest] - means[lowest]
+    if missing < max(STEP_POLICY.creep_share * expected[lowest], STEP_POLICY.creep_std * errors[lowest]):
+        return None
+    returned = np.flatnonzero(seen & (means >= RETURNED * expected))
+    return float(WIDTH * (returned[0] + 1 if returned.size else LOW))  # the first one may still be pushed in part
