@@ -77,7 +77,7 @@ def _diagnosed(
     assert prepared.step.diagnosable is not None
     setup = setup_of(prepared, level)
     strategy = open_strategy(setup)
-    limits = limits_of(base, prepared.step.diagnosable.metric[1], requested.matters)
+    limits = limits_of(base, _metric(prepared)[1], requested.matters)
     by_candidates = judge(strategy, faults, limits)
     by_part = with_part(strategy, by_candidates, problem)
     strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, by_candidates)
@@ -111,7 +111,7 @@ def _described(
     if judgment.absorbed is not None:
         amplitudes = {**fitted_amplitudes(judgment.absorbed, setup), **amplitudes}
     narrowed, last = isinstance(prepared.spec.diagnose.effects, list), extension.result
-    metric = prepared.step.diagnosable.metric
+    metric = _metric(prepared)
     unit = metric[1]
     exact = last if judgment.answer and set(judgment.answer.effects) == set(extension.effects) else None
     judgment = _with_noise_floor(judgment, last or base, unit)
@@ -137,6 +137,12 @@ def _described(
         next_test=next_tests(strategy, judgment),
         not_extended=extension.failed[0].what if extension.failed else "",
     )
+
+
+def _metric(prepared: PreparedStep) -> tuple[str, str]:
+    """Name and unit of the main channel: those of the problem, else those of the step."""
+    assert prepared.step.diagnosable is not None
+    return prepared.simulated.metric or prepared.step.diagnosable.metric
 
 
 def _with_noise_floor(judgment: Judgment, last: Result, unit: str) -> Judgment:

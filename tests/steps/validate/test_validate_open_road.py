@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 DRIVES, SHORT = 8, 200.0  # s
 # A speed that reads too low makes the accelerations too small for the torque, as a loss does; the accelerometer's own
 # gain is free beside it, since how much of the hills it felt is not known.
-LOSSES = {"driveline_loss", "torque_gain", "mass_error", "rotating_mass", "wheel_radius", "speed_scale"}
+LOSSES = {"payload", "driveline_loss", "torque_gain", "mass_error", "rotating_mass", "wheel_radius", "speed_scale"}
 
 
 def made(truth: Truth, seed: int, seconds: float = SHORT) -> list[Made]:
