@@ -88,7 +88,10 @@ def with_it(seed: int, plan: PlannedTest) -> Driven:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "rival"),
-    [("headwind", "road_grade"), ("speed_dependent_rolling", "brake_drag_fading")],
+    [
+        pytest.param("headwind", "road_grade", marks=pytest.mark.thorough),
+        ("speed_dependent_rolling", "brake_drag_fading"),
+    ],
     ids=["wind against slope", "tires against brakes"],
 )
 def test_what_is_promised_is_what_the_plant_says_of_driving_it(name: str, rival: str) -> None:

@@ -136,7 +136,11 @@ def test_effects_are_exactly_nothing_at_zero(number, effects):
     assert not any(wrong.values()), wrong
 
 
-@IN_EACH_MODEL
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(k, marks=[pytest.mark.slow] if m.name == "vehicle" else []) for k, m in enumerate(MODELS)],
+    ids=lambda k: f"{k}-{MODELS[k].name}",
+)
 def test_derivatives_are_finite_at_zero_and_not_all_zero(number):
     wrong = {e.name: list(finite_derivatives(e, MODELS[number])) for e in chosen(number)}
     assert not any(wrong.values()), wrong

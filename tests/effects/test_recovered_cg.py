@@ -73,6 +73,7 @@ def test_its_size_is_found_and_the_parameters_are_the_truths(hidden: Hidden) -> 
     assert result.fit.rms < 1.05 * result.fit.noise_floor
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("hidden", [*SHOWN, *FAINT], ids=str)
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)

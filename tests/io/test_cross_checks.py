@@ -123,6 +123,7 @@ def test_a_shaft_torque_that_reads_nothing_beside_one_that_does_did_not_measure(
         assert not with_cross_checks(log().with_channels(shaft_torque_left=left, shaft_torque_right=left)).findings
 
 
+@pytest.mark.slow
 def test_loads_that_are_not_the_weight_are_doubted_and_those_of_a_wheel_too_many_refused(
     tmp_path: Path, root: Path
 ) -> None:

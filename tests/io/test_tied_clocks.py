@@ -24,7 +24,10 @@ def said(log: Log) -> str:
 
 @pytest.mark.parametrize(
     ("first", "second"),
-    [("speed", "speed"), ("wheel_speed", "speed"), ("speed", "acceleration"), ("position", "speed")],
+    [
+        ("speed", "acceleration"),
+        *(pytest.param(n, "speed", marks=pytest.mark.slow) for n in ("speed", "wheel_speed", "position")),
+    ],
 )
 def test_delay_and_drift_lie_within_their_errors(first: str, second: str) -> None:
     for seed in (11, 12):  # the bench has 30

@@ -28,7 +28,7 @@ def evidence() -> Evidence:
     return Evidence(sizes, ("motor_inertia",), info.known(list(puzzle.RIVALS)), total([info, loose]))
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_inertia_is_told_from_every_rival(evidence: Evidence) -> None:
     assert evidence.t()["motor_inertia"] > 20
     assert all(t > 20 for t in evidence.rivals()["motor_inertia"].values())

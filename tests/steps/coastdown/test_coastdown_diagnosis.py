@@ -178,6 +178,7 @@ def test_where_a_sensor_stood_still_is_cut_and_the_rest_names_the_wind(tmp_path:
     assert {row["test"] for row in made["quality"]["ledger"]} == {"frozen"}
 
 
+@pytest.mark.slow
 def test_what_stood_still_may_be_cut_out(tmp_path: Path) -> None:
     path = described(tmp_path, {})
     damage(sorted(tmp_path.glob("*.csv")), "stuck")

@@ -33,7 +33,9 @@ def test_a_short_braking_at_the_end_is_left_out(duration: float) -> None:
     assert max(left_out) < 6.5
 
 
-@pytest.mark.parametrize("kind", ["clean", "undulating", "quantized", "filtered"])
+@pytest.mark.parametrize(
+    "kind", ["clean", *(pytest.param(k, marks=pytest.mark.slow) for k in ("undulating", "quantized", "filtered"))]
+)
 def test_other_ends_are_kept(kind: str) -> None:
     assert cut_off(drive(7, drawn_day(kind, 7))) == []
 

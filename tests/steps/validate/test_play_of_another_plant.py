@@ -35,5 +35,6 @@ def test_play_is_named_and_its_interval_holds_it(tmp_path: Path, seed: int, play
     assert high - low < 0.5 * play
 
 
+@pytest.mark.thorough
 def test_without_play_nothing_is_wrong(tmp_path: Path) -> None:
     assert diagnosis(tmp_path, 75, 0.0)["verdict"] == "adequate"
