@@ -64,7 +64,6 @@ class LineProblem:
     estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown]], Result] = estimate
     model: Model = field(default_factory=lambda: Model("line", lambda e, u: None, (), ()))
     profiles: tuple[Effect, ...] = (SHAPE,)
-    metric: None = None
 
     @property
     def duration(self) -> float:

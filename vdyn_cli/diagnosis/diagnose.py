@@ -140,9 +140,9 @@ def _described(
 
 
 def _metric(prepared: PreparedStep) -> tuple[str, str]:
-    """Name and unit of the main channel: those of the problem, else those of the step."""
+    """Name and unit of the main channel."""
     assert prepared.step.diagnosable is not None
-    return prepared.simulated.metric or prepared.step.diagnosable.metric
+    return prepared.step.diagnosable.metric_of(prepared.problem) or prepared.step.diagnosable.metric
 
 
 def _with_noise_floor(judgment: Judgment, last: Result, unit: str) -> Judgment:

@@ -52,11 +52,6 @@ class SimulatedProblem(Problem, Protocol):
         return ()
 
     @property
-    def metric(self) -> tuple[str, str] | None:
-        """Name and unit of the main channel where they are not those of the step (``Diagnosable.metric``)."""
-        return None
-
-    @property
     def duration(self) -> float:
         """Length of the longest run, s."""
 

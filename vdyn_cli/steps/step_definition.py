@@ -47,6 +47,7 @@ class Diagnosable:
     Parameters
     ----------
     metric : name and unit of the channel in which the held-out gain is measured.
+    metric_of : (problem) -> the same where it depends on the logged channels; None: ``metric``.
     run : noun for a run.
     fewest_runs : below which an effect cannot be separated from chance.
     shortest : s, duration of the longest run below which effects are collinear.
@@ -65,6 +66,7 @@ class Diagnosable:
     linearized: Callable[[Any], bool] = lambda spec: False
     narrower: Callable[[Any], tuple[Description, SimulatedProblem] | None] = lambda problem: None
     carries: bool = False
+    metric_of: Callable[[Any], tuple[str, str] | None] = lambda problem: None
 
 
 @dataclass(frozen=True)

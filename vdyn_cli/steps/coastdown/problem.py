@@ -84,11 +84,6 @@ class CoastdownProblem(SimulatedProblem):
         """The road load as these runs are driven and measured."""
         return self.campaign.model
 
-    @property
-    def metric(self) -> tuple[str, str] | None:
-        """The specific force where the speed is not fitted."""
-        return None if self.campaign.speed_fitted else ("acceleration", "m/s^2")
-
     @cached_property
     def _located(self) -> LocatedCampaign:
         return located(self.campaign)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.steps.coastdown.campaign_checks.planned_logs import PLANNED
 from vdyn_cli.steps.coastdown.campaign_checks.track_check import track_check
-from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
@@ -17,6 +17,11 @@ RATE = 20.0
 def _on_one_road(spec: CoastdownSpec) -> bool:
     """Whether the runs go to and fro on one road, so that wind and slope change sign with the direction."""
     return spec.settings.windows != "powered"
+
+
+def _fitted_channel(problem: CoastdownProblem) -> tuple[str, str] | None:
+    """The specific force where the speed is not fitted."""
+    return None if problem.campaign.speed_fitted else ("acceleration", "m/s^2")
 
 
 STEP = Step(
@@ -43,6 +48,12 @@ STEP = Step(
     prepare=prepare,
     rate=lambda spec: RATE,
     track_check=track_check,
-    diagnosable=Diagnosable(metric=("speed", "m/s"), run="coast-down", fewest_runs=4, two_way=_on_one_road),
+    diagnosable=Diagnosable(
+        metric=("speed", "m/s"),
+        metric_of=_fitted_channel,
+        run="coast-down",
+        fewest_runs=4,
+        two_way=_on_one_road,
+    ),
     planned=PLANNED,
 )
