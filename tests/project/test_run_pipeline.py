@@ -15,6 +15,7 @@ from vdyn_cli.commands import step_processes
 from vdyn_cli.commands.run_pipeline import run_pipeline
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.policy import shared_level
+from vdyn_cli.project import result_document
 from vdyn_cli.project.pipeline import load_plan
 from vdyn_cli.quantities.vocabulary import TABLE
 
@@ -149,3 +150,10 @@ def test_the_makefile_says_what_the_pipeline_does(root: Path) -> None:
     said = {line.split()[1]: re.findall(r"--known o/(\w+)\.json", line) for line in shown.stdout.splitlines()}
     _, _, tasks = load_plan(root / "configs" / "pipeline.yaml")
     assert said == {task.name: list(task.after) for task in tasks}
+
+
+def test_a_changed_program_computes_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = result_document.versions()["vdyn_cli"]
+    assert re.fullmatch(r"\d+\.\d+\.\d+\+[0-9a-f]{8}", before)
+    monkeypatch.setattr(result_document, "SOURCES", {".css"})
+    assert result_document.versions.__wrapped__()["vdyn_cli"] != before

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -13,6 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import vdyn_cli
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.cut_ledger import DataQuality
@@ -22,6 +24,8 @@ from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT, to_document
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.quantities.result_schema import ResultDocument
+
+SOURCES = {".py", ".html", ".css"}  # suffixes of the program's files that can change a result or its page
 
 
 @dataclass(frozen=True)
@@ -190,14 +194,23 @@ def step_command(step: str, path: Path, known_files: Sequence[Path], level: floa
 
 @cache
 def versions() -> dict[str, str]:
-    """The versions of the packages that can affect a result, by name."""
+    """The versions of the packages that can affect a result, by name; vdyn's with a digest of its source."""
     found = {}
     for package in ("vdyn_cli", "numpy", "scipy", "casadi", "llvmlite"):
         try:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = "absent"
-    return found
+    return {**found, "vdyn_cli": f"{found['vdyn_cli']}+{_source_digest()}"}
+
+
+def _source_digest() -> str:
+    """Eight hexadecimal digits of the program's source: a clone that is updated keeps its version."""
+    digest, package = hashlib.sha256(), Path(vdyn_cli.__file__).parent
+    for path in sorted(p for p in package.rglob("*") if p.suffix in SOURCES):
+        digest.update(path.relative_to(package).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:8]
 
 
 def to_json(document: Mapping[str, Any]) -> str:
