@@ -126,7 +126,7 @@ def test_an_axis_that_varies_less_than_the_one_beside_it_is_not_decided(tmp_path
     """A phone may lie in any orientation."""
     axes = {"Speed_mph": 60 - WAVE, "Accel X_g": 0.05 * WAVE, "Accel Y_g": 0.3 * WAVE}
     found, _ = draft("coastdown", table(tmp_path / "a.csv", **{"time_s": np.arange(600) / 10.0, **axes}))
-    assert "acceleration: not decided between 'Accel X [g]' by its name and 'Accel Y [g]', which varies" in found.text
+    assert "acceleration: not decided between 'Accel X [g]' (by its name) and 'Accel Y [g]' (varies more)" in found.text
     assert "acceleration" not in found.mapped
 
 

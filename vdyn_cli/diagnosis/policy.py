@@ -50,7 +50,7 @@ class Policy:
         "p = 0.05 is 0.005.",
     )  # fmt: skip
     fewest_runs_between: int = _threshold(
-        8, "runs", "from which effects that vary between runs are tested",
+        8, "runs", "needed to test effects that vary between runs",
         "n runs have 2^(n-1) sign patterns up to a common sign: six reach p = 2^-5 = 0.031, seven 0.016, eight 0.008. "
         "The family's share is 0.4 * 0.05 = 0.02; the smallest p must be a third of that (smallest_p_ratio): eight.",
     )  # fmt: skip
@@ -65,7 +65,7 @@ class Policy:
         "block may hold half of it and decide the test alone.",
     )  # fmt: skip
     runs_as_units: int = _threshold(
-        16, "runs", "from which whole runs are the independent units, not blocks",
+        16, "runs", "or more: the independent units are whole runs, not blocks",
         "Runs have independent noise, so they are preferred. From 16 on Student's t(15) = 2.13 is within 9 % of the "
         "normal quantile 1.96: less than a tenth of the power is lost. With eight, t(7) = 2.36 loses a fifth.",
     )  # fmt: skip
@@ -81,7 +81,7 @@ class Policy:
         "sheet, so that its collinearity with fitted parameters does not matter.",
     )  # fmt: skip
     contradiction: float = _threshold(
-        2.0, "standard deviations", "from a stated value, above which the sentence names it as contradicted",
+        2.0, "standard deviations", "by which the data must contradict a stated value for the sentence to name it",
         "1 of 20 correct values is as far off. It changes the sentence only.",
     )  # fmt: skip
     reachable_t: float = _threshold(
@@ -98,7 +98,7 @@ class Policy:
         "Ranges come from published measurements; half as much again allows for vehicles that were not measured.",
     )  # fmt: skip
     open_range: float = _threshold(
-        3.0, "times the plausible range", "up to which an effect that fits as well as the answers is listed with them",
+        3.0, "times the plausible range", "up to which an effect that fits equally well is listed with the answers",
         "Twice range_factor: small and special vehicles differ by that from those of the published measurements. Such "
         "an effect is not named, and its rivals are not named either.",
     )  # fmt: skip
@@ -145,13 +145,13 @@ class Policy:
     )  # fmt: skip
     # Relinearization ------------------------------------------------------------------------------------------------
     large_t: float = _threshold(
-        6.0, "standard errors", "from which an effect is relinearized about its own amplitude",
+        6.0, "standard errors", "above which an effect is relinearized about its own amplitude",
         "The neglected second order grows with the square of the amplitude: of an effect of t standard errors whose "
         "law bends by a tenth over its amplitude, the fit misses t / 10 standard errors. From t = 6 that exceeds "
         "settled_std. It is a bound of the cost as well: each takes one simulation with sensitivities.",
     )  # fmt: skip
     most_relinearized: int = _threshold(
-        8, "effects", "of the strongest, each compared on its own linearization",
+        8, "effects", "with the largest scores, each compared on its own linearization",
         "A bound of the cost: each takes one simulation with sensitivities. The strongest alone is not sufficient: "
         "on one log half-shaft damping had a score of 59 standard errors, and the missing motor inertia one of 14.",
     )  # fmt: skip
@@ -164,13 +164,13 @@ class Policy:
         "A sufficient candidate reaches the noise, as the best one does; equivalent ones differ by a few per cent.",
     )  # fmt: skip
     hopeless_share: float = _threshold(
-        0.2, "share of the misfit", "that a large candidate leaves beyond an answer, above which it is given up",
-        "An answer may leave at most negligible_rest; this is twice that. The share is the root of a ratio of log "
+        0.2, "share of the misfit", "that a large candidate leaves beyond an answer, above which it is rejected",
+        "Twice negligible_rest, the most that an answer may leave. The share is the root of a ratio of log "
         "likelihoods. The noise is estimated with the candidate and contains part of what it leaves: the true share "
         "is larger.",
     )  # fmt: skip
     coarse_gain: float = _threshold(
-        0.9, "of the baseline's rms error", "below which a candidate must come at a coarse start, if another one fits",
+        0.9, "of the baseline's rms error", "below which a candidate must be at a coarse start, if another one fits",
         "Where the baseline is far off, the true effect removes a third or more of the error at the nearest of its "
         "starts, which is off by at most a factor of 1.6 (coarse_factor) or 2 (coarse_ratio).",
     )  # fmt: skip
@@ -189,8 +189,8 @@ class Policy:
         "three more settle it; a fit that needs more does not converge at all.",
     )  # fmt: skip
     settled_std: float = _threshold(
-        0.5, "standard deviations", "below which an amplitude's move ends the relinearization",
-        "Half of its own uncertainty: a further round moves the amplitude by less than a quarter of that.",
+        0.5, "standard deviations", "change of an amplitude between rounds, below which the relinearization ends",
+        "Half of its own uncertainty: a further round changes the amplitude by less than a quarter of that.",
     )  # fmt: skip
     clearly_better: float = _threshold(
         4.5, "log likelihood", "by which a nondifferentiable effect must exceed effects collinear with it",
@@ -207,7 +207,7 @@ class Policy:
         "The share of one family of tests in the default level: 0.4 * 0.05.",
     )  # fmt: skip
     needed_t: float = _threshold(
-        3.0, "standard errors", "each effect must reach beside the others; its square bounds 2 d(log likelihood)",
+        3.0, "standard errors", "of each effect beside the others, or root of 2 d(log likelihood), at least",
         "Chance exceeds it in 0.27 % (two-sided): with the 20 to 30 candidates of a step in 5 to 8 %, and only where "
         "a model error was detected at 5 % before.",
     )  # fmt: skip
@@ -228,19 +228,19 @@ class Policy:
         "then (larger / smaller)^8, and 1.75^8 = 88 = exp(3^2 / 2): three standard errors, as needed_t.",
     )  # fmt: skip
     excluding_amplitude: float = _threshold(
-        6.0, "standard errors", "of the amplitude of each of several answers, from which the baseline is excluded",
+        6.0, "standard errors", "that the amplitude of each of several answers must reach to exclude the baseline",
         "Twelve blocks, the fewest, leave 11 degrees of freedom: Student's t exceeds 6 in 1e-4, and the strongest of "
         "30 candidates does in 0.3 %, which is the probability of needed_t.",
     )  # fmt: skip
     open_probability: float = _threshold(
-        0.05, "probability", "of one further effect beside a named one, above which intervals include that answer, too",
+        0.05, "probability", "of one further effect beside a named one, above which intervals include that answer",
         "The probability outside a 95 % interval: an answer that is likelier than that must not lie outside.",
     )  # fmt: skip
     idle_noise: float = _threshold(
-        1.0, "standard deviations", "of the noise of all channels, below which an answer changes nothing beside a "
-        "logger's latency, if it does not matter for the main output either",
-        "A sample does not show less than its noise: slip that stood for a delay reaches 0.24, a wrong zero of an "
-        "accelerometer 7.",
+        1.0, "standard deviations", "of the noise: an answer that changes every channel by less is dropped in favor "
+        "of a logger's latency, if it does not matter for the main output either",
+        "A change below the noise of a sample is not visible in it. Slip that was named in place of a delay reaches "
+        "0.24, a wrong zero of an accelerometer 7.",
     )  # fmt: skip
     matters_share: float = _threshold(
         0.1, "share", "of a parameter's half interval, or of the output's noise floor: smaller changes do not matter",
@@ -261,29 +261,29 @@ class Policy:
         "Evidence is about the root of the likelihood gain: below a quarter, a sixteenth of the misfit is explained.",
     )  # fmt: skip
     pair_evidence: float = _threshold(
-        2.0, "standard errors", "of evidence, alone or beside another effect, to be tried in a pair or by a fold",
+        2.0, "standard errors", "of evidence, alone or beside another effect, needed to be tried in a pair or a fold",
         "2.3 % exceed it by chance, less than one of the 20 to 30 candidates of a step. It is below needed_t since the "
         "misfit by a missing partner is part of the residual.",
     )  # fmt: skip
     pair_pool: int = _threshold(
-        10, "effects", "the strongest, from which pairs are formed",
+        10, "effects", "with the largest evidence, from which pairs are formed",
         "A bound of the cost: 45 pairs are compared to first order. The rows 'both' of tests/bench/hidden.md show what "
         "is missed.",
     )  # fmt: skip
     pairs_refitted: int = _threshold(
-        8, "pairs", "the best to first order, which are refitted",
+        8, "pairs", "refitted: the best to first order",
         "A bound of the cost: each is a fit of a second or more. Seven causes of a lack of power are alike in a drive "
         "(torque gain, wheel radius, driveline loss, rotating mass, mass, payload, speed scale); a set of them beside "
-        "another effect shall be whole. Pairs that only a refit would show to be better are "
+        "another effect must be complete. Pairs that only a refit would show to be better are "
         "missed; the rows 'both' of tests/bench/hidden.md show how often.",
     )  # fmt: skip
     most_effects: int = _threshold(
-        5, "effects", "of one answer by forward selection",
-        "Real trips have up to four (tests/bench/bmw_diagnosis.md), and one is spare. A bound of the cost: the answer "
-        "must be sufficient, and each effect needed, however many there are.",
+        5, "effects", "in one answer by forward selection, at most",
+        "Real trips have up to four (tests/bench/bmw_diagnosis.md); five leaves a margin of one. A bound of the cost: "
+        "the answer must be sufficient, and each effect needed, however many there are.",
     )  # fmt: skip
     one_sided_share: float = _threshold(
-        0.15, "share of the range", "on the other side of zero, below which a range allows one sign only",
+        0.15, "share of the range", "on the other side of zero, below which the effect has one sign only",
         "Ranges of effects with one sign extend 2 to 13 % beyond zero, for the noise of the estimate (bearing_drag, "
         "friction_fade, load_sensitivity); those of effects with two signs a third and more (progressive_spring). The "
         "threshold lies in that gap of the catalogue and is no statistical level.",
@@ -306,17 +306,17 @@ class Policy:
         "3^2 / 2, as clearly_better: half the square of three standard errors.",
     )  # fmt: skip
     part_near: float = _threshold(
-        0.7, "share of the strongest evidence", "from which another element, or one place of it, is refitted as well",
+        0.7, "share of the strongest evidence", "above which another element, or one place of it, is refitted as well",
         "On linearizations about the baseline, wrong elements reached at most 70 % of the evidence of the right one; "
-        "set by tests/bench/other_laws.md. If two places are at fault each explains about half, if one is it explains "
+        "set by tests/bench/other_laws.md. Of two places at fault each explains about half; a single one explains "
         "nearly all.",
     )  # fmt: skip
     rival_share: float = _threshold(
         0.02, "share of the evidence", "by which a part must exceed another to rule it out as a rival",
-        "Evidence of hundreds of standard errors is not exact to 2 %, since laws and linearization are not.",
+        "Evidence of hundreds of standard errors is not exact to 2 %, because laws and linearization are not.",
     )  # fmt: skip
     most_elements: int = _threshold(
-        2, "elements", "that are refitted",
+        2, "elements", "that are refitted, at most",
         "A bound of the cost: a refit takes a dozen simulations with the sensitivities of one part.",
     )  # fmt: skip
     part_squares: float = _threshold(
@@ -344,7 +344,7 @@ class Policy:
         "that leaves more than half of the misfit is not the right one.",
     )  # fmt: skip
     formula_share: float = _threshold(
-        0.95, "share of the curve's rms deviation", "from which a formula is as good as the free curve",
+        0.95, "share of the curve's rms deviation", "that a formula must explain to replace the free curve",
         "The remainder is below the error with which laws of elements are known, a few per cent.",
     )  # fmt: skip
     formula_level: float = _threshold(
@@ -352,16 +352,16 @@ class Policy:
         "A true formula is rejected in one of a hundred cases; the table then contains it as well.",
     )  # fmt: skip
     learned_information: float = _threshold(
-        3.0, "times the prior's", "information that the data must hold about a shape that a learned table keeps",
+        3.0, "times the prior's", "information that the data must have about a shape for a learned table to keep it",
         "As covered_share: shapes that only the smoothness prior determines are left out of the table.",
     )  # fmt: skip
     # Held-out gain --------------------------------------------------------------------------------------------------
     fewest_runs_left_out: int = _threshold(
-        4, "runs", "from which runs are left out one by one; fewer are cut into blocks",
+        4, "runs", "or more are left out one by one; fewer are cut into blocks",
         "The interval has folds - 1 degrees of freedom: t(3) = 3.2 is the last useful one, t(2) = 4.3.",
     )  # fmt: skip
     fewest_predicted_runs: int = _threshold(
-        3, "runs", "from which runs are left out one by one where parameters keep their prior values",
+        3, "runs", "or more are left out one by one where parameters keep their prior values",
         "Only amplitudes are fitted, and the noise model adds noise_model_folds to the degrees of freedom.",
     )  # fmt: skip
     fewest_blocks_left_out: int = _threshold(

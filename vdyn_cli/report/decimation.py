@@ -19,7 +19,7 @@ def finite(values: Array) -> Array:
 
 
 def connected(x: Array, y: Array, jump: float = 8.0) -> tuple[Array, Array]:
-    """The finite samples, with a NaN inserted where x steps by more than ``jump`` times its median step.
+    """The finite samples (n,), with a NaN inserted where x steps by more than ``jump`` times its median step.
 
     A slow channel in a fast log has NaN between all its samples; these are not gaps.
     """
@@ -36,7 +36,7 @@ def connected(x: Array, y: Array, jump: float = 8.0) -> tuple[Array, Array]:
 
 
 def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
-    """Minimum and maximum of each of ``columns`` blocks, in order; up to 4 samples per column are left unchanged.
+    """Minimum and maximum of each of ``columns`` blocks of x, y (n,), in order; unchanged up to 4 samples per column.
 
     On ``columns`` px the line through the result looks like the line through all samples. A block that contains a gap
     (NaN) ends with a gap, so that it remains visible.
@@ -64,7 +64,7 @@ def envelope(x: Array, y: Array, columns: int) -> tuple[Array, Array]:
 
 
 def cloud(x: Array, y: Array, cells: tuple[int, int], most: int) -> NDArray[np.intp]:
-    """Indices of the points to draw: all finite ones, or, of more than ``most``, one per cell of a grid.
+    """Indices of the points x, y (n,) to draw: all finite ones, or, of more than ``most``, one per cell of a grid.
 
     Parameters
     ----------

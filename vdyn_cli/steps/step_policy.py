@@ -13,7 +13,7 @@ class StepPolicy:
 
     # Several steps ----------------------------------------------------------------------------------------------------
     sign_correlation: float = threshold(
-        0.3, "correlation", "of two channels, beyond which its sign is certain",
+        0.3, "correlation", "of two channels, above which its sign is certain",
         "By chance, 100 independent samples reach it once in 400. Channels of the correct sign have more, or hardly "
         "any: a tire far beyond its peak.",
     )  # fmt: skip
@@ -68,7 +68,7 @@ class StepPolicy:
         "Shorter holds are those of any change of the pedal.",
     )  # fmt: skip
     brake_excess: float = threshold(
-        0.15, "m/s^2", "of deceleration above that of the other runs, from which an interval of 2 s counts as braked",
+        0.15, "m/s^2", "of deceleration above that of the other runs, at which an interval of 2 s counts as braked",
         "Gusts reach 0.02, sensor errors 0.03.",
     )  # fmt: skip
     brake_excess_few: float = threshold(
@@ -80,25 +80,25 @@ class StepPolicy:
         "Of three runs, two agree on the slope even if the third is braked.",
     )  # fmt: skip
     brake_gross: float = threshold(
-        3.0, "times that excess", "from which one interval suffices; otherwise two in succession are needed",
+        3.0, "times that excess", "at which one interval suffices; below, two in succession are needed",
         "0.45 m/s^2 over 2 s are 0.9 m/s: nearly twice the noise of the speed above which a campaign is doubted (0.5 "
         "m/s).",
     )  # fmt: skip
     brake_loss: float = threshold(
-        0.6, "m/s", "of speed lost in the last 2 s of a coast beyond its deceleration before, from which it was braked",
+        0.6, "m/s", "of speed lost in the last 2 s of a coast beyond its earlier deceleration, at which it was braked",
         "brake_excess over two intervals of 2 s; a gust of 5 m/s lasting 2 s costs 0.1.",
     )  # fmt: skip
     brake_loss_std: float = threshold(
-        5.0, "standard deviations", "of the line through the 4 s before that this must also exceed",
+        5.0, "standard deviations", "of the line through the 4 s before; brake_loss must also exceed this",
         "Of a thousand coasts, normal noise exceeds it in none.",
     )  # fmt: skip
     creep_share: float = threshold(
-        0.25, "share of the expected deceleration", "that must be missing at the lowest speeds where the motor pushes",
-        "As a fall of the road by 0.25 % towards both of its ends; creep takes away all of it at 5 to 8 km/h.",
+        0.25, "share of the expected deceleration", "that must be missing at the lowest speeds to detect creep",
+        "A road that falls by 0.25 % in both directions has that effect; creep takes away all of it at 5 to 8 km/h.",
     )  # fmt: skip
     creep_std: float = threshold(
-        4.0, "standard errors", "of the runs' mean that this must also exceed",
-        "Chance exceeds it on one day of a thousand with eight runs.",
+        4.0, "standard errors", "of the runs' mean; the missing deceleration must also exceed this",
+        "With eight runs, chance exceeds it on one day of a thousand.",
     )  # fmt: skip
     engaged_share: float = threshold(
         0.25, "share of the usual deceleration", "by which the deceleration of a whole run may exceed it",
@@ -109,7 +109,7 @@ class StepPolicy:
         "The slope of 0.5 % that SAE J1263 allows is 0.05 m/s^2.",
     )  # fmt: skip
     clutch_runs: int = threshold(
-        4, "runs", "from which a dragging clutch, or a filter's lag, at the start of all runs is tested",
+        4, "runs", "needed to test the start of all runs for a dragging clutch or a filter's lag",
         "Two runs per direction. A lag is tested by the runs' scatter: t(3) = 10 at clutch_chance, t(2) = 22.",
     )  # fmt: skip
     clutch_least: float = threshold(
@@ -146,7 +146,7 @@ class StepPolicy:
         "of the day's.",
     )  # fmt: skip
     compared_runs: int = threshold(
-        3, "runs", "from which one can be named that contradicts the others",
+        3, "runs", "needed to name one that contradicts the others",
         "Of two that disagree, either may be wrong.",
     )  # fmt: skip
     material_run_force: float = threshold(
@@ -168,28 +168,28 @@ class StepPolicy:
         "with roads of 0.05 to 0.3 % rms had 34 to 2200.",
     )  # fmt: skip
     roads_apart: float = threshold(
-        10.0, "likelihood ratio", "from which the two directions do not share one road",
+        10.0, "likelihood ratio", "above which the two directions have different roads",
         'Jeffreys, Theory of Probability, 1961, calls it "strong" evidence.',
     )  # fmt: skip
     elevation_shown: float = threshold(
-        3.0, "standard errors", "from zero of the share of a logged elevation that decelerations show, to use it",
+        3.0, "standard errors", "from zero of the share of a logged elevation confirmed by decelerations, to use it",
         "With less, a third of the grade would be noise of the elevation.",
     )  # fmt: skip
     filtered_speed: float = threshold(
-        2.0, "times the white noise of a bin's mean", "from which an error of the speed that lasts for seconds is used",
+        2.0, "times the white noise of a bin's mean", "above which an error of the speed over seconds is used",
         "White noise is then a fifth of its variance. Below, gusts and white noise describe it nearly as well, and it "
         "could absorb a force that the model lacks.",
     )  # fmt: skip
     least_filtered_speed: float = threshold(
-        0.01, "m/s", "least rms error of a speed that lasts for seconds, to be told from gusts",
-        "A third of the smallest known, of receivers (0.03 m/s): what is smaller is left of the road or of the gusts.",
+        0.01, "m/s", "least rms error of a speed over seconds that can be distinguished from gusts",
+        "A third of the smallest known, of receivers (0.03 m/s): a smaller one remains from the road or the gusts.",
     )  # fmt: skip
     elevation_least: float = threshold(
-        0.5, "share of the grade", "by a logged elevation that decelerations must show, to use it",
+        0.5, "share of the grade", "by a logged elevation that decelerations must confirm, to use it",
         "Below, most of the grade is drift of the elevation, which its error does not include.",
     )  # fmt: skip
     grade_doubt: float = threshold(
-        3.0, "standard errors", "from one of the share of a stated grade that decelerations show, to doubt the grade",
+        3.0, "standard errors", "from one of the share of a stated grade confirmed by decelerations, to doubt it",
         "The confidence of other doubts about the data: by chance once in 400.",
     )  # fmt: skip
     grade_material: float = threshold(
@@ -201,7 +201,7 @@ class StepPolicy:
         "A share of zero is then within three standard errors of one.",
     )  # fmt: skip
     common_residual: float = threshold(
-        0.3, "correlation", "between residuals over position of runs in one direction, from which a road is suspected",
+        0.3, "correlation", "of residuals over position of runs in one direction, above which a slope is suspected",
         "Without a road it scatters about zero by 1/sqrt(pairs x independent segments), 0.1 for four runs of 60 to "
         "100 s with gusts of 8 s: three times that.",
     )  # fmt: skip
@@ -214,8 +214,8 @@ class StepPolicy:
         "The largest mean wind of UN R83, annex 4a, appendix 7.",
     )  # fmt: skip
     given_shift: float = threshold(
-        0.5, "standard deviations", "by which the runs must move an uncertain given value to contradict it",
-        "The number that the fit uses is then visibly not the one that the description gives.",
+        0.5, "standard deviations", "by which a fit must move an uncertain given value to contradict it",
+        "The fit then uses a number that visibly differs from the one in the description.",
     )  # fmt: skip
     least_rolling: float = threshold(
         0.003, "", "rolling resistance below which a result is doubted",
@@ -249,7 +249,7 @@ class StepPolicy:
         "cannot.",
     )  # fmt: skip
     gps_zero_least: float = threshold(
-        0.02, "m/s^2", "of an accelerometer's zero relative to the rate of the speed, below which it is not reported",
+        0.02, "m/s^2", "least reported zero of an accelerometer, relative to the derivative of the speed",
         "It shifts the center of gravity by about a millimeter.",
     )  # fmt: skip
     gps_zero_std: float = threshold(
@@ -257,15 +257,15 @@ class StepPolicy:
         "The scatter of as few as two runs has long tails.",
     )  # fmt: skip
     carried_windows: int = threshold(
-        8, "windows", "of a run from which the load of both axles is compared over the speed",
+        8, "windows", "that a run must have to compare the load of both axles over the speed",
         "Each run has two free terms: six independent values remain.",
     )  # fmt: skip
     balance_misfit: float = threshold(
-        1.5, "squares per row", "of the fit with all effects, from which it does not follow a large effect",
+        1.5, "squares per row", "of the fit with all effects, above which it does not describe a large effect",
         "Noise levels that are wrong by 10 % change squares by 20 %: more than twice that is a misfit.",
     )  # fmt: skip
     balance_noise: float = threshold(
-        1.05, "squares per row", "of that fit, up to which only noise may be left",
+        1.05, "squares per row", "of that fit, up to which the residual counts as noise",
         "Two standard deviations of 3000 rows. In three logs with an effect outside the catalogue (0.99 to 1.03 "
         "squares per row), channels estimated with it moved a curve by 0.02 to 0.13 of its half-interval.",
     )  # fmt: skip
@@ -312,11 +312,11 @@ class StepPolicy:
         "By chance once in 2 000 tests.",
     )  # fmt: skip
     least_rim_share: float = threshold(
-        0.2, "m r^2", "inertia of a wheel of mass m and rolling radius r, below which no wheel has it",
+        0.2, "m r^2", "least possible inertia of a wheel of mass m and rolling radius r",
         "A disk of half the radius has 0.125, and the tire alone adds some 0.3; wheels have 0.45 to 0.8.",
     )  # fmt: skip
     most_rim_share: float = threshold(
-        1.1, "m r^2", "inertia of a wheel of mass m and rolling radius r, above which no wheel has it",
+        1.1, "m r^2", "largest possible inertia of a wheel of mass m and rolling radius r",
         "A hoop has 1; the tread lies outside the rolling radius by up to 5 %.",
     )  # fmt: skip
     work_correlation: float = threshold(
@@ -333,7 +333,7 @@ class StepPolicy:
         "largest torque is 0.2 %.",
     )  # fmt: skip
     pendulum_jump: float = threshold(
-        30.0, "effective chi-square", "gained by a disturbance of a pendulum, from which the recording is split there",
+        30.0, "effective chi-square", "gained by a disturbance of a pendulum, above which the recording is split there",
         "Two unknowns at any time: by chance less than once in 1 000 recordings.",
     )  # fmt: skip
     # Half-shaft -------------------------------------------------------------------------------------------------------
@@ -364,7 +364,7 @@ class StepPolicy:
         "The conventional 5 %.",
     )  # fmt: skip
     output_chance: float = threshold(
-        0.01, "p value", "of one output's time outside its band, up to which it is reported",
+        0.01, "p value", "of one output's time outside its band, below which it is reported",
         "A fifth of band_chance, which is for all outputs together.",
     )  # fmt: skip
     large_pull: float = threshold(
@@ -372,7 +372,7 @@ class StepPolicy:
         "1.2 % of correct models reach it.",
     )  # fmt: skip
     certain_play: float = threshold(
-        18.0, "log likelihood", "gained by play alone, from which it is fitted together with the parameters",
+        18.0, "log likelihood", "gained by play alone, above which it is fitted together with the parameters",
         "Six standard errors.",
     )  # fmt: skip
     slip_stiffness: float = threshold(
@@ -391,7 +391,7 @@ class StepPolicy:
         "bus is 10 to 100 ms late. Most are within 0 to 120 ms: uniformly distributed, that has 35 ms.",
     )  # fmt: skip
     missed_error: float = threshold(
-        0.12, "share of the largest speed", "rms error of a simulated speed, above which a drive may not be this car's",
+        0.12, "share of the largest speed", "rms error of a simulated speed, above which the car may be another one",
         "Errors of 10 % of the road load and 5 % of the torque cause half of that.",
     )  # fmt: skip
     own_torque: float = threshold(
@@ -400,34 +400,34 @@ class StepPolicy:
     )  # fmt: skip
     hills_error: float = threshold(
         0.06, "share of the largest speed", "rms error of a simulated speed, above which sensors' hills are candidates",
-        "A road load known to 10 % and a torque known to 5 % miss as much; most often the rest is hills.",
+        "Errors of 10 % of the road load and 5 % of the torque cause as much; the rest is mostly hills.",
     )  # fmt: skip
     hills_gain: float = threshold(
-        0.1, "share of the rms error", "that sensors' hills take off beside errors of load and torque to be candidates",
-        "Of 18 trips of a real car 17 to 89 %; of 12 drives without hills by another plant nothing.",
+        0.1, "share of the rms error", "that hills must remove beside errors of load and torque, to be candidates",
+        "In 18 trips of a real car they remove 17 to 89 %, in 12 simulated drives without hills nothing.",
     )  # fmt: skip
     missed_std: float = threshold(
-        3.0, "standard deviations", "of a correct model's error that it must also exceed",
+        3.0, "standard deviations", "of a correct model's error; the rms error must also exceed this",
         "One error in 400 is as large.",
     )  # fmt: skip
     brake_least: float = threshold(
-        0.12, "m/s^2", "of deceleration that no channel explains, from which braking without a channel is detected",
+        0.12, "m/s^2", "of deceleration that no channel explains, above which braking without a channel is detected",
         "Light braking; gusts reach 0.02, and hills also affect the driven samples.",
     )  # fmt: skip
     brake_beyond: float = threshold(
-        4.0, "standard deviations", "of the driven samples that it must also exceed",
+        4.0, "standard deviations", "of the driven samples; this deceleration must also exceed them",
         "A normal sample exceeds it once in 30 000.",
     )  # fmt: skip
     brake_shortest: float = threshold(
-        1.0, "s", "that it must last",
+        1.0, "s", "least duration of such braking",
         "Accelerations are means over 1 s: a shorter event is a single value.",
     )  # fmt: skip
     unequal_share: float = threshold(
-        0.05, "", "difference of a drive's torque per acceleration from the other drives', from which it is reported",
+        0.05, "", "least reported difference of a drive's torque per acceleration from that of the other drives",
         "Fuel and a passenger change the mass of a car by less; two passengers or a load by 10 % and more.",
     )  # fmt: skip
     unequal_t: float = threshold(
-        5.0, "standard errors", "that it must also exceed",
+        5.0, "standard errors", "that this difference must also exceed",
         "With twelve blocks a correct drive exceeds that once in 2500. Of 52 clean drives the largest was 3.1.",
     )  # fmt: skip
 

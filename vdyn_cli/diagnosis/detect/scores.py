@@ -230,7 +230,7 @@ def equivalent(statistic: Array | float, degrees: int) -> Array:
 
 
 def visible_only(whole: Array, left: Array) -> Array:
-    """Remaining sensitivities ``left``, set to zero where only rounding is left of ``whole``."""
+    """The columns of ``left`` (n, k), set to zero where only rounding is left of those of ``whole`` (n, k)."""
     size = np.sqrt(np.sum(whole**2, axis=0))
     remains = np.sqrt(np.sum(left**2, axis=0))
     return np.where(remains > ROUNDING * size, left, 0.0)

@@ -20,17 +20,17 @@ class ClockPolicy:
         "Below, more than three quarters of the variance of one is unexplained, and the best delay is by chance.",
     )  # fmt: skip
     rival: float = threshold(
-        1.2, "times the misfit", "up to which another delay is not distinguished from the best, if the match is lost "
-        "between them",
+        1.2, "times the misfit", "of the best delay, up to which another delay fits equally well, if the match is "
+        "lost between them",
         "Repeated manoeuvres leave misfits within some per cent of each other; without repetition all other delays "
         "have a misfit several times that of the best.",
     )  # fmt: skip
     lost: float = threshold(
-        4.0, "times the misfit", "from which the match counts as lost between two such delays",
+        4.0, "times the misfit", "of the best delay, above which the match between two delays is lost",
         "Twice the rms difference of the recordings.",
     )  # fmt: skip
     drift_determined: float = threshold(
-        2.0, "standard errors", "from which a drift is corrected",
+        2.0, "standard errors", "above which a drift is corrected",
         "About the 95 % level. Below, the correction would add as much error as it removes; the drift is reported.",
     )  # fmt: skip
     prior_drift: float = threshold(

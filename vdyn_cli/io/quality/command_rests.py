@@ -144,6 +144,10 @@ def off_source_grid(values: Array, rests: list[tuple[int, int]]) -> Mask | None:
 
     A logger that resamples a coarse command interpolates between its levels. The command itself is constant only at
     these levels, so that a constant segment between them is the logger's.
+
+    Parameters
+    ----------
+    values : (n,), the command in any unit. rests : index of the first sample and of the one after the last.
     """
     where, count = np.unique([values[a] for a, _ in rests], return_counts=True)
     repeated = where[count > 1]

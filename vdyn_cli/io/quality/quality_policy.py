@@ -26,7 +26,7 @@ class QualityPolicy:
         "is constant for some samples now and then.",
     )  # fmt: skip
     varying_rest_ratio: float = threshold(
-        1.6, "", "times the longest ordinary rest (constant segment) of a channel, least duration of a frozen segment",
+        1.6, "", "times the longest ordinary rest (constant segment) of a channel: least duration of a frozen segment",
         "The Markov chain of the test only approximates the distribution of rests. Real speeds and accelerations at "
         "10 Hz rest for 5 samples at most; one second has 10.",
     )  # fmt: skip
@@ -39,7 +39,7 @@ class QualityPolicy:
         "A driver holds one torque for 2 s in 18 trips, and for 3.5 s near zero.",
     )  # fmt: skip
     fewest_rests: int = threshold(
-        3, "rests", "of five or more samples, from which a channel counts as a command that rests",
+        3, "rests", "of five or more samples that a channel needs to count as a command that rests",
         "A torque sensor is noisy at any torque, so that it never rests; one or two rests may be faults.",
     )  # fmt: skip
     idle_share: float = threshold(
@@ -47,16 +47,16 @@ class QualityPolicy:
         "With the pedal released, the creep torque or the sensor's offset remains, a few per cent of its range.",
     )  # fmt: skip
     line_ratio: float = threshold(
-        1.15, "", "times the longest ordinary straight line, least duration of an interpolated gap",
+        1.15, "", "times the longest ordinary straight line: least duration of an interpolated gap",
         "Six or more values on one chord within rounding are rare: the longest line in 18 trips at 10 Hz has 13.",
     )  # fmt: skip
     fewest_flickers: int = threshold(
-        50, "samples", "whose bend changes sign outside a frozen or straight segment, which show that the channel has "
-        "noise",
+        50, "samples", "outside frozen or straight segments at which the bend changes sign, needed to show that the "
+        "channel has noise",
         "Fewer do not show whether a channel has noise. A simulated log has none, and may be constant or linear.",
     )  # fmt: skip
     exit_jump: float = threshold(
-        3.0, "", "times the 99 % quantile of steps, a jump at the end of a segment that also shows that it was frozen",
+        3.0, "", "times the 99 % quantile of steps: jump at the end of a segment that also shows that it was frozen",
         "After freezing, a smooth sensor jumps to the present value; after a true rest it continues smoothly.",
     )  # fmt: skip
     coarse_share: float = threshold(
@@ -65,7 +65,7 @@ class QualityPolicy:
         "above their resolution have 2 to 22 %.",
     )  # fmt: skip
     coarse_line_ratio: float = threshold(
-        5.0, "", "times the longest ordinary straight line of a coarse channel, least duration of a faulty one",
+        5.0, "", "times the longest ordinary straight line of a coarse channel: least duration of a faulty one",
         "At a constant slope a coarse channel follows a line for as long. Its rests alone are not tested: at constant "
         "speed it is constant for any time.",
     )  # fmt: skip
@@ -95,12 +95,12 @@ class QualityPolicy:
         "An interpolated gap can contain single true values, at which the line bends.",
     )  # fmt: skip
     spike_ratio: float = threshold(
-        12.0, "", "times the local median of single-sample deviations, least size of a spike",
+        12.0, "", "times the local median of single-sample deviations: least size of a spike",
         "For white noise that median is 0.55 standard deviations: a sample 6.6 standard deviations from both neighbors "
         "occurs once in some 10^7 samples.",
     )  # fmt: skip
     spike_apart: float = threshold(
-        1.8, "", "times the largest other deviation, least size of the smallest spike",
+        1.8, "", "times the largest other deviation: least size of the smallest spike",
         "Road shocks and switching cause single large samples of every size; the largest of 18 healthy trips is "
         "1.7 times the next. tests/bench/log_faults.md measures the share of spikes missed.",
     )  # fmt: skip
@@ -114,12 +114,12 @@ class QualityPolicy:
         "An electric car with one gear reaches 0.93 to 0.97; gears, or a second driven axle, leave less than half.",
     )  # fmt: skip
     rest_t: float = threshold(
-        4.0, "standard deviations", "of such means while the torque drives, by which a rest must contradict the motion",
+        4.0, "standard deviations", "of such means under drive torque, by which the motion must contradict a rest",
         "While a torque is constant the scatter is half as large (a lag between the two has no effect); a log has some "
         "ten to a hundred rests.",
     )  # fmt: skip
     rest_apart: float = threshold(
-        1.8, "times the largest other", "misfit, or jump at both ends, least size for a contradicted rest",
+        1.8, "times the largest other", "misfit, or jump at both ends: least size for a contradicted rest",
         "A grade, which a GPS acceleration does not include, or a torque that steps affects all rests of a log.",
     )  # fmt: skip
     fewest_judged_rests: int = threshold(
@@ -128,25 +128,25 @@ class QualityPolicy:
         "drives is used.",
     )  # fmt: skip
     least_rest_edge: float = threshold(
-        0.25, "times the 99 % quantile of steps", "jump of a torque to zero and back, from which the signal was lost",
+        0.25, "times the 99 % quantile of steps", "jump of a torque to zero and back, above which the signal was lost",
         "A motor's torque goes to zero and back smoothly, to protect the driveline: in 498 rests of 15 trips one of "
         "the two jumps is below 0.15 such quantiles.",
     )  # fmt: skip
     between_steps: float = threshold(
-        0.3, "share of the samples", "of a changing command between the levels at which it rests, from which rests "
-        "between these levels are faults of the logger",
+        0.3, "share of the samples", "of a changing command that must lie between the levels at which it rests, for "
+        "rests between these levels to be faults of the logger",
         "A coarse command that was resampled is between its levels in half of its samples or more.",
     )  # fmt: skip
     most_off_steps: float = threshold(
-        0.05, "share of the rests", "that may lie between these levels",
+        0.05, "share of the rests", "that may lie between these levels, at most",
         "With more, the levels are not those of the source.",
     )  # fmt: skip
     quiet_level: float = threshold(
-        0.5, "times the median level", "of single-sample deviations, least level assumed where the channel is quiet",
+        0.5, "times the median level", "of single-sample deviations: least level assumed where the channel is quiet",
         "A constant channel has no noise with which a small step could be compared.",
     )  # fmt: skip
     spike_tail: float = threshold(
-        0.01, "share of the samples", "from whose deviations the tail of ordinary deviations is extrapolated",
+        0.01, "share of the samples", "with the largest ordinary deviations, from which their tail is extrapolated",
         "The mean excess of an exponential tail needs ten samples; 1 % of the shortest logs (some 1000) are ten.",
     )  # fmt: skip
     most_spikes: float = threshold(
@@ -158,11 +158,11 @@ class QualityPolicy:
         "The signal is the same before and after a single wrong sample, but not after a step or on a steep flank.",
     )  # fmt: skip
     dropout_jump: float = threshold(
-        6.0, "", "times the 99 % quantile of steps, least jump at both ends of a dropout",
+        6.0, "", "times the 99 % quantile of steps: least jump at both ends of a dropout",
         "Steps of a moving car have a long tail: in 18 trips the largest step and back is below 4 such quantiles.",
     )  # fmt: skip
     longest_step: float = threshold(
-        1.5, "", "times the usual step of the clock, or its scatter, beyond the usual step: a gap or jump",
+        1.5, "", "times the usual step of the clock, or its scatter: a step that is longer by more is a gap",
         "A lost row doubles a step; the jitter of a software clock stays within its scatter.",
     )  # fmt: skip
     hardest_stop: float = threshold(
@@ -170,7 +170,7 @@ class QualityPolicy:
         "Road tires brake with up to 1.2 g; a 1 Hz receiver records a stop from 20 km/h as one step.",
     )  # fmt: skip
     step_apart: float = threshold(
-        2.5, "", "times the next largest step of a speed, at which its largest counts as a change of gain or zero",
+        2.5, "", "times the next largest step of a speed: its largest then counts as a change of gain or zero",
         "A car changes its speed over many samples, so that many steps are nearly as large as the largest; when the "
         "pulses of wheel sensors start or stop, the next largest is half as large.",
     )  # fmt: skip
@@ -184,7 +184,7 @@ class QualityPolicy:
         "Ten samples at 20 Hz, and longer than the delays between sensors and the oscillations of body and tires.",
     )  # fmt: skip
     fewest_tie_windows: int = threshold(
-        16, "windows", "of two related channels, from which a change of the gain between them is tested",
+        16, "windows", "of two related channels, needed to test for a change of the gain between them",
         "Eight seconds: five windows on either side determine a gain and its scatter.",
     )  # fmt: skip
     least_tie_share: float = threshold(
@@ -251,24 +251,24 @@ class QualityPolicy:
         "A turn-around takes a few percent of a test; more is a wheel that slips or a wrong channel.",
     )  # fmt: skip
     least_acceleration_std: float = threshold(
-        0.8, "m/s^2", "scatter of the acceleration, from which its scale is checked by the speed",
+        0.8, "m/s^2", "scatter of the acceleration, above which its scale is compared with the speed",
         "Slopes of 1 to 2 % add 0.1 to 0.2 m/s^2, which shifts the scale of a livelier drive by less than 3 %.",
     )  # fmt: skip
     exchanged_ratio: float = threshold(
-        3.0, "", "ratio of a column's distance from its own channel to that from another, at which two are exchanged",
-        "Some ten for exchanged columns; channels that look alike have about 1.",
+        3.0, "", "ratio of a column's distances from its own and from another channel, above which both are exchanged",
+        "Exchanged columns have about 10, similar channels about 1.",
     )  # fmt: skip
     exchanged_outlying: float = threshold(
-        3.0, "times", "the largest distance of another run from the median of the runs, at least for exchanged columns",
+        3.0, "times", "the largest distance of another run from the median of the runs, at which columns are exchanged",
         "The largest of a few healthy runs is seldom exceeded threefold by another.",
     )  # fmt: skip
     exchanged_distance: float = threshold(
-        1.0, "", "least distance: a factor of e in size counts as one, and so does a change of sign",
+        1.0, "", "least such distance; a factor of e in size counts as 1, and so does a change of sign",
         "Healthy runs of one test differ by less in size.",
     )  # fmt: skip
     near_change: float = threshold(
-        0.6, "share of the change", "of a channel's gain over its simulation, that a second (or a fiftieth of the run, "
-        "if shorter) must show",
+        0.6, "share of the change", "of a channel's gain relative to its simulation that must occur within a second "
+        "(or a fiftieth of the run, if shorter)",
         "A sensor changes at once. Speeds simulated without a loss or an inertia showed 0.2 to 0.36 in three drives.",
     )  # fmt: skip
     single_run_abrupt_share: float = threshold(
@@ -277,7 +277,7 @@ class QualityPolicy:
         "Without other runs a sensor's error is hard to distinguish from a model error, which may have any shape.",
     )  # fmt: skip
     fewest_compared_runs: int = threshold(
-        3, "runs", "of a test, from which a change of the gain in one run is compared with the others",
+        3, "runs", "that a test needs to compare a change of the gain in one run with the others",
         "A model error affects all runs alike; of two runs it is unknown which is the usual one.",
     )  # fmt: skip
     outlying_run_ratio: float = threshold(
@@ -302,7 +302,7 @@ class QualityPolicy:
     )  # fmt: skip
     position_noise: float = threshold(
         1.0, "m", "rms deviation of a position from the integral of the speed, averaged over a twentieth of a run",
-        "The position of receivers drifts by 0.5 to 1 m within a minute.",
+        "The position by a receiver drifts by 0.5 to 1 m within a minute.",
     )  # fmt: skip
     shortest_part: float = threshold(
         2.0, "s", "duration of a part of a run split at a cut, below which the part is left out",
@@ -310,7 +310,7 @@ class QualityPolicy:
     )  # fmt: skip
     most_refits: int = threshold(
         4, "cuts", "whose influence on the parameters is evaluated by a fit without the cut, longest first, at most",
-        "Limits the computing time: each fit takes up to a few seconds.",
+        "A bound of the cost: each fit takes up to a few seconds.",
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ class CheckPolicy:
         "The log of a test is mostly the test; of a drive to the track only a small part would be evaluated.",
     )  # fmt: skip
     shortest_hole: float = threshold(
-        1.0, "s", "without a value of a channel, from which the gap is shown as missing",
+        1.0, "s", "without a value of a channel, above which the gap is shown as missing",
         "Shorter gaps are those of a slow logger; within a second a car's motion changes by what a step evaluates.",
     )  # fmt: skip
     hole_steps: float = threshold(
@@ -33,7 +33,7 @@ class CheckPolicy:
         "Jitter of a logger shifts samples by less than half a step to either side; lost samples add whole steps.",
     )  # fmt: skip
     least_likeness: float = threshold(
-        0.9, "correlation", "of two physically related channels, from which a delay between them is determined",
+        0.9, "correlation", "of two physically related channels, above which a delay between them is determined",
         "Below, other influences on one of them (slopes, slip) shift the maximum of the correlation.",
     )  # fmt: skip
     largest_delay_error: float = threshold(

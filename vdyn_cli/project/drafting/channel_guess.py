@@ -252,7 +252,7 @@ def _guess(
             if len(best) == 1:
                 one, unit, how = best[0]
                 if (across := _livelier_axis(one, facts)) is not None:
-                    why = f"not decided between {_label(one)} by its name and {_label(across)}, which varies more"
+                    why = f"not decided between {_label(one)} (by its name) and {_label(across)} (varies more)"
                     return ChannelGuess(None, "", why)
                 by = "name and file name" if context else "name"
                 why = f"by its {by}; {how}; {_range(one, unit)}"

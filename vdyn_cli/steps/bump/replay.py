@@ -59,7 +59,7 @@ class Replay:
 
 
 def replay(fit: BumpFit, solution: Solution, run: int) -> Replay:
-    """Simulate one run at the solution."""
+    """Simulate one run at the solution, in SI units at the n samples of its crossing; ``run`` is its index."""
     crossing = fit.crossings[run]
     simulated = fit.simulate(run, solution.local((*fit.shared, *fit.own), run), states=True)
     zeros = {n: float(solution.per_run[f"{n}_zero"][run]) for n in fit.channels}

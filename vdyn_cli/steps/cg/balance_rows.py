@@ -95,5 +95,5 @@ class BalanceRows:
 
 
 def simulated(simulator: Simulator, drive: Drive, theta: Array) -> Simulated:
-    """A simulation at a run's local unknowns ``theta``, with all zeros of the channels equal to zero."""
+    """A simulation at a run's local unknowns ``theta`` (u,), with all zeros of the channels equal to zero."""
     return simulator(drive, np.append(theta, np.zeros(len(simulator.unknowns) - theta.size)))

@@ -254,7 +254,7 @@ def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:
 
 
 def unknowns_and_change(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
-    """All unknowns at a solution, and the largest change of a shared one from ``at``, in standard deviations."""
+    """All unknowns (u,) at a solution; largest change of a shared one from ``at`` (u,), in standard deviations."""
     later = fit.unknowns_at(solution)
     free = [i for i, u in enumerate(fit.regression.shared) if u.name in solution.values]
     std = np.array([solution.std[fit.regression.shared[i].name] for i in free])
