@@ -65,11 +65,6 @@ class LineProblem:
     model: Model = field(default_factory=lambda: Model("line", lambda e, u: None, (), ()))
     profiles: tuple[Effect, ...] = (SHAPE,)
 
-    @property
-    def duration(self) -> float:
-        logs: Any = self.data
-        return max(float(log.time[-1] - log.time[0]) for log in logs)
-
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:

@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT, Parameters, to_document
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.validate.step import too_short as too_short_drives
 
 BOTH = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
 KEYS = {
@@ -194,14 +196,10 @@ def test_of_two_causes_each_has_its_own_part_in_what_was_biased() -> None:
 
 @pytest.mark.parametrize(("seconds", "verdict"), [(4.9, "not_testable"), (5.1, "named")])
 def test_at_least_one_run_lasts_long_enough(seconds: float, verdict: str) -> None:
-    class Timed(Campaign):
-        def __iter__(self) -> Any:
-            times = (np.linspace(10.0, 10.0 + last, 9) for last in (1.0, seconds))
-            return (Log("line.csv", time, {}) for time in times)
-
+    drives = SimpleNamespace(logs=[Log("line.csv", np.linspace(10.0, 10.0 + last, 9), {}) for last in (1.0, seconds)])
     assert STEP.diagnosable is not None
-    step = replace(STEP, diagnosable=replace(STEP.diagnosable, shortest=5.0, run="drive"))
-    told = diagnosed(Timed(1, hidden={"slope": 0.6, "bend": -2.0}), step)[1].diagnosis
+    step = replace(STEP, diagnosable=replace(STEP.diagnosable, too_short=lambda problem: too_short_drives(drives)))
+    told = diagnosed(Campaign(1, hidden={"slope": 0.6, "bend": -2.0}), step)[1].diagnosis
     assert told is not None
     assert told.verdict == verdict
     assert ("no drive lasts longer than 4.9 s" in told.sentence) == (verdict == "not_testable")

@@ -346,11 +346,9 @@ def _undescribed(step: Step) -> Iterator[str]:
 
 
 def _protocol(problem: SimulatedProblem) -> Iterator[str]:
-    for name in ("model", "profiles", "duration", "regression", "publish", "likely_size", "plans"):
+    for name in ("model", "profiles", "regression", "publish", "likely_size", "plans"):
         if not hasattr(problem, name):
             yield f"the problem has no {name}"
-    if not problem.duration >= 0.0:
-        yield "duration is not a length of time"
 
 
 def _finite_regression(problem: SimulatedProblem) -> Iterator[str]:

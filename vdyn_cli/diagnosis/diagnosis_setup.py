@@ -14,7 +14,7 @@ from vdyn_cli.engine.applicable import applicable, missing_signals
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
-from vdyn_cli.steps import Diagnosable, Problem, SimulatedProblem, Step, simulated
+from vdyn_cli.steps import Problem, SimulatedProblem, Step, simulated
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 
@@ -130,7 +130,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         mixed_directions=mixed_directions,
         run=diagnosable.run,
         fewest_runs=diagnosable.fewest_runs,
-        too_short=_too_short(diagnosable, problem),
+        too_short=diagnosable.too_short(problem),
         level=level,
         linearized=linearized,
         nondifferentiable=any(e.probes for e in carried),
@@ -207,13 +207,6 @@ def _lacked(signal: str, spec: Description) -> str:
     if signal == "position" and any(run.direction is None for run in spec.runs):
         return "the direction of every run, to which 'position' is related"
     return f"channel '{signal}' in every run, agreeing with the others"
-
-
-def _too_short(diagnosable: Diagnosable, problem: SimulatedProblem) -> str:
-    """Why no run is long enough; empty where one is."""
-    if not diagnosable.shortest or problem.duration >= diagnosable.shortest:
-        return ""
-    return f"no {diagnosable.run} lasts longer than {problem.duration:.2g} s"
 
 
 def _confounding_directions(directions: Sequence[str | None]) -> tuple[str, str]:

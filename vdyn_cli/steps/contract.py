@@ -51,10 +51,6 @@ class SimulatedProblem(Problem, Protocol):
         """The model's elements and sensors, each free over one coordinate; empty by default."""
         return ()
 
-    @property
-    def duration(self) -> float:
-        """Length of the longest run, s."""
-
     def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
         """The directions of the used runs, from those that the description states; all by default."""
         return stated

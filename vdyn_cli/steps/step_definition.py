@@ -50,7 +50,7 @@ class Diagnosable:
     metric_of : (problem) -> the same where it depends on the logged channels; None: ``metric``.
     run : noun for a run.
     fewest_runs : below which an effect cannot be separated from chance.
-    shortest : s, duration of the longest run below which effects are collinear.
+    too_short : (problem) -> why all runs are so short that effects are collinear; empty where one is long enough.
     two_way : (spec) -> whether effects that change sign with the direction of driving need runs in both directions.
     narrower : (problem) -> description and problem of a narrower question, which is answered where this one has no
         result; None if there is none.
@@ -61,7 +61,7 @@ class Diagnosable:
     metric: tuple[str, str]
     run: str = "run"
     fewest_runs: int = 1
-    shortest: float = 0.0
+    too_short: Callable[[Any], str] = lambda problem: ""
     two_way: Callable[[Any], bool] = lambda spec: False
     linearized: Callable[[Any], bool] = lambda spec: False
     narrower: Callable[[Any], tuple[Description, SimulatedProblem] | None] = lambda problem: None

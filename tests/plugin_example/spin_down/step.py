@@ -86,11 +86,6 @@ class SpinDownProblem(SimulatedProblem):
         span = span_of([log["wheel_speed"] for log in self.logs], 1.0)
         return (profile("torque_over_speed", "spin_friction", "wheel_speed", span, 1.0, "N m"),)
 
-    @property
-    def duration(self) -> float:
-        """Length of the longest recording, s."""
-        return max(log.duration for log in self.logs)
-
     def regression(
         self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
     ) -> Regression:

@@ -219,7 +219,6 @@ def test_a_problem_answers_the_same_whatever_was_requested_before() -> None:
     values = {u.name: u.start for u in regression.shared}
     assert [m.words(2) for m in problem.plans(regression, values)]
     assert problem.publish().parameters == before.parameters
-    assert problem.duration == max(float(np.ptp(log.time)) for log in logs_of(runs))
 
 
 @pytest.mark.slow

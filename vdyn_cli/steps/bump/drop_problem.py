@@ -48,11 +48,6 @@ class DropProblem(SimulatedProblem):
     findings: tuple[Finding, ...]
 
     @property
-    def duration(self) -> float:
-        """Length of the longest drop, s."""
-        return max(float(run.time[-1] - run.time[0]) for run in self.fit.runs)
-
-    @property
     def model(self) -> Model:
         """The car that is dropped."""
         return self.fit.model

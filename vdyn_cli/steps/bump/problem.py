@@ -38,19 +38,13 @@ class BumpProblem(SimulatedProblem):
 
     Parameters
     ----------
-    fit : without effects. bump_length : m. durations : of the logs, s.
+    fit : without effects. bump_length : m.
     findings : about the description, the bump's profile and the logs.
     """
 
     fit: BumpFit
     bump_length: float
-    durations: tuple[float, ...]
     findings: tuple[Finding, ...]
-
-    @property
-    def duration(self) -> float:
-        """Length of the longest log, s; 0 without one."""
-        return max(self.durations, default=0.0)
 
     @property
     def model(self) -> Model:
@@ -123,7 +117,6 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     return BumpProblem(
         BumpFit(crossings, model, car, weights),
         width,
-        tuple(log.duration for log in data.runs),
         (*doubtful_car, *data.findings, *doubtful_runs, *of_logs),
     )
 

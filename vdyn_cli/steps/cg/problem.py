@@ -88,11 +88,6 @@ class CgProblem(SimulatedProblem):
         """The moment over acceleration and pitch rate, load readings over their value."""
         return balance_parts(self.logs)
 
-    @property
-    def duration(self) -> float:
-        """Length of the longest run, s."""
-        return max(log.duration for log in self.logs)
-
     @cached_property
     def baseline(self) -> Solution:
         """The fit without effects; raises ResultError as ``publish``."""

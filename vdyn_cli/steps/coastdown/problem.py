@@ -113,11 +113,6 @@ class CoastdownProblem(SimulatedProblem):
         """The stated directions of the segments that are fitted."""
         return [stated[s.run] for s in self.selection.segments]
 
-    @property
-    def duration(self) -> float:
-        """Length of the longest log, s."""
-        return max(float(log.time[-1] - log.time[0]) for log in self.logs)
-
     def regression(
         self,
         effects: Sequence[Effect] = (),

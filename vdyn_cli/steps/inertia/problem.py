@@ -109,12 +109,6 @@ class InertiaProblem(SimulatedProblem):
         """The bearing over the wheel's speed, readings over their value."""
         return wheel_parts(self.data.runs)
 
-    @property
-    def duration(self) -> float:
-        """Length of the longest log, s; 0 without one."""
-        logs = (*self.data.runs, *((self.data.recording,) if self.data.recording else ()))
-        return max((log.duration for log in logs), default=0.0)
-
     @cached_property
     def swing(self) -> FreeSwing | None:
         """The recording prepared for its fit. Raises ResultError: no oscillation found, too short, or too wide."""

@@ -66,11 +66,6 @@ class StandProblem(SimulatedProblem):
         """The bearing over the wheel's speed, the torque reading over its value."""
         return wheel_parts(self.logs)
 
-    @property
-    def duration(self) -> float:
-        """Length of the longest log, s."""
-        return max(log.duration for log in self.logs)
-
     @cached_property
     def first_inertia(self) -> float:
         """The inertia without effects, kg m^2; a start value where it cannot be fitted."""

@@ -43,18 +43,11 @@ class ShaftProblem(SimulatedProblem):
     ----------
     sides : those with any data.
     findings : about the shear modulus. log_findings : about the logs.
-    durations : of the logs, s.
     """
 
     sides: tuple[ShaftSide, ...]
     findings: tuple[Finding, ...]
     log_findings: tuple[Finding, ...]
-    durations: tuple[float, ...]
-
-    @property
-    def duration(self) -> float:
-        """Length of the longest log, s; 0 without one."""
-        return max(self.durations, default=0.0)
 
     @property
     def model(self) -> Model:
@@ -147,7 +140,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
     log_findings = tuple(f for log in logs for f in log.findings)
-    return ShaftProblem(tuple(sides), findings, log_findings, tuple(log.duration for log in logs))
+    return ShaftProblem(tuple(sides), findings, log_findings)
 
 
 def _shear_modulus(spec: ShaftSpec, known: Parameters) -> tuple[Given, tuple[Finding, ...]]:

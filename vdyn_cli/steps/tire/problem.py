@@ -57,10 +57,11 @@ class TireProblem(SimulatedProblem):
         """Free profiles of force over slip, load, time since a sweep began, and returning slip."""
         slip = span_of([log["slip"] for log in self.logs], 0.01)
         load = span_of([log["force_z"] for log in self.logs], 10.0)
+        longest = max(log.duration for log in self.logs)
         return (
             profile("force_over_slip", "tire", "slip", slip, FREE_FORCE, "N"),
             profile("force_over_load", "tire", "load", load, FREE_FORCE, "N"),
-            profile("force_over_time", "tire", "elapsed", (0.0, self.duration), FREE_FORCE, "N"),
+            profile("force_over_time", "tire", "elapsed", (0.0, longest), FREE_FORCE, "N"),
             profile("force_over_returning_slip", "tire", "returning", slip, FREE_FORCE, "N"),
         )
 
@@ -68,11 +69,6 @@ class TireProblem(SimulatedProblem):
     def parts(self) -> tuple[Part, ...]:
         """Force over slip and load, peak friction over the sliding speed."""
         return tire_parts(self.logs)
-
-    @property
-    def duration(self) -> float:
-        """Length of the longest sweep, s."""
-        return max(log.duration for log in self.logs)
 
     @cached_property
     def baseline(self) -> FittedCurve:

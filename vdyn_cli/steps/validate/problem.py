@@ -218,11 +218,6 @@ class ValidateProblem(SimulatedProblem):
         """The values of a part's coordinate in all segments, as measured."""
         return coordinate_values(part, self.segmented[0])
 
-    @property
-    def duration(self) -> float:
-        """Length of the longest drive, s."""
-        return max((float(log.time[-1] - log.time[0]) for log in self.logs), default=0.0)
-
     @cached_property
     def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
         """(effects, unknowns) -> rms error of the speed, m/s, if the baseline is far off; else None.

@@ -11,6 +11,13 @@ from vdyn_cli.steps.validate.spec import ValidateSpec
 
 SHORTEST = 5.0  # s, least length of a drive: in a shorter one, start speed and torque zero fit like any force
 
+
+def too_short(problem: ValidateProblem) -> str:
+    """Why no drive is long enough; empty where one is."""
+    longest = max((log.duration for log in problem.logs), default=0.0)
+    return "" if longest >= SHORTEST else f"no drive lasts longer than {longest:.2g} s"
+
+
 STEP = Step(
     name="validate",
     situations=frozenset({"driving", "open_road"}),
@@ -28,7 +35,7 @@ STEP = Step(
     diagnosable=Diagnosable(
         metric=("speed", "m/s"),
         run="drive",
-        shortest=SHORTEST,
+        too_short=too_short,
         # Drives are along one road only if every drive states its direction.
         two_way=lambda spec: all(r.direction for r in spec.runs),
         linearized=lambda spec: True,
