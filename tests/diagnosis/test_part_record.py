@@ -15,7 +15,7 @@ PART = Part(element="damper", place="rear", coordinate="stroke_rate", span=(-2.0
 def test_the_band_holds_a_law_that_follows_the_curve() -> None:
     at, value = np.linspace(-1.0, 1.0, 5), np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
     curve = Curve(PART, at, value, np.full(5, 0.1), value, np.eye(5))
-    free = points_of(curve)
+    free = points_of(curve, None)
     both = points_of(curve, value + np.array([0.0, 0.5, 0.0, 0.0, -0.02]))
     assert [p.value for p in both] == [p.value for p in free]
     assert both[0].interval95 == free[0].interval95

@@ -69,4 +69,4 @@ def test_means_by_bin() -> None:
     edges = np.array([0.0, 1.0, 2.0, 3.0])
     position = np.array([0.5, 0.6, 1.5, 3.0, 5.0, np.nan])
     values = np.array([1.0, 3.0, np.nan, 7.0, 100.0, 100.0])
-    np.testing.assert_array_equal(decimation.means(position, values, edges), [2.0, np.nan, 7.0])
+    np.testing.assert_array_equal(decimation.means(position, values, edges, 1), [2.0, np.nan, 7.0])

@@ -137,7 +137,7 @@ def test_equal_axes_give_a_unit_one_length() -> None:
     ],
 )
 def test_ticks_are_round_and_written_out(low: float, high: float, texts_expected: list[str]) -> None:
-    assert ticks(low, high, 330)[1] == texts_expected
+    assert ticks(low, high, 330, 60.0)[1] == texts_expected
 
 
 def runs(number: int, n: int = 300, **changes: object) -> tuple[Comparison, ...]:
@@ -155,7 +155,7 @@ def runs(number: int, n: int = 300, **changes: object) -> tuple[Comparison, ...]
 def drawn(comparisons: tuple[Comparison, ...], noise: float = 0.01) -> str:
     (channel,) = channel_traces(comparisons, noise, "m/s")
     assert comparison.caption(channel)
-    svg = comparison.comparison_svg(channel)
+    svg = comparison.comparison_svg(channel, "speed")
     parsed(svg)
     assert "nan" not in svg.lower()
     return svg
@@ -239,7 +239,7 @@ def test_names_of_runs_stay_texts() -> None:
 def test_map_shows_runs_against_x_and_value() -> None:
     (channel,) = channel_traces(examples.coastdown().comparisons, 0.031, "m/s")
     assert residual_map.has_map(channel)
-    svg = residual_map.map_svg(channel)
+    svg = residual_map.map_svg(channel, "map", 0.0)
     shown = texts(svg)
     assert {"coast_1 out", "coast_8 back", "measured speed, km/h"} <= set(shown)
     assert not residual_map.has_map(channel_traces(runs(1), 0.01, "m/s")[0])
@@ -249,7 +249,7 @@ def test_map_shows_runs_against_x_and_value() -> None:
 def test_map_of_many_runs_and_of_holes() -> None:
     x = np.where(np.arange(300) % 3 == 0, np.nan, np.linspace(0, 5, 300))
     (channel,) = channel_traces(runs(70, x=x), 0.01, "m/s")
-    svg = residual_map.map_svg(channel)
+    svg = residual_map.map_svg(channel, "map", 0.0)
     parsed(svg)
     assert len(svg) < 800_000
 

@@ -90,7 +90,7 @@ def outcomes(checks: Mapping[str, Check]) -> tuple[Outcome, ...]:
     return tuple(found)
 
 
-def effect_checks(effect: Effect, models: Sequence[Model] = ()) -> Mapping[str, Check]:
+def effect_checks(effect: Effect, models: Sequence[Model]) -> Mapping[str, Check]:
     """The contract of an effect, checked in the given models to which it applies; without models, in those of vdyn."""
     called = f"{' or '.join(effect.on)}: give the description of a test whose model calls it"
     able = one_of_each(hosts(effect, models or shipped_models()))
@@ -104,7 +104,7 @@ def effect_checks(effect: Effect, models: Sequence[Model] = ()) -> Mapping[str, 
     }
 
 
-def step_checks(step: Step, example: Path, known_files: Sequence[Path] = ()) -> Mapping[str, Check]:
+def step_checks(step: Step, example: Path, known_files: Sequence[Path]) -> Mapping[str, Check]:
     """The contract of a step, checked with an example description and the parameter files that it needs."""
     inputs = gather(step, example, known_files)
     step = inputs.step
@@ -156,7 +156,7 @@ def reader_checks(reader: Reader, log: Path) -> Mapping[str, Check]:
     }
 
 
-def model_of(example: Path, known_files: Sequence[Path] = ()) -> Model:
+def model_of(example: Path, known_files: Sequence[Path]) -> Model:
     """The model that simulates an example description.
 
     Raises

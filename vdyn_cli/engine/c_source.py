@@ -36,7 +36,6 @@ class CProgram:
     header, source : the text of ``<name>.h`` and ``<name>.c``.
     states, inputs, parameters, outputs : fields of the structs ``<name>_state`` and so on, in order; all are doubles,
         with the graph's names converted to identifiers.
-    start : states that ``<name>_init`` takes as arguments.
     """
 
     name: str
@@ -46,7 +45,6 @@ class CProgram:
     inputs: tuple[str, ...]
     parameters: tuple[str, ...]
     outputs: tuple[str, ...]
-    start: tuple[str, ...]
 
     @property
     def text(self) -> str:
@@ -104,7 +102,7 @@ def c_program(
     values = {**dict.fromkeys(graph.constants, 0.0), **graph.defaults, **defaults}
     source = printer.source(graph, [values[c] for c in graph.constants], start, title)
     s, u, p, y = (tuple(names[group]) for group in groups)
-    return CProgram(name, header, source, s, u, p, y, tuple(printer.start))
+    return CProgram(name, header, source, s, u, p, y)
 
 
 def _identifiers(names: Iterable[str]) -> list[str]:

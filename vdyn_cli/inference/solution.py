@@ -64,7 +64,6 @@ class Solution:
     degrees: Mapping[str, float]
     units: tuple[Unit, ...]
     warnings: tuple[str, ...]
-    iterations: int
 
     @property
     def correlation(self) -> dict[str, dict[str, float]]:

@@ -88,7 +88,6 @@ def infer(solved: Solved, wanted: Literal["auto", "run", "block"]) -> Solution:
         degrees=dict(zip(names, degrees.tolist(), strict=True)),
         units=tuple(Unit(u.run, u.block, u.factor, c) for u, c in zip(units, found.deletions, strict=True)),
         warnings=tuple(warnings),
-        iterations=solved.minimum.iterations,
     )
 
 

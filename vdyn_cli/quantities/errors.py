@@ -112,7 +112,7 @@ def close_names(name: str, known: Iterable[str]) -> list[str]:
     return get_close_matches(name, list(short), 3, 0.6) if len(name) <= LONGEST_NAME else []
 
 
-def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
+def did_you_mean(name: str, known: Iterable[str], otherwise: str) -> str:
     """The remedy for a misspelled name: up to three similar names, ignoring case; ``otherwise`` if there are none."""
     plain = {k.lower(): k for k in reversed(tuple(known))}
     near = [plain[k] for k in close_names(name.lower(), plain)]

@@ -170,7 +170,7 @@ def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, colo
     page.text(x / width, 1 - y / height, typography.clean(text), size=size, color=color, va="baseline", **settings)
 
 
-def ticks(low: float, high: float, room: float, apart: float = 60.0) -> tuple[list[float], list[str]]:
+def ticks(low: float, high: float, room: float, apart: float) -> tuple[list[float], list[str]]:
     """Round numbers between two limits, at least ``apart`` px from each other, and their texts.
 
     Parameters

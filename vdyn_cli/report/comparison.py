@@ -29,7 +29,7 @@ _SIMULATED = LegendEntry("simulated", canvas.BLUE, width=1.6)
 _BEFORE = LegendEntry("simulated before the extension", canvas.VERMILLION, dashes=(0, (5, 2)), width=1.4)
 
 
-def comparison_svg(channel: ChannelTraces, name: str = "comparison") -> str:
+def comparison_svg(channel: ChannelTraces, name: str) -> str:
     """Draw one channel as SVG: the runs side by side, one panel each, with the residuals below."""
     traces = drawn_traces(channel.traces)
     panels = lay_out(traces, _STRIP)

@@ -85,7 +85,7 @@ def _cells(values: Array, number: int) -> Array:
     return np.floor(np.minimum((values - low) / ((high - low) or 1.0) * number, number - 1))
 
 
-def means(position: Array, values: Array, edges: Array, least: int = 1) -> Array:
+def means(position: Array, values: Array, edges: Array, least: int) -> Array:
     """Mean (n,) of the values between successive edges, NaN where there are fewer than ``least``.
 
     Parameters

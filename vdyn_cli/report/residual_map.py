@@ -29,7 +29,7 @@ def has_map(channel: ChannelTraces) -> bool:
     return sum(int(np.count_nonzero(np.isfinite(t.residual) & np.isfinite(t.x)) >= 60) for t in channel.traces) >= 2
 
 
-def map_svg(channel: ChannelTraces, name: str = "map", limit: float = 0.0) -> str:
+def map_svg(channel: ChannelTraces, name: str, limit: float) -> str:
     """Draw the mean residual per run and bin, twice: over x, and over the measured value.
 
     Parameters

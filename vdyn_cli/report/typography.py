@@ -76,7 +76,7 @@ def significant(value: float, digits: int) -> str:
     return f"{fixed(value / 10.0**power, digits - 1)}{NARROW}×{NARROW}10{superscript(power)}"
 
 
-def signed(value: float, digits: int = 3) -> str:
+def signed(value: float, digits: int) -> str:
     """A number with ``digits`` significant digits and its sign."""
     text = significant(value, digits)
     return f"+{text}" if value > 0 and text != "0" else text
@@ -152,7 +152,7 @@ def unit(text: str) -> str:
     return re.sub(r"[A-Za-z]+", lambda m: _UNITS.get(m[0], m[0]), shown)
 
 
-def quantity(value: float, unit_text: str, digits: int = 3) -> str:
+def quantity(value: float, unit_text: str, digits: int) -> str:
     """A number with its unit: ``0.0312 m/s``."""
     shown = unit(unit_text)
     return significant(value, digits) + ("" if not shown else NARROW + shown)

@@ -48,7 +48,7 @@ def test_the_model_swings_as_energy_demands(kind: str) -> None:
     at_pivot = inertia + (hung.mass * hung.distance**2 if kind == "compound" else 0.0)
     period = plant.period(hung, inertia, 1e-3)
     swung = plant.Swing(np.linspace(0.0, 8.0, 4001), 0.3, -0.4)
-    simulator = Recording("", "angular_rate", swung.times, swung.times, kind, geometry(hung)).simulator(period, ())
+    simulator = Recording("", "angular_rate", swung.times, swung.times, kind, geometry(hung)).simulator(period, (), ())
     drive = Drive(swung.times, {}, {"angle": 0.3, "angular_rate": -0.4}, {"damping": hung.friction / at_pivot / 2})
     assert simulator(drive).outputs["angular_rate"] == pytest.approx(plant.noise_free(hung, inertia, swung), abs=2e-5)
 

@@ -59,7 +59,7 @@ def _followed(finding: PartFinding, law: LawWithin | None) -> tuple[Array | None
     return law.values if law is not None and law.follows and law.values else (None,) * len(finding.curves)
 
 
-def points_of(curve: Curve, law: Array | None = None) -> tuple[CurvePoint, ...]:
+def points_of(curve: Curve, law: Array | None) -> tuple[CurvePoint, ...]:
     """The points of a curve with their intervals.
 
     half' = sqrt(half^2 + (value - law)^2)

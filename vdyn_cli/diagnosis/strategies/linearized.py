@@ -16,6 +16,7 @@ from vdyn_cli.diagnosis.strategies.fits_alone import FitsAlone, best_of, fits_al
 from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, FullModel, full_model, with_open_range
 from vdyn_cli.diagnosis.strategies.nested_fits import KnownFits, NestedFits
 from vdyn_cli.diagnosis.strategies.relinearization import Relinearization, with_unbounded_scales
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
@@ -24,7 +25,7 @@ from vdyn_cli.steps.contract import NO_VALUES
 
 
 @dataclass(frozen=True)
-class LinearizedStrategy:
+class LinearizedStrategy(Strategy):
     """Linear fits about one point, whose error grows with the square of the step from that point.
 
     Parameters
@@ -84,10 +85,6 @@ class LinearizedStrategy:
         fitted = wide.fitted((about,)) if about and self.model.setup.far_off else None
         there = self._linearized_about(fitted) if fitted else None
         return there.with_open_range() if there else wide
-
-    def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
-        """None: nondifferentiable effects are linearized about their likely amplitude."""
-        return NO_VALUES
 
     def focused(self, found: Detection) -> tuple[LinearizedStrategy, Detection]:
         """The strategy linearized about the effect that explains most, and the detection repeated there.

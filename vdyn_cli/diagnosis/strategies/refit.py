@@ -6,17 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from vdyn_cli.diagnosis.detect.detection import Detection
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, shapes_of, started_at
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel, with_open_range
 from vdyn_cli.diagnosis.strategies.nested_fits import KnownFits, NestedFits
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference import Regression
-from vdyn_cli.steps.contract import NO_VALUES
 
 
 @dataclass(frozen=True)
-class RefitStrategy:
+class RefitStrategy(Strategy):
     """Nonlinear fits, from several starts for effects whose slope at zero amplitude is zero or misleading.
 
     Parameters
@@ -41,22 +40,9 @@ class RefitStrategy:
         """True: every fit simulates at its own values."""
         return True
 
-    @property
-    def prior_values(self) -> Mapping[str, float]:
-        """Empty: predictions use fitted values."""
-        return NO_VALUES
-
     def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """See Strategy."""
         return self._fits.fitted(effects)
-
-    def relinearized(self, fitted: FittedModel) -> FittedModel:
-        """The fit itself: it is linearized about its own amplitudes already."""
-        return fitted
-
-    def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
-        """None: predictions use the fit itself."""
-        return None
 
     def with_open_range(self, about: str = "") -> RefitStrategy:
         """See Strategy."""
@@ -69,10 +55,6 @@ class RefitStrategy:
             for e in self.model.setup.effects
             if e.probes and e.name not in effects
         }
-
-    def focused(self, found: Detection) -> tuple[RefitStrategy, Detection]:
-        """Unchanged: nonlinear fits do not distort large effects."""
-        return self, found
 
     def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
         candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]

@@ -146,7 +146,7 @@ class Relinearization:
                 self.likely[name] = None
         return self.likely.get(name)
 
-    def alone(self, effects: tuple[str, ...], about: Mapping[str, float], chord: bool = False) -> Regression:
+    def alone(self, effects: tuple[str, ...], about: Mapping[str, float], chord: bool) -> Regression:
         """The step's regression with only these effects, started at these values; the last one is cached.
 
         ``chord``: sensitivities to the baseline's unknowns may be those without the effects.

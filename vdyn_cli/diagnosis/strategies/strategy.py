@@ -6,17 +6,21 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+from vdyn_cli.steps.contract import NO_VALUES
 
 if TYPE_CHECKING:
     from vdyn_cli.diagnosis.detect.detection import Detection
 
 
 class Strategy(Protocol):
-    """The fits that a diagnosis needs; each is computed once."""
+    """The fits that a diagnosis needs; each is computed once.
 
-    @property
-    def model(self) -> FullModel:
-        """The full model whose nested models are fitted."""
+    Parameters
+    ----------
+    model : the full model whose nested models are fitted.
+    """
+
+    model: FullModel
 
     @property
     def base(self) -> FittedModel:
@@ -28,19 +32,25 @@ class Strategy(Protocol):
 
     @property
     def prior_values(self) -> Mapping[str, float]:
-        """Values at which predictions hold the parameters, whatever a fit gives; empty where they use fitted ones."""
+        """Values at which predictions hold the parameters, whatever a fit gives; empty (default): fitted ones."""
+        return NO_VALUES
 
     def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """The fit with these effects; None where it fails. If the fit of the baseline fails, it raises instead."""
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
-        """The same fit linearized about its own amplitudes, with no other effects in the model."""
+        """The same fit linearized about its own amplitudes, with no other effects in the model.
+
+        By default the fit itself, if it is linearized there already.
+        """
+        return fitted
 
     def predicted(self, fitted: FittedModel, effects: Sequence[str], values: Mapping[str, float]) -> FittedModel | None:
         """The runs simulated at the prior values with these effects, weighted by the noise of ``fitted``.
 
-        None where predictions use the fit itself, or where the model has no finite value.
+        None where predictions use the fit itself (default), or where the model has no finite value.
         """
+        return None
 
     def with_open_range(self, about: str = "") -> Strategy:
         """The strategy whose effects may exceed their plausible range up to ``open_range``.
@@ -51,7 +61,12 @@ class Strategy(Protocol):
         """
 
     def secants(self, effects: Sequence[str]) -> Mapping[str, float]:
-        """Amplitudes over which secants replace the slopes of nondifferentiable effects, with ``effects`` fitted."""
+        """Amplitudes over which secants replace the slopes of nondifferentiable effects, with ``effects`` fitted.
+
+        None by default: these effects are then linearized about their likely amplitude.
+        """
+        return NO_VALUES
 
     def focused(self, found: Detection) -> tuple[Strategy, Detection]:
-        """A strategy whose fits do not distort large effects, and the detection repeated with it."""
+        """A strategy whose fits do not distort large effects, with the detection repeated; unchanged by default."""
+        return self, found

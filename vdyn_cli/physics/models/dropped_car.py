@@ -35,7 +35,7 @@ def motions(axles: tuple[str, ...]) -> tuple[str, ...]:
 
 
 @cache
-def dropped_car(axles: tuple[str, ...] = AXLES) -> Model:
+def dropped_car(axles: tuple[str, ...]) -> Model:
     """One axle with two degrees of freedom, or the half car with four, from any initial state, relative to rest.
 
     Ms z'' = -S,   mu y'' = S + Fz - F0,   S = K (z - y) + C (z' - y'),   Fz = max(0, F0 - Kt y)

@@ -68,11 +68,11 @@ class Mode:
     frequency_slopes: Mapping[str, float]
     damping_slopes: Mapping[str, float]
 
-    def frequency_movers(self, count: int = 3) -> tuple[tuple[str, float], ...]:
+    def frequency_movers(self, count: int) -> tuple[tuple[str, float], ...]:
         """The parameters with the largest influence on the frequency, with their slopes, largest first."""
         return _strongest(self.frequency_slopes, count)
 
-    def damping_movers(self, count: int = 3) -> tuple[tuple[str, float], ...]:
+    def damping_movers(self, count: int) -> tuple[tuple[str, float], ...]:
         """The parameters with the largest influence on the damping, with their slopes, largest first."""
         return _strongest(self.damping_slopes, count)
 

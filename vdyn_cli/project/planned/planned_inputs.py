@@ -48,7 +48,6 @@ class DayDescription:
     known: Parameters
     at: Mapping[str, float]
     stated: frozenset[str]
-    problems: tuple[Finding, ...] = ()
 
     def day(self, seed: int) -> Inputs:
         """The inputs of one simulated day; each seed gives another day.

@@ -8,12 +8,12 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.load_windows import LoadWindows
-from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, with_heave
+from vdyn_cli.steps.cg.unmeasured_heave import with_heave
 
 SMOOTHING = 0.015  # s, standard deviation: passes 96 % of the body's motion at 3 Hz and removes the sensors' noise
 
 
-def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave: Array = NO_HEAVE) -> Array:
+def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave: Array) -> Array:
     """Lower band (b, k) of the covariance A S A' of the integrated balances; neighboring windows share one sample.
 
     Parameters

@@ -25,7 +25,7 @@ def inertia_result(
     road: RoadInertia | None,
     pendulum: PendulumInertia | None,
     findings: Sequence[Finding],
-    unknowns: Sequence[Unknown] = (),
+    unknowns: Sequence[Unknown],
 ) -> Result:
     """The result of one or both methods, of which at least one is given.
 

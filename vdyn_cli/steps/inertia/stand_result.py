@@ -37,7 +37,7 @@ def stand_result(
     solution: Solution,
     settings: InertiaSettings,
     findings: Sequence[Finding],
-    unknowns: Sequence[Unknown] = (),
+    unknowns: Sequence[Unknown],
 ) -> Result:
     """Inertia and drag at a solution of the balance's regression.
 

@@ -70,7 +70,7 @@ class Recording:
         good = np.isfinite(log[channel])
         return cls(log.name, channel, log.time[good], log[channel][good], kind, geometry)
 
-    def simulator(self, period: float, unknowns: Sequence[str], effects: Sequence[Correction] = ()) -> Simulator:
+    def simulator(self, period: float, unknowns: Sequence[str], effects: Sequence[Correction]) -> Simulator:
         """The pendulum's simulator with a period (s); friction and zeros are 0 unless they are unknowns."""
         zeros = dict.fromkeys(("damping", "drag", "friction", "angle_zero", "rate_zero"), 0.0)
         values = {"period": period, **zeros, **self.geometry}

@@ -36,7 +36,7 @@ def regression_with_effects(
     campaign: Campaign,
     effects: Sequence[Correction],
     extra: Sequence[Unknown],
-    base: Regression | None = None,
+    base: Regression | None,
 ) -> Regression:
     """The regression at the baseline's fit with candidate effects, and noise that does not absorb their signals.
 

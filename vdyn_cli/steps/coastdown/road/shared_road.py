@@ -152,7 +152,7 @@ def slope_factor(knots: Array, spectrum: int) -> Array:
     return np.asarray(np.linalg.cholesky(correlation + DIAGONAL * np.eye(knots.size)), dtype=np.float64)
 
 
-def road_layout(runs: Sequence[RoadRun], turn: float | None = None, spectrum: int = 0) -> RoadLayout:
+def road_layout(runs: Sequence[RoadRun], turn: float | None, spectrum: int) -> RoadLayout:
     """The layout of runs on one road, or on a separate profile for each direction.
 
     Parameters

@@ -21,7 +21,6 @@ from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.quantity import Quantity
-from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.noise import inertia_of
@@ -44,7 +43,7 @@ SLIP_IMPULSE: Effect = replace(_slip_impulse, name=SLIP)
 
 
 def with_channel_errors(
-    setup: SimulationSetup, covered: Collection[str] = (), start: Mapping[str, float] = NO_VALUES
+    setup: SimulationSetup, covered: Collection[str], start: Mapping[str, float]
 ) -> SimulationSetup:
     """The setup of a mass on a road with slip and latencies as unknowns with a prior; that of a vehicle as is.
 
