@@ -23,7 +23,7 @@ def test_a_part_surpasses_an_answer_that_leaves_much(
     fits = {"part": 100.0, "answer": explained}
     search = Some(
         floor=1.0,
-        refitted=lambda parts, effects: None if fits["answer"] is None else "answer",
+        with_effects=lambda effects: None if fits["answer"] is None else "answer",
         explained=lambda fitted: fits[fitted],
     )
     judgment = Some(answers=(Some(effects=("one",), sufficient=sufficient),))

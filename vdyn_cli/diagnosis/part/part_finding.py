@@ -120,7 +120,7 @@ def _strongest(search: PartSearch) -> FittedParts | None:
         for some, found in search.gains:
             if (some[0].group, some[0].coordinate) == key and found.gain >= POLICY.part_near * linear[key]:
                 whole = next((f for f in fits if set(some) < set(f.parts)), None)
-                fitted = search.refitted(some, by=found, near=whole)
+                fitted = search.refitted(some, found, near=whole)
                 fits += [fitted] if fitted is not None else []
     return max(fits, key=gain, default=None)
 
@@ -168,7 +168,7 @@ def _laws(search: PartSearch, best: FittedParts, curves: Sequence[Curve]) -> lis
     for name, effect in search.strategy.model.setup.candidates.items():
         if not best.parts[0].concerns(effect):
             continue
-        fitted = search.refitted((), (name,))
+        fitted = search.with_effects((name,))
         if fitted is None:
             continue
         values = [law_values(c, effect, fitted.solution.values) for c in curves]

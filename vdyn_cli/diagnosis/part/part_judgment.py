@@ -101,7 +101,7 @@ def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
     search = finding.search
     most = search.explained(finding.fitted)
     for answer in judgment.answers:
-        fitted = search.refitted((), answer.effects)
+        fitted = search.with_effects(answer.effects)
         if fitted is None and answer.sufficient:
             return False
         if fitted is None:
@@ -150,7 +150,7 @@ def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding)
     names = [w.effect for w in finding.laws if len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns]
     found: list[tuple[float, CandidateModel]] = []
     for pair in combinations(names, 2):
-        fitted = search.refitted((), pair)
+        fitted = search.with_effects(pair)
         if fitted is None or search.share_of_part(fitted, finding.fitted) < POLICY.law_share:
             continue
         answer = candidate_model(strategy, pair)

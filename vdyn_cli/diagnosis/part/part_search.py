@@ -22,12 +22,14 @@ from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.inference.qr_factors import orthonormal
+from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 
+NO_VARIANCE = np.zeros(0)
 MOST_ITERATIONS = 25  # of a refit: slow convergence along a kink is cut off, and the fit so far is used
 
 
@@ -126,60 +128,77 @@ class PartSearch:
         return rms_share(self.explained(law) / max(self.explained(part), 1e-12))
 
     def refitted(
-        self,
-        parts: Sequence[Part],
-        effects: Sequence[str] = (),
-        by: FunctionEvidence | None = None,
-        near: FittedParts | None = None,
+        self, parts: Sequence[Part], by: FunctionEvidence, near: FittedParts | None = None
     ) -> FittedParts | None:
-        """The nonlinear fit with these parts free, or with these effects of the catalogue; None where it fails.
+        """The nonlinear fit with these parts free; None where it fails.
 
         Parameters
         ----------
         by : the evidence with the prior of the additions. near : a fit from which this one starts.
         """
         names = [n for p in parts for n in p.unknowns]
-        variance = by.variance if by is not None and names else np.zeros(0)
-        priors = dict(zip(names, np.sqrt(variance).tolist(), strict=True))
-        free = {*self.base, *names, *(n for e in effects for n in self.strategy.model.freed(e))}
-        known = self.strategy.fitted(effects) if effects else None
-        begin = next((f.solution for f in (known, near) if f is not None), self.start)
-        values = known.values if known is not None else begin.values
+        priors = dict(zip(names, np.sqrt(by.variance).tolist(), strict=True))
+        unknowns = tuple(
+            replace(u, prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf) if u.name in priors else u
+            for u in self.regression.unknowns
+        )
+        regression = replace(self.regression, unknowns=unknowns)
+        solution = self._solved(regression, names, near.solution if near is not None else self.start)
+        return None if solution is None else self._compared(solution, regression, parts=parts, variance=by.variance)
+
+    def with_effects(self, effects: Sequence[str]) -> FittedParts | None:
+        """The fit with these effects of the catalogue; None where it fails.
+
+        It is the strategy's own fit, except where that is linearized about other values than the parts.
+        """
+        known, model = self.strategy.fitted(effects), self.strategy.model
+        if self.strategy.nonlinear:
+            return None if known is None else self._compared(known.solution, model.regression, effects)
+        freed = [n for e in effects for n in model.freed(e)]
+        solution = self._solved(self.regression, freed, self.start if known is None else known.solution)
+        return None if solution is None else self._compared(solution, self.regression, effects)
+
+    def _solved(self, regression: Regression, freed: Sequence[str], begin: Solution) -> Solution | None:
+        """The solution with these unknowns free beside the baseline's, started at ``begin``; None where it fails."""
+        values, free = begin.values, {*self.base, *freed}
         shapes = {n for e in self.strategy.model.setup.effects for n in e.nominal}
-        held = {u.name: u.start if u.name in shapes else 0.0 for u in self.regression.shared if u.name not in free}
+        held = {u.name: u.start if u.name in shapes else 0.0 for u in regression.shared if u.name not in free}
         # Held unknowns start at their held value, so that the simulation can omit them.
         unknowns = tuple(
-            replace(u, start=values.get(u.name, 0.0), prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf)
-            if u.name in priors
-            else replace(u, start=held.get(u.name, float(np.clip(values.get(u.name, u.start), u.lower, u.upper))))
-            for u in self.regression.unknowns
-        )  # fmt: skip
-        full = replace(self.regression, unknowns=unknowns)
+            replace(u, start=held.get(u.name, float(np.clip(values.get(u.name, u.start), u.lower, u.upper))))
+            for u in regression.unknowns
+        )
+        begun = restricted(replace(regression, unknowns=unknowns), held, begin)
         try:
-            solution = solve(
-                restricted(full, held, begin),
-                tolerance=LEAST_STEP,
-                most_iterations=MOST_ITERATIONS,
-                unconverged=True,
-            )
+            return solve(begun, tolerance=LEAST_STEP, most_iterations=MOST_ITERATIONS, unconverged=True)
         except (ResultError, ArithmeticError):
             return None
-        penalty = sum((solution.values[n] / s) ** 2 for n, s in priors.items())
-        squares = 2 * solution.cost - penalty
-        floor = min(self.floor, solution_floor(solution))
-        shrunk = self._shrinkage(solution, priors)
-        gain = (self.start.cost - solution.cost) / floor + 0.5 * float(np.sum(np.log(shrunk)))
-        freedom = float(np.sum(1.0 - shrunk)) if names else float(len(free) - len(self.base))
-        return FittedParts(tuple(parts), tuple(effects), solution, squares, gain, variance, freedom)
 
-    def _shrinkage(self, solution: Solution, priors: Mapping[str, float]) -> Array:
-        """Eigenvalues (n,) of the additions' posterior covariance relative to the prior's, 0 to 1."""
-        at = [solution.names.index(n) for n in priors]
-        prior = np.array(list(priors.values()))
-        variance = solution_floor(solution)
-        covariance = solution.classical_covariance[np.ix_(at, at)] / variance
-        values = np.linalg.eigvalsh(covariance / np.outer(prior, prior)) if at else np.ones(0)
-        return np.asarray(np.clip(values, 1e-12, 1.0))
+    def _compared(
+        self,
+        solution: Solution,
+        regression: Regression,
+        effects: Sequence[str] = (),
+        parts: Sequence[Part] = (),
+        variance: Array = NO_VARIANCE,
+    ) -> FittedParts:
+        """A solution of a regression with the evidence of its additions over the baseline."""
+        added = [u for u in regression.shared if u.name in solution.names and u.name not in self.start.names]
+        known = prior_rows(tuple(added), np.array([solution.values[u.name] for u in added]))
+        at = [solution.names.index(u.name) for u in added]
+        covariance = solution.classical_covariance[np.ix_(at, at)] / solution_floor(solution)
+        # Eigenvalues of the posterior covariance relative to the prior's.
+        shrunk = np.clip(np.linalg.eigvalsh(known[:, :-1] @ covariance @ known[:, :-1].T), 1e-12, 1.0)
+        floor = min(self.floor, solution_floor(solution))
+        return FittedParts(
+            tuple(parts),
+            tuple(effects),
+            solution,
+            squares=2 * solution.cost - float(np.sum(known[:, -1] ** 2)),
+            gain=(self.start.cost - solution.cost) / floor + 0.5 * float(np.sum(np.log(shrunk))),
+            variance=variance,
+            freedom=len(added) - float(np.sum(shrunk)),
+        )
 
 
 def rms_share(squares: float) -> float:
