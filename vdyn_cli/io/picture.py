@@ -14,7 +14,7 @@ MOST_PIXELS = 60_000_000
 FORMATS = ("PNG", "JPEG")
 
 
-def read_gray(path: Path, where: str) -> NDArray[np.float64]:
+def read_gray(path: Path, where: str = "") -> NDArray[np.float64]:
     """Gray levels of a PNG or JPEG, (rows, columns), 0 black to 1 white, rotated as its EXIF data state.
 
     Parameters
