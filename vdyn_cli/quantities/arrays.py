@@ -1,4 +1,4 @@
-"""Types of arrays: numbers, truth values, indices; and the cumulative integral."""
+"""Types of arrays: numbers, truth values, indices; integral, interpolation over missing values, spans."""
 
 from __future__ import annotations
 
@@ -13,3 +13,15 @@ Rows = NDArray[np.intp]  # indices of rows
 def cumulative_integral(x: Array, y: Array) -> Array:
     """Integral of y (n,) over x (n,) from the first point to each point, (n,), by the trapezoidal rule."""
     return np.concatenate([[0.0], np.cumsum(np.diff(x) * (y[1:] + y[:-1]) / 2.0)])
+
+
+def filled(x: Array, y: Array) -> Array:
+    """The values y (n,) at x (n,), linear over missing ones (NaN) and constant before and after all others; else 0."""
+    there = np.isfinite(y)
+    return np.asarray(np.interp(x, x[there], y[there])) if there.any() else np.zeros(x.size)
+
+
+def spans(flags: Mask) -> list[tuple[int, int]]:
+    """First index, and index after the last, of each segment of true flags (n,)."""
+    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False)).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))

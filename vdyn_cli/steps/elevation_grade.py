@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
@@ -123,7 +123,7 @@ def _track(log: Log) -> _Track | None:
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST:
         return None
-    speed = np.abs(np.interp(log.time, log.time[good], log["speed"][good]))
+    speed = np.abs(filled(log.time, log["speed"]))
     distance = cumulative_integral(log.time, speed)
     measured = np.isfinite(log["elevation"])
     if distance[-1] < FEWEST * NODE or measured.sum() < FEWEST:

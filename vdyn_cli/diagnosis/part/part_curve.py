@@ -15,7 +15,7 @@ from vdyn_cli.engine.model_builder import MissingSignalError, Signals
 from vdyn_cli.inference import Solution
 from vdyn_cli.inference.function_prior import truncation_error
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, spans
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.steps.free_part import Part
 
@@ -127,12 +127,9 @@ def _seen(x: Array, samples: Array) -> NDArray[np.bool_]:
 
 def _longest(good: NDArray[np.bool_], x: Array) -> NDArray[np.bool_]:
     """The contiguous good points with the longest range of ``x``, (points,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(int), [0]])))
-    runs = list(zip(edges[::2], edges[1::2], strict=True))
+    first, stop = max(spans(good), key=lambda run: float(x[run[1] - 1] - x[run[0]]), default=(0, 0))
     chosen = np.zeros_like(good)
-    if runs:
-        first, last = max(runs, key=lambda r: float(x[r[1] - 1] - x[r[0]]))
-        chosen[first:last] = True
+    chosen[first:stop] = True
     return chosen
 
 

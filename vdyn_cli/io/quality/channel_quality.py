@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.io.clocks.held_values import held_rows
 from vdyn_cli.io.clocks.interpolated_values import sampled_rows
-from vdyn_cli.io.quality.regular_segments import spans
-from vdyn_cli.quantities.arrays import Array, Mask, Rows
+from vdyn_cli.quantities.arrays import Array, Mask, Rows, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import VARYING

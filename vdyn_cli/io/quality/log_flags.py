@@ -23,11 +23,10 @@ from vdyn_cli.io.quality.regular_segments import (
     nearly_straight,
     quantum,
     rounded_line,
-    spans,
     straight,
 )
 from vdyn_cli.io.quality.spikes import dropouts, level_step, spikes
-from vdyn_cli.quantities.arrays import Array, Mask, Rows
+from vdyn_cli.quantities.arrays import Array, Mask, Rows, spans
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.quantity import from_si

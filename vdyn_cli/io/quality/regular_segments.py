@@ -62,12 +62,6 @@ def rounded_line(places: Sequence[Array], values: Array, resolution: float) -> b
     return bool(min(shares) <= QUALITY.line_bends)
 
 
-def spans(flags: Mask) -> Spans:
-    """First index, and index after the last, of each segment of true flags (n,)."""
-    edges = np.flatnonzero(np.diff(flags, prepend=False, append=False))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-
-
 def nearly_straight(values: Array, tolerance: float) -> Mask:
     """Whether each value (n,) is within four tolerances of the line through the two values before it, (n,)."""
     bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])

@@ -19,7 +19,7 @@ from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.project.reading.channel_sources import channel_maps
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.road_survey import RoadSurvey
@@ -109,8 +109,7 @@ def with_survey_error(log: Log, road: RoadSurvey, mode: int, times: float) -> Lo
 
 
 def _place(log: Log) -> Array:
-    there = np.isfinite(log["position"])
-    return np.interp(log.time, log.time[there], log["position"][there])
+    return filled(log.time, log["position"])
 
 
 def _sense(log: Log) -> float:

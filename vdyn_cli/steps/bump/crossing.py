@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.engine.simulate import Drive
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.bump.smooth_speed import SmoothSpeed, smooth_speed
 
@@ -59,9 +59,7 @@ class Crossing:
 
 def traveled(log: Log) -> Array:
     """Distance (n,) since the log's start, m: the integral of the measured speed."""
-    good = np.isfinite(log["speed"])
-    speed = np.interp(log.time, log.time[good], log["speed"][good])
-    return cumulative_integral(log.time, speed)
+    return cumulative_integral(log.time, filled(log.time, log["speed"]))
 
 
 def cut_crossing(log: Log, distance: float, wheelbase: float) -> Crossing:

@@ -24,7 +24,7 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
 from vdyn_cli.physics.models.wheel_spin import LEVER, MASS, READINGS, WHEEL_SPIN
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.arrays import Array, cumulative_integral, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.noise import WindowNoise
@@ -112,10 +112,9 @@ def impulses(run: DriveWindows, wheel: Mapping[str, float]) -> Array:
 
 def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
     """First and last samples of windows of ``count`` intervals inside every segment of usable intervals."""
-    change = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]])))
     first: list[int] = []
     last: list[int] = []
-    for begin, end in zip(change[::2], change[1::2], strict=True):  # intervals begin .. end - 1
+    for begin, end in spans(whole):  # intervals begin .. end - 1
         edges = np.arange(begin, end + 1, count)
         first += edges[:-1].tolist()
         last += edges[1:].tolist()

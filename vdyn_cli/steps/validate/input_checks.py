@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.quantities.arrays import filled
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -97,9 +98,7 @@ def torque_correlation(segments: Sequence[DriveSegment]) -> float:
     """
     found = []
     for s in segments:
-        speed, bins = s.outputs["speed"], cut(s.time, BLOCK)
-        there = np.isfinite(speed)
-        speed = np.interp(s.time, s.time[there], speed[there])
+        speed, bins = filled(s.time, s.outputs["speed"]), cut(s.time, BLOCK)
         channels = speed, np.gradient(speed, s.time), total_drive_torque(s.inputs)
         found.append(np.column_stack([bins.mean(v) for v in channels]))
     speed, *both = np.vstack(found).T

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, filled
 
 Marks = NDArray[np.int64]
 
@@ -37,8 +37,7 @@ def marked(time: Array, speed: Array, drive: Array, brake: Array) -> Marks:
     ----------
     time : (n,) s. speed : (n,) m/s, may contain NaN. drive, brake : (n,) N m.
     """
-    good = np.isfinite(speed)
-    speed = np.interp(time, time[good], speed[good])
+    speed = filled(time, speed)
     rate = _rate(time, speed)
     driven = drive > IDLE * max(float(np.max(np.abs(drive))), 1e-9)
     braked = pressed(time, brake) if brake.any() else (rate < -HARD) & ~driven
@@ -118,7 +117,5 @@ def smoothed(time: Array, speed: Array) -> Array:
     -------
     (n,) m/s.
     """
-    good = np.isfinite(speed)
-    speed = np.interp(time, time[good], speed[good])
     bins = cut(time, 0.1)
-    return np.asarray(np.interp(time, bins.time, bins.mean(speed)))
+    return np.asarray(np.interp(time, bins.time, bins.mean(filled(time, speed))))

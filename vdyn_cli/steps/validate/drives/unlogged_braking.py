@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
@@ -139,8 +139,7 @@ def _brakes(torque: Array) -> bool:
 
 def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Excess | None:
     """The excess deceleration of one drive; None where the car is driven too rarely."""
-    good = np.isfinite(channels["speed"])
-    speed = np.interp(time, time[good], channels["speed"][good])
+    speed = filled(time, channels["speed"])
     rate, force, change = level_rate(time, speed, channels), mean_over_span(time, torque), slope_over_span(time, torque)
     columns = np.column_stack([force, np.ones(time.size), mean_over_span(time, speed**2), change])
     idle = IDLE * float(np.max(np.abs(torque), initial=0.0))
@@ -161,8 +160,7 @@ def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array
     logged = channels.get("acceleration")
     if logged is None or not np.all(np.isfinite(logged[driven])) or np.isfinite(logged).mean() < MOSTLY:
         return None
-    there = np.isfinite(logged)
-    force = mean_over_span(time, np.interp(time, time[there], logged[there]))
+    force = mean_over_span(time, filled(time, logged))
     return np.asarray(columns @ _robust(columns[driven], force[driven])[0] - force)
 
 
@@ -174,13 +172,13 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
     excess = seen.excess if seen.by_accelerometer is None else np.minimum(seen.excess, seen.by_accelerometer)
     excess = excess - lost * seen.pulled
     limit = max(STEP_POLICY.brake_least, STEP_POLICY.brake_beyond * seen.scatter)
-    spans = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
-    for a, b in spans:
+    braking = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
+    for a, b in braking:
         braked |= (time >= a - RAMP) & (time <= b + RAMP)
     largest = float(np.max(excess[seen.free & braked], initial=0.0))
     spacing = float(np.median(np.diff(time)))
     left_out, moving = (spacing * np.count_nonzero(m) for m in (braked & seen.moves, seen.moves))
-    return UnloggedBraking(braked, spans, largest, seen.by_accelerometer is not None, left_out, moving)
+    return UnloggedBraking(braked, braking, largest, seen.by_accelerometer is not None, left_out, moving)
 
 
 def _robust(columns: Array, y: Array) -> tuple[Array, float]:
@@ -198,11 +196,9 @@ def _robust(columns: Array, y: Array) -> tuple[Array, float]:
 
 def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float], ...]:
     """First and last times of contiguous ``touched`` samples of which ``sure`` ones last long enough."""
-    edges = np.flatnonzero(np.diff(np.r_[False, touched, False].astype(int)))
     spacing = float(np.median(np.diff(time)))
-    pairs: Sequence[tuple[int, int]] = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
     return tuple(
         (float(time[a]), float(time[b - 1]))
-        for a, b in pairs
+        for a, b in spans(touched)
         if np.count_nonzero(sure[a:b]) * spacing >= STEP_POLICY.brake_shortest
     )

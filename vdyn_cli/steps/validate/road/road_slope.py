@@ -18,7 +18,7 @@ import numpy as np
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference.smoothed_slope import smoothed_slope
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
@@ -59,15 +59,13 @@ def sensed_road(log: Log) -> RoadProfile:
         elevation (m).
     """
     time = log.time
-    speed, force = (_filled(time, log[n]) for n in ("speed", "acceleration"))
-    known = _filled(time, log["grade"]) if "grade" in log else np.zeros(time.size)
+    speed, force = (filled(time, log[n]) for n in ("speed", "acceleration"))
+    known = filled(time, log["grade"]) if "grade" in log else np.zeros(time.size)
     weight = GRAVITY * known / np.sqrt(1.0 + known**2)
-    step, pace = np.diff(time), 0.5 * (speed[1:] + speed[:-1])
-    along = np.r_[0.0, np.cumsum(pace * step)]
-    pushed = np.r_[0.0, np.cumsum(0.5 * ((force - weight)[1:] + (force - weight)[:-1]) * pace * step)]
-    risen = pushed - 0.5 * (speed**2 - speed[0] ** 2)
+    along = cumulative_integral(time, speed)
+    risen = cumulative_integral(along, force - weight) - 0.5 * (speed**2 - speed[0] ** 2)
     zero = float((risen[-1] - GRAVITY * _climb(log)) / along[-1]) if along[-1] > SHORTEST else 0.0
-    kept = (np.r_[0.0, np.cumsum(0.5 * ((force - weight)[1:] + (force - weight)[:-1]) * step)] - speed) / GRAVITY
+    kept = (cumulative_integral(time, force - weight) - speed) / GRAVITY
     ends = time[0] + LOOK * np.arange(max(int((time[-1] - time[0]) / LOOK), 1) + 1)
     middle, looks = ends[:-1] + 0.5 * LOOK, np.diff(np.interp(ends, time, kept)) / LOOK - zero / GRAVITY
     moving = np.interp(middle, time, speed) > CREEPING
@@ -84,11 +82,6 @@ def _climb(log: Log) -> float:
         return 0.0
     there = log["elevation"][np.isfinite(log["elevation"])]
     return float(there[-1] - there[0]) if there.size else 0.0
-
-
-def _filled(time: Array, values: Array) -> Array:
-    good = np.isfinite(values)
-    return np.asarray(np.interp(time, time[good], values[good])) if good.any() else np.zeros(time.size)
 
 
 def _once(along: Array, values: Array) -> tuple[Array, Array]:
