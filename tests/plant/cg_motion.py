@@ -6,11 +6,14 @@ own height. With a the acceleration of the center, w the wheels' speed, all four
 
     I th'' = lf Ff - lr Fr + h (M a + Fd + M g sin(grade)) + Fd (hd - h) + J w' + c r M g cos(grade),
     M z'' = Ff + Fr - M g cos(grade),
+    r w = V + u,   u = V k + sigma k',   k = a / (g BCD),
 
-with c r M g the moment of rolling resistance: the road pushes a rolling tire up ahead of its hub. The first is the
-paper's load transfer if that and the heave z are left out, **except for J w'**: spinning wheels up takes load off the
-front axle too, as if M h were larger by J/r (1.6 %). The antenna at height H feels a - (H - h) th''.
-The pitching is linear, so it is stepped exactly by a matrix exponential, with its drive linear between 5 ms points.
+with u the tires' sliding speed at the slip k that their force needs, which builds up over the relaxation length sigma
+(a without the corners of the pedals, since no torque has any), and c r M g the moment of rolling resistance: the road
+pushes a rolling tire up ahead of its hub. The first is the paper's load transfer if that and the heave z are left out,
+**except for J w'**: spinning wheels up takes load off the front axle too, as if M h were larger by J/r (1.6 %). The
+antenna at height H feels a - (H - h) th''. The pitching is linear, so it is stepped exactly by a matrix exponential,
+with its drive linear between 5 ms points.
 
 Hidden effects (``{name: size}``, SI, nothing at zero):
 
@@ -38,11 +41,13 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import expm
+from scipy.ndimage import gaussian_filter1d
 
 from tests.plant.sensors import Array
 from tests.plant.vehicle import AIR_DENSITY, GRAVITY, Vehicle
 
 STEP = 0.005  # s
+CORNER = 0.02  # s, over which a driveline rounds the corners of the pedals
 EFFECTS = (
     *("accelerometer_tilt", "accelerometer_offset", "wheel_force_gain", "wheel_force_gain_front", "clock_offset"),
     *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "crosstalk"),
@@ -100,8 +105,9 @@ class Body:
         self.clock = STEP * np.arange(int(np.ceil(end / STEP)) + 3)
         self.air = 0.5 * pedals.air_density * vehicle.drag_area
         self.speed = self._speeds()
+        self.slide = self._sliding()
         self.a, self.b = _matrices(vehicle, self.axles, q["pitch_axis"])
-        push = self._push(self.speed, self._acceleration(self.clock, self.speed))
+        push = self._push(self.speed, self._acceleration(self.clock, self.speed), self.slide)
         self.state = _pitching(self.a, self.b, push)
         self.rate = self.state @ self.a.T + push @ self.b.T
 
@@ -121,12 +127,20 @@ class Body:
             speed.append(v)
         return np.array(speed)
 
-    def _push(self, speed: Array, acceleration: Array) -> Array:
+    def _sliding(self) -> Array:
+        """The rate of the tires' sliding speed, m/s^2."""
+        car = self.vehicle
+        smooth = gaussian_filter1d(self._acceleration(self.clock, self.speed), CORNER / STEP)
+        slip = smooth / (GRAVITY * car.tire_longitudinal_stiffness)
+        slide = self.speed * slip + car.tire_relaxation_length * np.gradient(slip, STEP)
+        return np.gradient(slide, STEP)
+
+    def _push(self, speed: Array, acceleration: Array, slide: Array) -> Array:
         """Forces on heave (N) and pitch (N m, nose-up) that do not come from the springs."""
         car = self.vehicle
         drag = self.air * speed**2
         force = car.mass * (acceleration + GRAVITY * np.sin(self.slope)) + drag
-        spin = 4 * car.wheel_inertia * acceleration / car.wheel_radius
+        spin = 4 * car.wheel_inertia * (acceleration + slide) / car.wheel_radius
         lift = 0.5 * self.pedals.air_density * np.outer(speed**2, self.lift)
         moment = car.cg_height * force + drag * (car.drag_height - car.cg_height) + spin
         moment = moment + lift @ [car.cg_to_front, -car.cg_to_rear]
@@ -142,7 +156,8 @@ class Body:
         state = (1 - w) ** 2 * ((1 + 2 * w) * start + w * rise) + w**2 * ((3 - 2 * w) * end + (w - 1) * fall)
         speed = np.interp(times, self.clock, self.speed)
         acceleration = self._acceleration(times, speed)
-        rate = state @ self.a.T + self._push(speed, acceleration) @ self.b.T
+        slide = np.interp(times, self.clock, self.slide)
+        rate = state @ self.a.T + self._push(speed, acceleration, slide) @ self.b.T
         front, rear = self._loads(state)
         force = car.mass * (acceleration + GRAVITY * np.sin(self.slope)) + self.air * speed**2
         return Ride(

@@ -14,6 +14,7 @@ SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (
     *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
     *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", "reads_gravity", "contact_lead"),
+    *("slip_compliance", "tire_relaxation_length"),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
@@ -22,7 +23,9 @@ CARRIED = "carried"  # N, upward force of road and air on the vehicle: the weigh
 UNIT = "unit"  # N, true load per newton read, to compare the moments with the loads' noise
 HEAVES = ("sprung_heave", "damped_heave")  # rad/s^2
 HEAVE_LEVERS = ("heave_spring", "heave_damper")  # m
-MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling")
+SLIDING = ("push_speed_rate", "push_bend")  # m^2/s^3, m/s^4
+SLIP = ("slip_compliance", "tire_relaxation_length")  # -, m
+MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling", *SLIDING)
 
 
 def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
@@ -40,6 +43,10 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     road, else 0. ``contact_lead`` m is the distance of a rolling tire's contact force ahead of its hub, rolling
     resistance times radius, which gives the moment of the resistance. ``rolling`` is 1 where the wheels roll, and 0 at
     rest, where this moment vanishes.
+
+    The tires slide at vs = V k + sigma k' with the slip k = b a / g, b ``slip_compliance`` (slip per friction, 1/(B C
+    D)) and the relaxation length sigma: vs' = b / g ((V a)' + sigma a''), of inputs ``push_speed_rate`` and
+    ``push_bend``. With all tires alike this holds for any distribution of the force, if the axles' loads are equal.
     """
     p = e.p
     e.sensor(
@@ -78,6 +85,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
         antenna_height=p.antenna_height,
         antenna_offset=p.antenna_offset,
         spin=p.spin,
+        sliding_rate=p.slip_compliance / GRAVITY * (u.push_speed_rate + p.tire_relaxation_length * u.push_bend),
     )
     e.sensor(MOMENTS[1], motion - inertial)
     e.sensor(MOMENTS[2], inertial)

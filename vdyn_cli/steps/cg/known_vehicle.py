@@ -23,6 +23,11 @@ USUAL_ROLLING, ROLLING_STD, USUAL_RADIUS = 0.010, 0.005, 0.31  # -, -, m
 # m of heave per rad of pitch, either sign: a body pitches about an axis within a fifth of the wheelbase of its center,
 # and anti-dive of the suspension lifts it by as much.
 HEAVE_STD = 0.3
+# Slope of a tire's friction over slip: 10 on a soft tire, 40 on a stiff one (Gustafsson, Automatica 33(6), 1997: 20 to
+# 40 on asphalt; Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012: 10 to 25). Its reciprocal is the slip per friction.
+USUAL_COMPLIANCE, COMPLIANCE_STD = 0.05, 0.03
+USUAL_RELAXATION, RELAXATION_STD = 0.3, 0.15  # m; 0.1 to 0.6 m (Pacejka 2012)
+LEAST_SLIP = 0.1  # relative standard deviation of a stated one: the axles' loads differ by as much from equal ones
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
 
@@ -34,12 +39,15 @@ class KnownVehicle:
     ----------
     values : by name, SI. std : of the uncertain ones.
     findings : about assumed and neglected values.
+    slip : mean and standard deviation of the tires' slip per friction and relaxation length, which the runs may
+        determine better.
     load_excess : share by which the loads exceed the weight, where they contradict it.
     """
 
     values: Mapping[str, float]
     std: Mapping[str, float]
     findings: tuple[Finding, ...]
+    slip: Mapping[str, tuple[float, float]]
     load_excess: float = 0.0
 
     @property
@@ -104,7 +112,9 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
         what = "the rotational inertia of the wheels is neglected: cg_height is 1 to 2 % too high"
         findings.append(Finding("cg", what, "", remedy))
-    return KnownVehicle(values, std, tuple(findings))
+    slip = _slip(known)
+    values |= {n: mean for n, (mean, _) in slip.items()}
+    return KnownVehicle(values, std, tuple(findings), slip)
 
 
 def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
@@ -132,6 +142,21 @@ def _unsprung(known: Parameters, mass: float) -> tuple[dict[str, float], dict[st
     if "tire_vertical_stiffness" not in known:
         std["tire_vertical_stiffness"] = DEFLECTION_STD * usual
     return {**values, **{n: known[n].value for n in UNSPRUNG}}, std
+
+
+def _slip(known: Parameters) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation of the tires' slip per friction, and of their relaxation length, m."""
+    found = {
+        "slip_compliance": (USUAL_COMPLIANCE, COMPLIANCE_STD),
+        "tire_relaxation_length": (USUAL_RELAXATION, RELAXATION_STD),
+    }
+    if "tire_longitudinal_stiffness" in known:
+        slope = known["tire_longitudinal_stiffness"]
+        found["slip_compliance"] = 1 / slope.value, max(slope.std / slope.value, LEAST_SLIP) / slope.value
+    if "tire_relaxation_length" in known:
+        length = known["tire_relaxation_length"]
+        found["tire_relaxation_length"] = length.value, max(length.std, LEAST_SLIP * length.value)
+    return found
 
 
 def _contact_lead(known: Parameters) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from vdyn_cli.physics.models.load_transfer import (
     HEAVES,
     LOAD_TRANSFER,
     MOMENTS,
+    SLIP,
     SOUGHT,
     SPEED_RATE,
     UNIT,
@@ -35,19 +36,18 @@ from vdyn_cli.steps.cg.carried_weight import CarriedWeight
 from vdyn_cli.steps.cg.driven_channels import driven_channels
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
 from vdyn_cli.steps.cg.load_windows import WINDOW, LoadWindows
+from vdyn_cli.steps.cg.local_derivative import SPAN, TRUE_SPAN, local_derivative
 from vdyn_cli.steps.cg.logged_speed import SpeedChange
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.contract import NO_VALUES
 
-# s to either side for the second derivative of a load, of measured channels and of true channels. The latter is longer,
-# because its noise comes from the same readings as that of the balance and would bias the unknowns to zero.
-SPAN, TRUE_SPAN = 0.06, 0.12
 MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
 HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from the last residuals; then the noise is held
 SETTLED = 1e-3  # standard deviations by which an unknown may change in the last round
 SLOW = 0.02  # likewise, of a fit that still changes after all rounds: at a tenth less a round, 0.2 remain in all
 EXACT = 1e-4  # relative standard deviation of a value that is held
+USUAL_HEIGHT = 0.55  # m, of the center of gravity, at which a fit starts
 TOLERANCE = 1e-8  # of one residual's variance that a further step of a fit may gain
 ROUGH_TOLERANCE = 1e-2  # likewise, in a round after which the unknowns still change
 INEXACT = 0.03  # share of the last round's change, in standard deviations, by which a round may miss its minimum
@@ -65,6 +65,7 @@ class LoadFit:
     Parameters
     ----------
     known : parameters that are not estimated, by name, SI.
+    slip : mean and standard deviation of the tires' slip per friction and relaxation length (``KnownVehicle``).
     speeds : for each run, the speed as a second reading of the acceleration; None where it is not logged throughout.
     carried : for each run, the load of both axles; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
@@ -75,6 +76,7 @@ class LoadFit:
     runs: tuple[LoadWindows, ...]
     known: Mapping[str, float]
     load_zero: float
+    slip: Mapping[str, tuple[float, float]]
     effects: tuple[Effect, ...] = ()
     effect_unknowns: tuple[Unknown, ...] = ()
     speeds: tuple[SpeedChange | None, ...] = ()
@@ -91,7 +93,7 @@ class LoadFit:
         """The three of ``SOUGHT``, started at a typical car's, levers of an unmeasured heave, those of the effects, and
         each run's load zeros."""
         start = {
-            "cg_height": 0.55,
+            "cg_height": USUAL_HEIGHT,
             "cg_to_rear": self.known["wheelbase"] / 2,
             "pitch_inertia": 1.3 * self.known["mass"],
         }
@@ -99,9 +101,11 @@ class LoadFit:
         priors = {} if held is None else {"pitch_inertia": (held, EXACT * held)}
         std = self.load_zero * 2**0.5  # two wheels an axle
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
+        slip = [Unknown(n, self.slip[n][0], prior=self.slip[n], nuisance=True) for n in SLIP]
         return (
             *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, prior=priors.get(n)) for n in SOUGHT),
             *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
+            *(slip if self.known["spin"] > 0 else ()),
             *self.effect_unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
         )
@@ -132,7 +136,7 @@ class LoadFit:
     @cached_property
     def measured(self) -> tuple[BalanceInputs, ...]:
         """The measured channels of each run."""
-        return tuple(_balance_inputs(w, w.channels, SPAN) for w in self.runs)
+        return tuple(_balance_inputs(w, w.channels, SPAN, _lever(self)) for w in self.runs)
 
     @cached_property
     def first_solution(self) -> Solution:
@@ -246,7 +250,7 @@ class LoadFit:
         factor = factored(balance_covariance(windows, partial, heave))
         residual = whitened(factor, balance)
         channels = true_channels(windows, partial, weighed(factor, residual), _delays(self, theta))
-        true = _balance_inputs(windows, {**channels, **driven}, TRUE_SPAN)
+        true = _balance_inputs(windows, {**channels, **driven}, TRUE_SPAN, _lever(self))
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
@@ -275,6 +279,11 @@ class LoadFit:
         at = self.simulators[0].unknowns.index
         channels = (*windows.loads, "acceleration")
         return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
+
+
+def _lever(fit: LoadFit) -> float:
+    """Height of the antenna above a usual center of gravity, m, for the push that makes the tires slide."""
+    return fit.known["antenna_height"] - USUAL_HEIGHT
 
 
 def _local(fit: LoadFit, at: Array, run: int) -> Array:
@@ -313,28 +322,21 @@ def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Si
     return lambda s: law(inner, s, q)
 
 
-def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float) -> BalanceInputs:
-    """Inputs of the balance with the second derivatives of the loads, computed over ``span`` s to either side."""
+def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float, lever: float) -> BalanceInputs:
+    """Inputs of the balance with the derivatives of loads and acceleration, computed over ``span`` s to either side.
+
+    Parameters
+    ----------
+    lever : height of the antenna above the center of gravity, m.
+    """
     inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
     inputs |= {n: values[n] for n in HEAVES if n in values}
-    inputs |= {f"{n}_bend": _second_derivative(values[n], windows.step, span) for n in windows.loads}
+    inputs |= {f"{n}_bend": local_derivative(values[n], windows.step, span) for n in windows.loads}
+    push = values["acceleration"] + lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
+    inputs["push_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
+    inputs["push_bend"] = local_derivative(push, windows.step, span)
     context = {"heading": windows.heading}
     still, turning = (
         Drive(windows.time, {**inputs, "pitch_acceleration": rate}, context=context) for rate in (0.0, 1.0)
     )
     return BalanceInputs(still, turning, values["pitch_rate"])
-
-
-def _second_derivative(values: Array, step: float, span: float) -> Array:
-    """Second derivative (n,) of a quintic fitted over ``span`` s to either side; 0.06 s is accurate to some 5 Hz."""
-    half = max(round(span / step), 3)
-    width = 2 * half + 1
-    if values.size < width:
-        return np.zeros_like(values)
-    x = np.linspace(-1.0, 1.0, width)
-    quintic = np.linalg.pinv(np.vander(x, 6, increasing=True))  # coefficients of a window's values
-    per_step = (half * step) ** -2
-    inner = np.correlate(values, 2 * per_step * quintic[2], "valid")
-    ends = np.column_stack([k * (k - 1) * x ** max(k - 2, 0) for k in range(6)]) * per_step @ quintic
-    first, last = ends[:half] @ values[:width], ends[half + 1 :] @ values[-width:]
-    return np.asarray(np.concatenate([first, inner, last]))

@@ -13,6 +13,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
 from vdyn_cli.steps.cg.load_windows import rolling
+from vdyn_cli.steps.cg.local_derivative import SPAN, local_derivative
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
 ROUNDS = 3  # iterations of the loads and their second derivatives, which change them by 1 %
@@ -62,6 +63,9 @@ def _log(day: DayRequest, k: int) -> Log:
     pitch, turn, bend = _pitching(day, time, rate, known["mass"] * at["cg_height"] / at["pitch_inertia"])
     lever = known["antenna_height"] - at["cg_height"]
     motion = {"pitch": pitch, "pitch_rate": turn, "speed": speed, "rolling": rolling(speed)}
+    step = float(np.median(np.diff(time)))
+    motion["push_speed_rate"] = local_derivative(speed * rate, step, SPAN, 1)
+    motion["push_bend"] = local_derivative(rate, step, SPAN)
     true = {**motion, "acceleration": rate - lever * bend}
     front, rear = _loads(day, known, time, {**true, "pitch_acceleration": bend})
     zero = 2**0.5 * getattr(day.spec, "settings").load_zero.value  # noqa: B009

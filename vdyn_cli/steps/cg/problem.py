@@ -255,7 +255,7 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
-    fit = LoadFit(runs, vehicle.values, load_zero, speeds=speeds, carried=carried)
+    fit = LoadFit(runs, vehicle.values, load_zero, vehicle.slip, speeds=speeds, carried=carried)
     return _holding_inertia(CgProblem(tuple(logs), vehicle, fit, tuple(findings)))
 
 

@@ -7,6 +7,8 @@ from vdyn_cli.steps.cg.problem import prepare
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.step_definition import Diagnosable, Step
 
+SLOPE = ("tire_longitudinal_stiffness", "tire_relaxation_length")
+
 STEP = Step(
     name="cg",
     situations=frozenset({"pitching"}),
@@ -18,7 +20,7 @@ STEP = Step(
         *("wheel_inertia", "wheel_radius", "rolling_resistance"),
     ),
     gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
-    reads=("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness"),
+    reads=("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", *SLOPE),
     run_keys=("direction",),
     prepare=prepare,
     complete=("pitch_rate",),
