@@ -89,7 +89,7 @@ def is_other_format(path: Path) -> bool:
 
 
 @contextmanager
-def open_source(path: Path, encoding: str | None = None) -> Iterator[CsvSource]:
+def open_source(path: Path, encoding: str | None = None, block: int = BLOCK) -> Iterator[CsvSource]:
     """Open a text log, plain or gzip, in any encoding; a byte order mark is removed.
 
     Raises
@@ -98,7 +98,7 @@ def open_source(path: Path, encoding: str | None = None) -> Iterator[CsvSource]:
     """
     known = _lookup(path, encoding)
     with _open(path) as stream:
-        chunks = _chunks(path, stream, BLOCK)
+        chunks = _chunks(path, stream, block)
         first = next(chunks, b"")
         if not first.strip(b"\r\n\t \0\x1a\xef\xbb\xbf\xff\xfe"):
             raise InputError(Finding(str(path), "the file is empty", remedy="export the log again"))
