@@ -1,10 +1,12 @@
-"""Uncertainty budget: the contribution of each input to the standard deviation of a result (GUM)."""
+"""Uncertainty budget: the contribution of each input to the standard deviation of a result (GUM); weighted means."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.number_text import two_digits
@@ -115,3 +117,22 @@ def propagate(
         freedom = (degrees or {}).get(name, math.inf)
         contributions.append(Contribution(name, given.value, given.std, units.get(name, ""), slope, freedom))
     return Budget(formula(**at), tuple(contributions))
+
+
+def weighted_mean(budgets: Mapping[str, Budget], unit: str) -> Budget:
+    """The mean weighted by inverse variance; each measurement is a contribution whose slope is its weight.
+
+    x = sum w_i x_i, w_i = u_i^-2 / sum u_j^-2. Assumes independent measurements with standard deviations above 0.
+
+    Parameters
+    ----------
+    budgets : of the measurements, by name. unit : of the quantity.
+    """
+    weight = np.array([budget.std**-2.0 for budget in budgets.values()])
+    weight = weight / weight.sum()
+    value = float(weight @ np.array([budget.value for budget in budgets.values()]))
+    parts = tuple(
+        Contribution(name, b.value, b.std, unit, float(w), b.degrees)
+        for (name, b), w in zip(budgets.items(), weight, strict=True)
+    )
+    return Budget(value, parts)

@@ -29,7 +29,6 @@ from vdyn_cli.project.checks.paired_logs import with_pair_warnings
 from vdyn_cli.project.checks.repeated_runs import repeated_runs
 from vdyn_cli.project.checks.run_unit_checks import contradicted_units, other_units, with_run_signs
 from vdyn_cli.project.checks.unread_keys import contradictory_keys, unread_keys
-from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.reading.channel_sources import Scaling, known_channels, logged_channels, scalings, unused_sources
 from vdyn_cli.project.reading.given_values import contradicted_values, given_air, given_parameters, read_known
 from vdyn_cli.project.reading.road_profile import road_findings, survey_note, surveyed_road
@@ -37,7 +36,7 @@ from vdyn_cli.project.reading.run_parts import split_runs
 from vdyn_cli.project.reading.run_reading import log_names, read_run, ready_log, within_physical_limits
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.cut_ledger import DataQuality
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, in_file_order, merge_logs
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, attempt, in_file_order, merge_logs
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import MissingParameterError, Parameters
 from vdyn_cli.steps import Step

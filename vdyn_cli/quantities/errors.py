@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 LONGEST_NAME = 100  # characters of names that are compared for a misspelling; headers of loggers have up to some 60
 MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
@@ -97,6 +100,15 @@ def raise_all(findings: Iterable[Finding], error: type[VdynError] = InputError) 
     found = tuple(findings)
     if found:
         raise error(*found)
+
+
+def attempt(problems: list[Finding], call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R | None:
+    """The value of ``call(*args, **kwargs)``; None after an InputError, whose findings are added to ``problems``."""
+    try:
+        return call(*args, **kwargs)
+    except InputError as error:
+        problems.extend(f for f in error.findings if f not in problems)
+        return None
 
 
 def close_names(name: str, known: Iterable[str]) -> list[str]:

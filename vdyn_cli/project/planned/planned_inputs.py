@@ -13,7 +13,6 @@ from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.spec_loading import load_partial
 from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.project.checks.description_checks import wrong_channels, wrong_effects
-from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.inputs import Inputs, condensed_logs, errors_of_step
 from vdyn_cli.project.reading.channel_sources import (
     Scaling,
@@ -23,7 +22,7 @@ from vdyn_cli.project.reading.channel_sources import (
     with_known_channels,
 )
 from vdyn_cli.project.reading.given_values import given_air, given_parameters, read_known
-from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, in_file_order, raise_all
+from vdyn_cli.quantities.errors import Finding, InputError, attempt, did_you_mean, in_file_order, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import UnitError, parse

@@ -22,12 +22,11 @@ from vdyn_cli.io.quality.channel_quality import WHOLE, Window
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
-from vdyn_cli.project.collected_problems import attempt
 from vdyn_cli.project.reading.channel_sources import Scaling, channel_maps, logged_channels, with_known_channels
 from vdyn_cli.project.reading.logger_columns import logger_columns
 from vdyn_cli.project.reading.road_profile import with_grade
 from vdyn_cli.quantities.clock_difference import ClockDifference
-from vdyn_cli.quantities.errors import Finding, InputError, raise_all
+from vdyn_cli.quantities.errors import Finding, InputError, attempt, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.steps import Step

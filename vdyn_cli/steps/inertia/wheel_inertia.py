@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.inference.uncertainty_budget import Budget
+from vdyn_cli.inference.uncertainty_budget import Budget, weighted_mean
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
-from vdyn_cli.steps.inverse_variance import weighted_mean
 from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing
 from vdyn_cli.steps.pendulum.pendulum_inertia import MeasuredPeriod, inertia_budget
 from vdyn_cli.steps.pendulum.pendulum_rig import Rig

@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
+from vdyn_cli.inference.uncertainty_budget import Budget, Contribution, weighted_mean
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.interval_text import with_interval
-from vdyn_cli.steps.inverse_variance import weighted_mean
 from vdyn_cli.steps.shaft.shaft_side import UNIT, LoggedShaft, ShaftSide
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
