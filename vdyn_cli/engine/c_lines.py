@@ -7,23 +7,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import casadi as ca
 
-from vdyn_cli.engine.evaluation_order import EvaluationOrder
+from vdyn_cli.engine.evaluation_order import LIBM, EvaluationOrder
 
 _INFIX = {ca.OP_ADD: "+", ca.OP_SUB: "-", ca.OP_MUL: "*", ca.OP_DIV: "/"}
 _COMPARISONS = {ca.OP_LT: "<", ca.OP_LE: "<=", ca.OP_EQ: "==", ca.OP_NE: "!="}
 _FUNCTIONS = {
-    ca.OP_SIN: "sin",
-    ca.OP_COS: "cos",
-    ca.OP_TAN: "tan",
-    ca.OP_ASIN: "asin",
-    ca.OP_ACOS: "acos",
-    ca.OP_ATAN: "atan",
-    ca.OP_ATAN2: "atan2",
-    ca.OP_TANH: "tanh",
-    ca.OP_EXP: "exp",
-    ca.OP_LOG: "log",
-    ca.OP_POW: "pow",
-    ca.OP_CONSTPOW: "pow",
+    **LIBM,
     ca.OP_SQRT: "sqrt",
     ca.OP_FABS: "fabs",
     ca.OP_FLOOR: "floor",

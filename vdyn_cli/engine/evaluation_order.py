@@ -9,6 +9,22 @@ import casadi as ca
 
 from vdyn_cli.engine.dual import instructions
 
+# Operations that C and LLVM IR compute by functions of libm, with their names.
+LIBM = {
+    ca.OP_SIN: "sin",
+    ca.OP_COS: "cos",
+    ca.OP_TAN: "tan",
+    ca.OP_ASIN: "asin",
+    ca.OP_ACOS: "acos",
+    ca.OP_ATAN: "atan",
+    ca.OP_ATAN2: "atan2",
+    ca.OP_TANH: "tanh",
+    ca.OP_EXP: "exp",
+    ca.OP_LOG: "log",
+    ca.OP_POW: "pow",
+    ca.OP_CONSTPOW: "pow",
+}
+
 
 @dataclass(frozen=True)
 class Instruction:

@@ -13,25 +13,14 @@ from functools import lru_cache
 import casadi as ca
 
 from vdyn_cli.engine.dual import Tangents, Value, tangent
-from vdyn_cli.engine.evaluation_order import EvaluationOrder, ordered
+from vdyn_cli.engine.evaluation_order import LIBM, EvaluationOrder, ordered
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir_steps import KernelSizes, print_steps
 
 _ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
 _COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
 _FUNCTIONS = {
-    ca.OP_SIN: "sin",
-    ca.OP_COS: "cos",
-    ca.OP_TAN: "tan",
-    ca.OP_ASIN: "asin",
-    ca.OP_ACOS: "acos",
-    ca.OP_ATAN: "atan",
-    ca.OP_ATAN2: "atan2",
-    ca.OP_TANH: "tanh",
-    ca.OP_EXP: "exp",
-    ca.OP_LOG: "log",
-    ca.OP_POW: "pow",
-    ca.OP_CONSTPOW: "pow",
+    **LIBM,
     ca.OP_SQRT: "llvm.sqrt.f64",
     ca.OP_FABS: "llvm.fabs.f64",
     ca.OP_FLOOR: "llvm.floor.f64",

@@ -36,6 +36,18 @@ def qr_factor(matrix: Array) -> Array:
     return np.vstack([factor, np.zeros((missing, width))]) if missing else factor
 
 
+def least_squares(columns: Array, y: Array, rounding: float) -> Array:
+    """Least-squares coefficients (p,) or (p, k) of y (n,) or (n, k) on columns (n, p) of any scale.
+
+    Parameters
+    ----------
+    rounding : of the largest singular value of the unit columns, below which a direction is left out.
+    """
+    size = np.sqrt(np.sum(columns**2, axis=0))
+    size = np.where(size > 0, size, 1.0)
+    return np.asarray((np.linalg.lstsq(columns / size, y, rcond=rounding)[0].T / size).T)
+
+
 def orthonormal(columns: Array) -> Array:
     """Orthonormal basis of the span of columns of any scale, without dependent directions.
 

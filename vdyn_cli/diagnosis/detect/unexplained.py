@@ -24,7 +24,7 @@ from vdyn_cli.diagnosis.detect.scores import ROUNDING
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.inference.qr_factors import orthonormal
+from vdyn_cli.inference.qr_factors import least_squares, orthonormal
 from vdyn_cli.quantities.arrays import Array
 
 STEPS = 60  # values of tau tried per decade: within 4 % of the best, while tau's own error is a quarter or more
@@ -49,7 +49,7 @@ def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
         whole = coefficients @ walk(coefficients.shape[1])
         size, visible = unexplained_size(whole, whole - basis @ (basis.T @ whole), y)
         if size > 0.0:
-            parts = t_quantile(visible) * size * _absorbed(known, whole)
+            parts = t_quantile(visible) * size * least_squares(known, whole, ROUNDING)
             found.append({n: parts[i] for i, n in enumerate(fitted)})
     return tuple(found)
 
@@ -94,10 +94,3 @@ def unexplained_size(whole: Array, left: Array, y: Array) -> tuple[float, int]:
     total = tau2[:, None] + variances[None]
     likelihood = -0.5 * np.sum(np.log(total) + estimates[None] ** 2 / total, axis=1)
     return float(np.sqrt(tau2[int(np.argmax(likelihood))])), int(good.sum())
-
-
-def _absorbed(known: Array, columns: Array) -> Array:
-    """Least-squares coefficients, (p, k), of columns (n, k) on the fitted sensitivities (n, p) of any scale."""
-    size = np.sqrt(np.sum(known**2, axis=0))
-    size = np.where(size > 0, size, 1.0)
-    return np.asarray(np.linalg.lstsq(known / size, columns, rcond=ROUNDING)[0] / size[:, None])

@@ -29,7 +29,7 @@ def fitted_amplitudes(answer: CandidateModel, setup: DiagnosisSetup) -> dict[str
     for effect in (setup.candidates[e] for e in answer.effects):
         for n, q in effect.unknowns.items():
             if n in solution.values:
-                value, std, ends = float(solution.values[n]), float(solution.std[n]), _interval(solution.interval95[n])
+                value, std, ends = solution.values[n], solution.std[n], solution.interval95[n]
                 found[n] = Estimate(value, std, ends, q.unit, q.meaning, effect.name)
     return found
 
@@ -76,8 +76,3 @@ def with_meaning(amplitude: Estimate, effect: Effect, name: str) -> Estimate:
     """The estimate with the unit and meaning of the effect's unknown; the effect is its source."""
     quantity = effect.unknowns[name]
     return replace(amplitude, unit=quantity.unit, meaning=quantity.meaning, source=effect.name)
-
-
-def _interval(ends: tuple[float, float]) -> tuple[float, float]:
-    low, high = ends
-    return float(low), float(high)

@@ -25,6 +25,7 @@ from vdyn_cli.diagnosis.strategies.full_model import FittedModel
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedRuns, initial_values
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.qr_factors import least_squares
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
 
@@ -210,7 +211,7 @@ def _selected(
 def _values(folds: _Folds, at: FittedModel, fold: int, names: Sequence[str]) -> dict[str, float]:
     """Shared unknowns by a fit to all rows outside the fold."""
     rest = folds.of(at).training(fold)
-    step = _least_squares(rest.of([*names, *rest.own]), rest.y)
+    step = least_squares(rest.of([*names, *rest.own]), rest.y, DEPENDENT)
     point = _point(at.runs)
     return {n: point[n] + move for n, move in zip(names, step.tolist(), strict=False)}
 
@@ -219,7 +220,7 @@ def _misfit(folds: _Folds, at: FittedModel, fold: int, names: Sequence[str]) -> 
     """Residual sum of squares of a fit to all rows outside the fold."""
     rest = folds.of(at).training(fold)
     columns = rest.of([*names, *rest.own])
-    return float(np.sum((rest.y - columns @ _least_squares(columns, rest.y)) ** 2))
+    return float(np.sum((rest.y - columns @ least_squares(columns, rest.y, DEPENDENT)) ** 2))
 
 
 def _point(runs: LinearizedRuns) -> dict[str, float]:
@@ -240,7 +241,7 @@ def _error(
         return _error_of_run(at.runs, run, step, None if start is None else start[run])
     left = system.y - system.of(list(step)) @ np.array(list(step.values()))
     mine = system.of(system.own)
-    left = left - mine @ (_least_squares(mine[~rows], left[~rows]) if start is None else start.ravel())
+    left = left - mine @ (least_squares(mine[~rows], left[~rows], DEPENDENT) if start is None else start.ravel())
     count = float(np.sum(system.counts[np.unique(system.label[rows])]))
     return _HeldOutError(float(left[rows] @ left[rows]), count)
 
@@ -249,13 +250,6 @@ def _start(runs: LinearizedRuns) -> Array:
     """The step (runs, m) of every run's own unknowns from the point of linearization to their starting values."""
     starts = list(initial_values(runs.regression).values())
     return np.array(starts, dtype=float).reshape(len(starts), len(runs.rows)).T - runs.own
-
-
-def _least_squares(columns: Array, y: Array) -> Array:
-    """Least squares for columns of any scale."""
-    size = np.sqrt(np.sum(columns**2, axis=0))
-    size = np.where(size > 0, size, 1.0)
-    return np.asarray(np.linalg.lstsq(columns / size, y, rcond=DEPENDENT)[0] / size)
 
 
 def _error_of_run(runs: LinearizedRuns, run: int, moved: Mapping[str, float], own: Array | None) -> _HeldOutError:
