@@ -398,6 +398,14 @@ class StepPolicy:
         0.6, "", "correlation of torque and acceleration, above which they belong to one drive",
         "0.85 to 1.0 in 18 trips of a real car; at most 0.35 with the torque shifted by a fifth to half of the trip.",
     )  # fmt: skip
+    sparse_samples: float = threshold(
+        2.0, "s", "spacing of the samples of a drive above which it is refused",
+        "A car brakes from 50 km/h to rest in 2 to 4 s: the torque between two samples is then unknown.",
+    )  # fmt: skip
+    long_trip: float = threshold(
+        100.0, "s", "duration of a drive above which powered windows may replace it",
+        "Five windows of 20 s; over more, the simulated speed sums up hills and brakes that are not logged.",
+    )  # fmt: skip
     hills_error: float = threshold(
         0.06, "share of the largest speed", "rms error of a simulated speed, above which sensors' hills are candidates",
         "Errors of 10 % of the road load and 5 % of the torque cause as much; the rest is mostly hills.",
@@ -417,6 +425,22 @@ class StepPolicy:
     brake_beyond: float = threshold(
         4.0, "standard deviations", "of the driven samples; this deceleration must also exceed them",
         "A normal sample exceeds it once in 30 000.",
+    )  # fmt: skip
+    brake_lost: float = threshold(
+        0.25, "share of the torque", "that a driveline may lose between driving and recuperation, at most",
+        "An efficiency of 0.87 each way: 1 - 0.87^2 = 0.25. Gears and differentials have 0.9 to 0.98.",
+    )  # fmt: skip
+    brake_free: float = threshold(
+        0.1, "share of the recuperation", "of all drives that is assumed to be without friction brakes",
+        "Electric cars mostly slow down without them; a tenth allows for a driver who seldom does.",
+    )  # fmt: skip
+    brake_confirmed: float = threshold(
+        0.9, "share of the samples", "that an accelerometer must have to confirm braking",
+        "It is interpolated linearly and shows no brake in its gaps, so that these must be few.",
+    )  # fmt: skip
+    recuperating: float = threshold(
+        0.005, "share of the samples", "with a negative drive torque, below which the channel lacks recuperation",
+        "Drives with recuperation have some 10 %; single faulty samples are fewer than one in 200.",
     )  # fmt: skip
     brake_shortest: float = threshold(
         1.0, "s", "least duration of such braking",

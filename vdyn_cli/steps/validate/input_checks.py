@@ -16,9 +16,7 @@ from vdyn_cli.steps.validate.drives.segments import MOVING, DriveSegment, total_
 from vdyn_cli.steps.validate.prediction_band import PredictionBand
 
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
-SPARSE = 2.0  # s between samples
 BLOCK = 4.0  # s, of the means: shorter ones are noisy for a speed at 1 Hz, in longer ones the driver has corrected
-LONG = 100.0  # s, five windows of 20 s: over more, the simulated speed sums up hills and brakes that are not logged
 UNIT = "check the unit of time: milliseconds?"
 
 
@@ -45,7 +43,7 @@ def refuse_sparse(logs: Sequence[Log]) -> None:
     raise_all(
         Finding(f"{log.name}, channel 'time'", "has samples too far apart to simulate a drive", f"{step:.3g} s", UNIT)
         for log, step in zip(logs, usual, strict=True)
-        if step > SPARSE
+        if step > STEP_POLICY.sparse_samples
     )
 
 
@@ -109,10 +107,10 @@ def torque_correlation(segments: Sequence[DriveSegment]) -> float:
 
 
 def is_long_trip(segments: Sequence[DriveSegment]) -> bool:
-    """Whether a drive is longer than ``LONG``, and in every drive the acceleration follows the torque."""
+    """Whether a drive is longer than ``long_trip``, and in every drive the acceleration follows the torque."""
     drives = [[s for s in segments if s.log == log] for log in dict.fromkeys(s.log for s in segments)]
     own = all(torque_correlation(one) > STEP_POLICY.own_torque for one in drives)
-    return own and max(one[-1].time[-1] - one[0].time[0] for one in drives) > LONG
+    return own and max(one[-1].time[-1] - one[0].time[0] for one in drives) > STEP_POLICY.long_trip
 
 
 def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float) -> Finding:

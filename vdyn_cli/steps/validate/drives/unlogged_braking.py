@@ -28,10 +28,6 @@ SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 FEWEST = 100  # driven samples that are needed to fit the acceleration
 FADED = 0.4  # share of the limit at which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
-MOST_LOST = 0.25  # largest share of the torque that a driveline may lose between driving and recuperation
-UNBRAKED = 0.1  # least share of the recuperation that is without friction brakes
-SELDOM = 0.005  # share of the samples of a drive with recuperation that are surely below zero; it has some 10 %
-MOSTLY = 0.9  # share of the samples that an accelerometer must have to be used
 ROUNDS = 10  # of reweighting
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
@@ -114,7 +110,7 @@ class _Excess:
 def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
     """Unlogged braking of each drive.
 
-    Assumes that brakes are released while the car is driven, and in at least a tenth of the recuperation of all drives.
+    Assumes that brakes are released while the car is driven, and in ``brake_free`` of the recuperation of all drives.
     Nothing is found in a drive with fewer than ``FEWEST`` driven samples.
 
     Parameters
@@ -125,7 +121,9 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
     seen = [_excess(*drive) for drive in drives]
     known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
     shares = np.concatenate([excess / pulled for excess, pulled in known]) if known else np.zeros(0)
-    lost = float(np.clip(np.quantile(shares, UNBRAKED), 0.0, MOST_LOST)) if shares.size >= FEWEST else 0.0
+    lost = 0.0
+    if shares.size >= FEWEST:
+        lost = float(np.clip(np.quantile(shares, STEP_POLICY.brake_free), 0.0, STEP_POLICY.brake_lost))
     one_sided = not any(_brakes(torque) for _, _, torque in drives)
     logged = any(bool(pressed(time, channels["brake_torque"]).any()) for time, channels, _ in drives)
     found = [_found(drive[0], e, lost) for drive, e in zip(drives, seen, strict=True)]
@@ -134,7 +132,7 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
 
 def _brakes(torque: Array) -> bool:
     """Whether a drive torque (n,) also brakes the car, in more than single samples."""
-    return bool(np.quantile(torque, SELDOM) < -IDLE * float(np.max(np.abs(torque), initial=0.0)))
+    return bool(np.quantile(torque, STEP_POLICY.recuperating) < -IDLE * float(np.max(np.abs(torque), initial=0.0)))
 
 
 def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Excess | None:
@@ -158,7 +156,9 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
 def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
     """The excess (n,) by the accelerometer, with its zero from the driven samples; None without one."""
     logged = channels.get("acceleration")
-    if logged is None or not np.all(np.isfinite(logged[driven])) or np.isfinite(logged).mean() < MOSTLY:
+    if logged is None or not np.all(np.isfinite(logged[driven])):
+        return None
+    if np.isfinite(logged).mean() < STEP_POLICY.brake_confirmed:
         return None
     force = mean_over_span(time, filled(time, logged))
     return np.asarray(columns @ _robust(columns[driven], force[driven])[0] - force)
