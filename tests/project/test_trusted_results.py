@@ -213,14 +213,14 @@ def test_what_killed_writers_left_is_removed(day: Path) -> None:
 @pytest.mark.slow
 def test_a_step_whose_process_is_killed_costs_no_other(day: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = day.parent / "again"
-    write = pipeline_command.write_step
+    execute = pipeline_command.execute
 
     def killed(name: str, *arguments: object) -> object:
         if name == "cg":
             os.kill(os.getpid(), signal.SIGKILL)
-        return write(name, *arguments)  # type: ignore[arg-type]
+        return execute(name, *arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(pipeline_command, "write_step", killed)
+    monkeypatch.setattr(pipeline_command, "execute", killed)
     code = run_pipeline(day / "pipeline.yaml", out, keep_going=True, jobs=2, tell=lambda text, detail=False: None)
     steps = json.loads((out / "parameters.json").read_text())["steps"]
     assert code == 70

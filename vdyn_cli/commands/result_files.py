@@ -7,10 +7,10 @@ states the sha256 of all three, so that an edited or mixed result is detected an
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from vdyn_cli.io.files import digest_of, remove_temporaries, sha256, write_together
+from vdyn_cli.io.files import digest_of, remove_temporaries, sha256, write_together, write_whole
 from vdyn_cli.io.folder_lock import step_lock
 
 FOLDER = ".sections"
@@ -33,6 +33,21 @@ def write_results(folder: Path, name: str, document: str, page: str, section: st
             folder / f"{name}.html": page,
         }
     )
+
+
+def write_document(folder: Path, name: str, document: str) -> None:
+    """Write the JSON of a step before its page, and remove the page and the section of an earlier result.
+
+    Steps that read the JSON can start while the page is drawn. Assumes that the caller has locked the folder.
+
+    Raises
+    ------
+    InputError : the folder cannot be written.
+    """
+    for old in (folder / f"{name}.html", _path(folder, name)):
+        with suppress(OSError):
+            old.unlink()
+    write_whole(folder / f"{name}.json", document)
 
 
 @contextmanager

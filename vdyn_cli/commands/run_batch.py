@@ -81,13 +81,13 @@ def _run(campaigns: Sequence[ArchivedCampaign], folder: Path, jobs: int, tell: T
     return outcomes
 
 
-def _attempt(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path) -> StepOutcome:
-    """Run one step of one campaign, with results in a folder of the campaign's name."""
+def _attempt(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path) -> Iterator[StepOutcome]:
+    """Run one step of one campaign, with results in a folder of the campaign's name; yields as ``attempt_step``."""
     campaign, _, step = task.name.rpartition(BETWEEN)
     own = {n.rpartition(BETWEEN)[2]: o for n, o in outcomes.items() if n in task.after}
     local = replace(task, name=step, after=tuple(n.rpartition(BETWEEN)[2] for n in task.after))
-    outcome = attempt_step(local, own, folder / campaign, keep_going=True)
-    return replace(outcome, name=task.name, section="")
+    for outcome in attempt_step(local, own, folder / campaign, keep_going=True):
+        yield replace(outcome, name=task.name, section="")
 
 
 def _rows(campaign: ArchivedCampaign, outcomes: Mapping[str, StepOutcome]) -> Iterator[tuple[str, ...]]:

@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 
 from vdyn_cli.commands.console import Tell
-from vdyn_cli.commands.result_files import clean, read_section
-from vdyn_cli.commands.run_step import write_step
+from vdyn_cli.commands.result_files import clean, read_section, write_document
+from vdyn_cli.commands.run_step import write_report
 from vdyn_cli.commands.step_processes import side_by_side
 from vdyn_cli.io.files import sha256, write_together
 from vdyn_cli.io.folder_lock import pipeline_lock
-from vdyn_cli.project.execute import RefusedResultError
+from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome, Task, load_plan, parameter_set
 from vdyn_cli.project.result_document import StepRecord, read_record, step_command, to_json, versions
 from vdyn_cli.quantities.errors import Finding, InputError, VdynError
@@ -82,7 +82,7 @@ def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narra
         return tuple(outcomes[t.name] for t in tasks)
     for task in tasks:
         start = time.perf_counter()
-        outcomes[task.name] = attempt(task, outcomes)
+        *_, outcomes[task.name] = attempt(task, outcomes)
         narrate(outcomes[task.name], time.perf_counter() - start)
     return tuple(outcomes.values())
 
@@ -99,8 +99,13 @@ def _reused(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[StepOutcome, 
                 yield earlier, time.perf_counter() - start
 
 
-def attempt_step(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool) -> StepOutcome:
+def attempt_step(
+    task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, keep_going: bool
+) -> Iterator[StepOutcome]:
     """Run, reuse or skip one step, depending on the outcomes of the steps before it.
+
+    Yields its outcome; before that, for a step that runs, the outcome without its section, as soon as steps that read
+    the result can start. The page is drawn in between.
 
     Parameters
     ----------
@@ -109,30 +114,41 @@ def attempt_step(task: Task, outcomes: Mapping[str, StepOutcome], folder: Path, 
     """
     stopped = next((o for o in outcomes.values() if not o.good), None)
     if stopped is not None and not keep_going:
-        return StepOutcome(task.name, "skipped", reason=f"skipped because {stopped.name} failed")
+        yield StepOutcome(task.name, "skipped", reason=f"skipped because {stopped.name} failed")
+        return
     known = tuple(folder / f"{n}.json" for n in task.after if outcomes[n].good)
     earlier = _unchanged(task, folder, known)
-    if earlier is not None:
-        return earlier
     try:
-        write_step(task.name, task.path, known, folder, task.level)
-        # Read back, so that the page is the same for a step that ran now and one that is reused.
-        record, section, digest = _written(folder, task.name)
-        return StepOutcome(task.name, "done", record, section, digest=digest)
+        yield from (earlier,) if earlier is not None else _run_step(task, known, folder)
     except MissingParameterError as error:
         failed = [n for n in task.after if not outcomes[n].good]
         if failed:
             reason = f"skipped because it needs parameters from {' and '.join(failed)}"
-            return StepOutcome(task.name, "skipped", reason=reason, problems=error.findings)
-        return _failure(task, error)
-    except RefusedResultError as error:
-        section = read_section(folder, task.name) or ""
-        return replace(_failure(task, error), section=section, refused=error.record)
+            yield StepOutcome(task.name, "skipped", reason=reason, problems=error.findings)
+        else:
+            yield _failure(task, error)
     except VdynError as error:
-        return _failure(task, error)
+        yield _failure(task, error)
     except Exception as error:  # a bug in one step must not prevent the results of the others
         finding = Finding(task.name, f"vdyn has a bug: {type(error).__name__}: {error}")
-        return StepOutcome(task.name, "failed", reason="stopped by a bug in vdyn", problems=(finding,), exit_code=70)
+        yield StepOutcome(task.name, "failed", reason="stopped by a bug in vdyn", problems=(finding,), exit_code=70)
+
+
+def _run_step(task: Task, known: tuple[Path, ...], folder: Path) -> Iterator[StepOutcome]:
+    """The outcome of a step with its result written, then with its page."""
+    try:
+        record = execute(task.name, task.path, known, task.level)
+    except RefusedResultError as error:
+        write_report(error.record, task.name, folder)
+        section = read_section(folder, task.name) or ""
+        yield replace(_failure(task, error), section=section, refused=error.record)
+        return
+    write_document(folder, task.name, to_json(record.document))
+    yield StepOutcome(task.name, "done", record)
+    write_report(record, task.name, folder)
+    # Read back, so that the page is the same for a step that ran now and one that is reused.
+    record, section, digest = _written(folder, task.name)
+    yield StepOutcome(task.name, "done", record, section, digest=digest)
 
 
 def _failure(task: Task, error: VdynError) -> StepOutcome:

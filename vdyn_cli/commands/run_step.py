@@ -119,7 +119,7 @@ def write_step(
     Parameters
     ----------
     level : false-alarm probability of the diagnosis; None: no diagnosis.
-    lock : (folder) -> context that locks it while the results are written; a pipeline locks it during the whole run.
+    lock : (folder) -> context that locks it while the results are written.
 
     Raises
     ------
@@ -128,13 +128,24 @@ def write_step(
     try:
         record = execute(name, path, known_files, level)
     except RefusedResultError as error:
-        _write(error.record, name, folder, lock)
+        write_report(error.record, name, folder, lock)
         raise
-    _write(record, name, folder, lock)
+    write_report(record, name, folder, lock)
     return record
 
 
-def _write(record: StepRecord, name: str, folder: Path, lock: Callable[[Path], AbstractContextManager[object]]) -> None:
+def write_report(
+    record: StepRecord,
+    name: str,
+    folder: Path,
+    lock: Callable[[Path], AbstractContextManager[object]] = nullcontext,
+) -> None:
+    """Draw the page of a step's result, and write JSON, page and section together; ``lock`` as for ``write_step``.
+
+    Raises
+    ------
+    InputError : the folder cannot be written.
+    """
     from vdyn_cli.report.html import render
 
     _LOG.info("writing the report")

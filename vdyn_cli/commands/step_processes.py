@@ -30,7 +30,7 @@ SHARED = (
     "vdyn_cli.engine.native",
     "vdyn_cli.report.step_page",
 )
-Attempt = Callable[[Task, Mapping[str, StepOutcome]], StepOutcome]
+Attempt = Callable[[Task, Mapping[str, StepOutcome]], Iterator[StepOutcome]]
 
 
 def side_by_side(
@@ -44,7 +44,8 @@ def side_by_side(
     ----------
     tasks : all steps. known : outcomes of those that need not run.
     jobs : number of steps to run in parallel.
-    attempt : (task, outcomes of the steps that have ended) -> outcome; must be picklable.
+    attempt : (task, outcomes of other steps) -> its outcomes: with the first, steps that read its result can start; the
+        last is the outcome. Must be picklable.
 
     Raises
     ------
@@ -67,11 +68,15 @@ def side_by_side(
                 running[receiver] = task, started, time.perf_counter()
             if not running:
                 raise ValueError(f"steps wait for others that never end: {', '.join(t.name for t in waiting)}")
-            for ended in wait(list(running)):
-                task, process, start = running.pop(ended)
-                outcome = _received(ended, task, process)
-                outcomes[task.name] = outcome
-                yield outcome, time.perf_counter() - start
+            for ready in wait(list(running)):
+                task, process, start = running[ready]
+                outcome = _received(ready)
+                if outcome is None:
+                    del running[ready]
+                    outcomes[task.name] = _ended(task, process, outcomes.get(task.name))
+                    yield outcomes[task.name], time.perf_counter() - start
+                else:
+                    outcomes[task.name] = outcome
     finally:
         for _, process, _ in running.values():
             process.kill()
@@ -87,14 +92,21 @@ def _load_shared() -> None:
         catalogue()
 
 
-def _received(receiver: Any, task: Task, process: BaseProcess) -> StepOutcome:
-    """The outcome that a process sent; a failure if it ended without one."""
-    outcome: StepOutcome | None = None
-    with receiver, suppress(EOFError, OSError):
-        outcome = receiver.recv()
+def _received(receiver: Any) -> StepOutcome | None:
+    """The next outcome that a process sent; None at its end."""
+    try:
+        outcome: StepOutcome = receiver.recv()
+    except (EOFError, OSError):
+        receiver.close()
+        return None
+    return outcome
+
+
+def _ended(task: Task, process: BaseProcess, last: StepOutcome | None) -> StepOutcome:
+    """The last outcome that a process sent; a failure if it was killed before its end."""
     process.join()
-    if outcome is not None:
-        return outcome
+    if last is not None and process.exitcode == 0:
+        return last
     code = process.exitcode or 0
     why = f"signal {-code}" if code < 0 else f"exit code {code}"
     remedy = "run the pipeline again: it reuses the steps that are done"
@@ -107,7 +119,8 @@ def _child(sender: Connection, attempt: Attempt, task: Task, outcomes: Mapping[s
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     with sender:
-        sender.send(attempt(task, outcomes))
+        for outcome in attempt(task, outcomes):
+            sender.send(outcome)
 
 
 def _end_with(parent: int) -> None:
