@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from tests.io.test_log_flags import N, T, day
@@ -31,7 +29,7 @@ def test_a_failed_segment_is_cut_and_its_row_counts_the_samples() -> None:
 
 def test_what_the_message_prints_keeps_the_segment() -> None:
     (row,) = frozen().ledger
-    (filled,) = cut_findings([replace(row, test="straight_line")])
+    (filled,) = cut_findings([row.model_copy(update={"test": "straight_line"})])
     assert "keep: [{channel: speed, from: 20 s, to: 23.98 s}]" in filled.remedy
     (finding,) = cut_findings([row])
     assert "is constant at" in finding.what
@@ -48,7 +46,7 @@ def test_a_message_on_a_clock_since_1970_keeps_the_segment_it_names() -> None:
     channels["speed"][1000:1200] = channels["speed"][1000]
     log = Log("run.csv", 1_777_843_842.36 + T, channels)
     (row,) = with_cuts(log, CutOrders(units={"speed": "km/h"})).ledger
-    (finding,) = cut_findings([replace(row, test="straight_line")])
+    (finding,) = cut_findings([row.model_copy(update={"test": "straight_line"})])
     assert "from 1777843862.36 s to 1777843866.34 s" in finding.what
     assert f"{3.6 * channels['speed'][1000]:.5g} km/h" in finding.what
     first, last = (float(part.split(" s")[0]) for part in finding.remedy.split("from: ")[1].split("to: "))
@@ -72,7 +70,10 @@ def test_a_window_before_the_segment_has_no_cut() -> None:
 
 
 def test_the_ledger_is_read_back_as_it_was_written() -> None:
-    rows = (LedgerRow("a", "speed", 1.0, 2.0, "frozen", "why", 3, 9, 6, "automatic", {"mass": 1.5}), frozen().ledger[0])
+    where = {"log": "a", "channel": "speed", "from": 1.0, "to": 2.0, "test": "frozen", "why": "why"}
+    counts = {"samples": 3, "before": 9, "after": 6, "decision": "automatic"}
+    cut = LedgerRow.model_validate({**where, **counts, "changes": {"mass": 1.5}})
+    rows = (cut, frozen().ledger[0])
     quality = DataQuality({"a": {"speed": {"good": 6, "failed": 3}}}, rows)
     assert DataQuality.from_json(quality.to_json()) == quality
     assert quality.to_json()["ledger"][1]["changes"] == "not evaluated"

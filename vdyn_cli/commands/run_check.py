@@ -11,8 +11,8 @@ from vdyn_cli.project.checks.check import check
 from vdyn_cli.project.reading.channel_sources import logged_channels
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance, TiedPair
+from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.number_text import moment
-from vdyn_cli.quantities.result_schema import ClockEntry
 from vdyn_cli.report.typography import run_name
 
 
@@ -77,7 +77,7 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
     yield from note_lines(document.findings)
 
 
-def _clock_row(clock: ClockEntry) -> tuple[str, ...]:
+def _clock_row(clock: ClockDifference) -> tuple[str, ...]:
     first, second = clock.pair
     return (
         *(run_name(clock.logger), run_name(clock.run), first if first == second else f"{first} ~ {second}"),

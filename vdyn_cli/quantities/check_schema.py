@@ -6,7 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from vdyn_cli.quantities.result_schema import ClockEntry, Entry, FindingEntry
+from vdyn_cli.quantities.clock_difference import ClockDifference
+from vdyn_cli.quantities.entry import Entry
+from vdyn_cli.quantities.result_schema import FindingEntry
 
 Decision = Literal["cut", "kept", "marked"]
 Outcome = Literal["met", "not met", "not checked"]
@@ -124,7 +126,7 @@ class CheckDocument(Entry):
     runs: list[CheckedRun] = Field(description="in the order of the description")
     flags: list[CheckFlag] = Field(description="faulty and suspect segments")
     redundancy: list[TiedPair] = Field(description="channels with a known physical relation")
-    clocks: list[ClockEntry] = Field([], description="differences of the clocks of several loggers")
+    clocks: list[ClockDifference] = Field([], description="differences of the clocks of several loggers")
     coasts: CoastBalance | None = Field(description="of a coast-down; null for other steps and driven logs")
     parameters: Literal["not evaluated"] = Field(
         "not evaluated", description="change of the parameters when a run is left out; the step evaluates it"

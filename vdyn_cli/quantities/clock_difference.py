@@ -3,44 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from vdyn_cli.quantities.entry import Entry
 
 if TYPE_CHECKING:
     from vdyn_cli.quantities.arrays import Array
 
 
-@dataclass(frozen=True)
-class ClockDifference:
-    """The clock of a logger relative to that of the reference: at the reference's time t, the logger's clock shows::
+class ClockDifference(Entry):
+    """Clock of a logger relative to the first one's: at time t of the first, it shows t + delay + drift (t - at)."""
 
-        t + delay + drift (t - at)
-
-    Parameters
-    ----------
-    run, logger : names of the reference's log and of the logger's.
-    pair : the channel of the reference and that of the logger, from which the difference is estimated; both are
-        ``time`` where the delay is stated.
-    delay, delay_std, at : s; the delay holds at the time ``at`` of the reference's clock.
-    drift, drift_std : s/s.
-    corrected : true: delay and drift are removed; false: only the delay, because the drift is not significant.
-    gain, offset : the logger's channel = gain x the reference's + offset.
-    channels : names of the channels taken from this logger, resampled to the reference's clock.
-    """
-
-    run: str
-    logger: str
-    pair: tuple[str, str]
-    delay: float
-    delay_std: float
-    at: float
-    drift: float
-    drift_std: float
-    corrected: bool
-    gain: float
-    offset: float
-    channels: tuple[str, ...] = ()
+    run: str = Field(description="log of the first logger, which is the reference")
+    logger: str = Field(description="log of the other logger")
+    pair: tuple[str, str] = Field(description="channels from which it is estimated; 'time' twice: it is stated")
+    delay: float = Field(description="by which the other logger's clock is ahead, s")
+    delay_std: float = Field(description="standard error of the delay, s; the parameters' intervals contain it")
+    at: float = Field(description="time of the first logger for which the delay holds, s")
+    drift: float = Field(description="change of the delay over time, s/s")
+    drift_std: float = Field(description="standard error of the drift, s/s")
+    corrected: bool = Field(description="true: the drift is removed; false: it is not significant and left in")
+    gain: float = Field(description="second channel over first, in SI units")
+    offset: float = Field(
+        description="constant by which the second channel exceeds gain times the first, in its SI unit"
+    )
+    channels: tuple[str, ...] = Field(description="channels that were resampled from the other logger")
 
     @property
     def stated(self) -> bool:
@@ -62,13 +51,3 @@ class ClockDifference:
         if self.corrected or not math.isfinite(self.drift_std):
             return self.delay_std
         return math.hypot(self.delay_std, self.drift_std * math.sqrt(((time - self.at) ** 2).mean()))
-
-    def to_json(self) -> dict[str, Any]:
-        """The entry for a result's JSON."""
-        return {**vars(self), "pair": list(self.pair), "channels": list(self.channels)}
-
-    @classmethod
-    def from_json(cls, part: Mapping[str, Any]) -> ClockDifference:
-        """The object from an entry of ``to_json``."""
-        first, second = part["pair"]
-        return cls(**{**part, "pair": (first, second), "channels": tuple(part["channels"])})

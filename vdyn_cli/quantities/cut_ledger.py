@@ -6,60 +6,38 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from pydantic import ConfigDict, Field
+
 from vdyn_cli.quantities.clock_difference import ClockDifference
+from vdyn_cli.quantities.entry import Entry
 
 Decision = Literal["automatic", "requested", "kept"]
 
 
-@dataclass(frozen=True)
-class LedgerRow:
-    """One row of the ledger: a segment of a channel that was cut, or that failed a test and was kept on request.
+class LedgerRow(Entry):
+    """One row of the ledger of cuts: a segment that was cut, or that failed a test and was kept on request."""
 
-    Parameters
-    ----------
-    log, channel : where; ``all`` stands for every channel.
-    start, stop : s on the log's clock, times of the first and the last sample.
-    test, why : the failed test (``requested`` for a requested cut), and the fact.
-    samples : number in the segment. before, after : number of samples with a value in the channel before and after the
-        cut; for a cut of every channel, in the channel with the most.
-    decision : automatic, requested (by the description), or kept (by the description: nothing is cut).
-    changes : shift of each parameter by the cut, SI; None where it is not evaluated.
-    """
+    model_config = ConfigDict(populate_by_name=True)
 
-    log: str
-    channel: str
-    start: float
-    stop: float
-    test: str
-    why: str
-    samples: int
-    before: int
-    after: int
-    decision: Decision = "automatic"
-    changes: Mapping[str, float] | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """The row for a result's JSON; ``changes`` is ``"not evaluated"`` where there are none."""
-        return {
-            "log": self.log,
-            "channel": self.channel,
-            "from": self.start,
-            "to": self.stop,
-            "test": self.test,
-            "why": self.why,
-            "samples": self.samples,
-            "before": self.before,
-            "after": self.after,
-            "decision": self.decision,
-            "changes": "not evaluated" if self.changes is None else dict(self.changes),
-        }
-
-    @classmethod
-    def from_json(cls, row: Mapping[str, Any]) -> LedgerRow:
-        """The row from an entry of ``to_json``."""
-        changes = row["changes"]
-        rest = {k: row[k] for k in ("log", "channel", "test", "why", "samples", "before", "after", "decision")}
-        return cls(start=row["from"], stop=row["to"], changes=None if isinstance(changes, str) else changes, **rest)
+    log: str = Field(description="log of the segment")
+    channel: str = Field(description="channel of the segment, or 'all'")
+    start: float = Field(
+        validation_alias="from",
+        serialization_alias="from",
+        description="time of its first sample on the log's clock, s",
+    )
+    stop: float = Field(validation_alias="to", serialization_alias="to", description="time of its last sample, s")
+    test: str = Field(description="test that failed: frozen, straight_line, spike, dropout; or requested")
+    why: str = Field(description="the fact, with its numbers")
+    samples: int = Field(description="number of samples of the segment")
+    before: int = Field(description="samples with a value in the channel before all cuts")
+    after: int = Field(description="samples with a value in the channel after all cuts")
+    decision: Decision = Field(
+        description="automatic: cut by the test; requested: cut by the description; kept: not cut, by the description",
+    )
+    changes: dict[str, float] | Literal["not evaluated"] = Field(
+        description="parameter: its value with this cut minus that without it, in its SI unit, both without extensions",
+    )
 
 
 @dataclass(frozen=True)
@@ -81,14 +59,18 @@ class DataQuality:
     def to_json(self) -> dict[str, Any]:
         """The ``quality`` part of a result's JSON."""
         channels = {log: {n: dict(states) for n, states in of.items()} for log, of in self.channels.items()}
-        clocks = {"clocks": [c.to_json() for c in self.clocks]} if self.clocks else {}
+        clocks = {"clocks": [c.model_dump() for c in self.clocks]} if self.clocks else {}
         road = {"road": dict(self.road)} if self.road is not None else {}
-        return {"channels": channels, "ledger": [row.to_json() for row in self.ledger], **clocks, **road}
+        return {
+            "channels": channels,
+            "ledger": [row.model_dump(by_alias=True) for row in self.ledger],
+            **clocks,
+            **road,
+        }
 
     @classmethod
     def from_json(cls, part: Mapping[str, Any]) -> DataQuality:
         """The object from the part that ``to_json`` returns."""
-        clocks = tuple(ClockDifference.from_json(c) for c in part.get("clocks", ()))
-        return cls(
-            part["channels"], tuple(LedgerRow.from_json(row) for row in part["ledger"]), clocks, part.get("road")
-        )
+        clocks = tuple(ClockDifference.model_validate(c) for c in part.get("clocks", ()))
+        ledger = tuple(LedgerRow.model_validate(row) for row in part["ledger"])
+        return cls(part["channels"], ledger, clocks, part.get("road"))

@@ -7,7 +7,8 @@ from typing import Literal
 from pydantic import Field
 
 from vdyn_cli.quantities.diagnosis import Detectable, NotTestable
-from vdyn_cli.quantities.result_schema import Entry, FindingEntry
+from vdyn_cli.quantities.entry import Entry
+from vdyn_cli.quantities.result_schema import FindingEntry
 
 
 class PlannedParameter(Entry):

@@ -5,29 +5,17 @@ JSON has no number that is not finite: it is written as null, so the schema allo
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from vdyn_cli.quantities.clock_difference import ClockDifference
+from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.diagnosis import Diagnosis
+from vdyn_cli.quantities.entry import Entry
 from vdyn_cli.quantities.law_definition import LawDefinition
-
-
-class Entry(BaseModel):
-    """A part of a result: frozen, and an unknown key is an error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _nan_for_null(cls, data: Any) -> Any:
-        numbers = {name for name, field in cls.model_fields.items() if field.annotation is float}
-        if not isinstance(data, dict):
-            return data
-        return {k: math.nan if v is None and k in numbers else v for k, v in data.items()}
 
 
 class EstimateEntry(Entry):
@@ -108,45 +96,6 @@ class ParameterSetDocument(BaseModel):
     provenance: ProvenanceDocument = Field(description="inputs, settings, versions and command")
 
 
-class LedgerEntry(Entry):
-    """One row of the ledger of cuts: a segment that was cut, or that failed a test and was kept on request."""
-
-    log: str = Field(description="log of the segment")
-    channel: str = Field(description="channel of the segment, or 'all'")
-    start: float = Field(alias="from", description="time of its first sample on the log's clock, s")
-    stop: float = Field(alias="to", description="time of its last sample, s")
-    test: str = Field(description="test that failed: frozen, straight_line, spike, dropout; or requested")
-    why: str = Field(description="the fact, with its numbers")
-    samples: int = Field(description="number of samples of the segment")
-    before: int = Field(description="samples with a value in the channel before all cuts")
-    after: int = Field(description="samples with a value in the channel after all cuts")
-    decision: Literal["automatic", "requested", "kept"] = Field(
-        description="automatic: cut by the test; requested: cut by the description; kept: not cut, by the description"
-    )
-    changes: dict[str, float] | Literal["not evaluated"] = Field(
-        description="parameter: its value with this cut minus that without it, in its SI unit, both without extensions"
-    )
-
-
-class ClockEntry(Entry):
-    """Clock of a logger relative to the first one's: at time t of the first, it shows t + delay + drift (t - at)."""
-
-    run: str = Field(description="log of the first logger, which is the reference")
-    logger: str = Field(description="log of the other logger")
-    pair: tuple[str, str] = Field(description="channels from which it is estimated; 'time' twice: it is stated")
-    delay: float = Field(description="by which the other logger's clock is ahead, s")
-    delay_std: float = Field(description="standard error of the delay, s; the parameters' intervals contain it")
-    at: float = Field(description="time of the first logger for which the delay holds, s")
-    drift: float = Field(description="change of the delay over time, s/s")
-    drift_std: float = Field(description="standard error of the drift, s/s")
-    corrected: bool = Field(description="true: the drift is removed; false: it is not significant and left in")
-    gain: float = Field(description="second channel over first, in SI units")
-    offset: float = Field(
-        description="constant by which the second channel exceeds gain times the first, in its SI unit"
-    )
-    channels: list[str] = Field(description="channels that were resampled from the other logger")
-
-
 class SurveyEntry(Entry):
     """The survey of the road that gave the grade."""
 
@@ -166,8 +115,8 @@ class QualityEntry(BaseModel):
     channels: dict[str, dict[str, dict[str, int]]] = Field(
         description="log: channel: number of samples by state: good, not_evaluated, suspect, failed, missing"
     )
-    ledger: list[LedgerEntry] = Field(description="segments that were cut, or kept although they failed a test")
-    clocks: list[ClockEntry] = Field([], description="differences of the clocks of several loggers")
+    ledger: list[LedgerRow] = Field(description="segments that were cut, or kept although they failed a test")
+    clocks: list[ClockDifference] = Field([], description="differences of the clocks of several loggers")
     road: SurveyEntry | None = Field(None, description="survey of the road (coast-down); null without one")
     influence: dict[str, dict[str, float]] = Field(
         {}, description="run: parameter: its change when this run is left out, in its SI unit"

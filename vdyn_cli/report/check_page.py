@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from vdyn_cli.io.quality.cuts import CutLog
 from vdyn_cli.quantities.check_schema import CheckDocument, CoastBalance
-from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.report import typography
 from vdyn_cli.report.clock_table import clock_table
@@ -27,7 +26,7 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping
     found = (
         _flags(document),
         _pairs(document),
-        clock_table([ClockDifference.from_json(c.model_dump()) for c in document.clocks]),
+        clock_table(document.clocks),
     )
     tables = [t for t in found if t is not None and t.rows]
     coasts = document.coasts

@@ -71,7 +71,7 @@ def _lines(rows: list[LedgerRow], estimates: dict[str, Estimate]) -> list[tuple[
 
 def _changes(row: LedgerRow, estimates: dict[str, Estimate]) -> str:
     """The largest changes, in standard deviations of the published parameter."""
-    if row.changes is None:
+    if row.changes == "not evaluated":
         return "not evaluated" if row.decision != "kept" else typography.DASH
     known = {n: shift / estimates[n].std for n, shift in row.changes.items() if n in estimates and estimates[n].std > 0}
     largest = sorted(known, key=lambda n: -abs(known[n]))[:_SHOWN]

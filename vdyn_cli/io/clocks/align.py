@@ -62,7 +62,7 @@ def merge(
         read = _on_reference(_between_lines(other, how), at, reference.time)
         merged = merged.with_channels(**added)
         merged = replace(merged, samples={**merged.samples, **read})
-        found = replace(found, channels=tuple(added))
+        found = found.model_copy(update={"channels": tuple(added)})
         merged = replace(merged, findings=(*merged.findings, *_clock_findings(found, how), *differing))
         clocks.append(found)
     return merged, tuple(clocks)

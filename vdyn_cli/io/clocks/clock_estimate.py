@@ -111,9 +111,19 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
         found, corrected = first, False
     _check_drift(drift, std, where)
     return ClockDifference(
-        reference.name, other.name, (tie.first, tie.second), found.delay, found.std, at, drift, std, corrected,
-        found.gain, found.offset,
-    )  # fmt: skip
+        run=reference.name,
+        logger=other.name,
+        pair=(tie.first, tie.second),
+        delay=found.delay,
+        delay_std=found.std,
+        at=at,
+        drift=drift,
+        drift_std=std,
+        corrected=corrected,
+        gain=found.gain,
+        offset=found.offset,
+        channels=(),
+    )
 
 
 def stated_difference(reference: Log, other: Log, delay: Given) -> ClockDifference:
@@ -137,8 +147,20 @@ def stated_difference(reference: Log, other: Log, delay: Given) -> ClockDifferen
         raise InputError(Finding(other.name, what, got, remedy))
     drift_std = CLOCKS.prior_drift if delay.std > 0.0 else 0.0
     at = float(np.mean(reference.time[[0, -1]]))
-    names = reference.name, other.name, ("time", "time")
-    return ClockDifference(*names, delay.value, delay.std, at, 0.0, drift_std, False, 1.0, 0.0)
+    return ClockDifference(
+        run=reference.name,
+        logger=other.name,
+        pair=("time", "time"),
+        delay=delay.value,
+        delay_std=delay.std,
+        at=at,
+        drift=0.0,
+        drift_std=drift_std,
+        corrected=False,
+        gain=1.0,
+        offset=0.0,
+        channels=(),
+    )
 
 
 def _with_prior(drift: float, std: float) -> tuple[float, float]:

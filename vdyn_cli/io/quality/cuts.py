@@ -108,9 +108,9 @@ def with_cuts(log: Log, orders: CutOrders = AUTOMATIC) -> CutLog:
 
 def _row(log: Log, fault: Fault, orders: CutOrders) -> LedgerRow:
     start, stop = float(log.time[fault.first]), float(log.time[fault.stop - 1])
-    row = LedgerRow(log.name, fault.channel, start, stop, fault.test, fault.why, fault.samples, 0, 0)
+    row = _uncounted(log, TimeSpan(fault.channel, start, stop), fault.test, fault.why, fault.samples)
     kept = not orders.automatic or any(_holds(span, row, log) for span in orders.kept)
-    return replace(row, decision="kept") if kept else row
+    return row.model_copy(update={"decision": "kept"}) if kept else row
 
 
 def _holds(span: TimeSpan, row: LedgerRow, log: Log) -> bool:
@@ -121,15 +121,32 @@ def _holds(span: TimeSpan, row: LedgerRow, log: Log) -> bool:
 
 def _requested(log: Log, span: TimeSpan) -> LedgerRow:
     samples = int(np.count_nonzero((log.time >= span.start) & (log.time <= span.stop)))
-    why = "cut by the description"
-    return LedgerRow(log.name, span.channel, span.start, span.stop, "requested", why, samples, 0, 0, "requested")
+    row = _uncounted(log, span, "requested", "cut by the description", samples)
+    return row.model_copy(update={"decision": "requested"})
+
+
+def _uncounted(log: Log, span: TimeSpan, test: str, why: str, samples: int) -> LedgerRow:
+    """The row of an automatic cut, without the samples of its channel and the changes of the parameters."""
+    return LedgerRow(
+        log=log.name,
+        channel=span.channel,
+        start=span.start,
+        stop=span.stop,
+        test=test,
+        why=why,
+        samples=samples,
+        before=0,
+        after=0,
+        decision="automatic",
+        changes="not evaluated",
+    )
 
 
 def _counted(row: LedgerRow, before: Log, after: Log) -> LedgerRow:
     """The row with the number of samples of its channel before and after all cuts."""
     names = list(before.channels) if row.channel == EVERY else [row.channel]
     counts = [[int(np.count_nonzero(np.isfinite(log[n]))) for n in names if n in log] for log in (before, after)]
-    return replace(row, before=max(counts[0], default=0), after=max(counts[1], default=0))
+    return row.model_copy(update={"before": max(counts[0], default=0), "after": max(counts[1], default=0)})
 
 
 def _cut(log: Log, rows: Sequence[LedgerRow]) -> Log:

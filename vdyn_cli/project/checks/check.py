@@ -23,7 +23,7 @@ from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
-from vdyn_cli.quantities.result_schema import ClockEntry, FindingEntry
+from vdyn_cli.quantities.result_schema import FindingEntry
 from vdyn_cli.steps import Step, load_step, names
 from vdyn_cli.steps.step_definition import TrackCheck, named_channels
 
@@ -79,7 +79,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
-        clocks=[ClockEntry.model_validate(c.to_json()) for c in inputs.clocks],
+        clocks=list(inputs.clocks),
         coasts=found.coasts,
         parameters="not evaluated",
         findings=[

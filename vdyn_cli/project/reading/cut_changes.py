@@ -35,7 +35,7 @@ def with_changes(inputs: Inputs, baseline: Result) -> DataQuality:
 
 def _evaluated(inputs: Inputs, row: LedgerRow, baseline: Result) -> LedgerRow:
     changes = _shifts(inputs, row, baseline)
-    return row if changes is None else replace(row, changes=changes)
+    return row if changes is None else row.model_copy(update={"changes": changes})
 
 
 def _shifts(inputs: Inputs, row: LedgerRow, baseline: Result) -> Mapping[str, float] | None:
