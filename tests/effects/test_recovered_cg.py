@@ -23,7 +23,8 @@ pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
 
 SEED = 2
 VEHICLE = random_vehicle(SEED)
-KNOWN = given({**plant.known(VEHICLE), "tire_vertical_stiffness": VEHICLE.tire_vertical_stiffness})
+TIRE = ("tire_vertical_stiffness", "tire_longitudinal_stiffness", "tire_relaxation_length")
+KNOWN = given({**plant.known(VEHICLE), **{n: getattr(VEHICLE, n) for n in TIRE}})
 DELAYS = ("clock_offset", "acceleration_delay")
 NOISE = {"Fz": 12.0, "Accel": 0.05, "Rate": float(np.radians(0.05)), "Speed": 0.03}
 SHOWN = (
@@ -78,9 +79,9 @@ def test_its_size_is_found_and_the_parameters_are_the_truths(hidden: Hidden) -> 
 def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     result = fitted(hidden, 0.02)
     found = result.amplitudes[next(iter(hidden.effect.unknowns))].value
-    # A second derivative, an angle integrated from its rate, and what only the drag tells are that much less exact;
-    # a gain is found to 0.002.
-    near = dict.fromkeys(DELAYS, 2e-3) | {"road_grade": 1e-3, "wheel_force_gain": 0.2}
+    # A second derivative, an angle integrated from its rate, and what only the drag tells are that much less exact; so
+    # are delays where tires slide at the corners of the pedals; a gain is found to 0.002.
+    near = dict.fromkeys(DELAYS, 5e-3) | {"road_grade": 1e-3, "wheel_force_gain": 0.2}
     assert found == pytest.approx(hidden.size, rel=near.get(hidden.plant, 0.1))
     for name, truth in plant.truth(VEHICLE).items():
         assert result.parameters[name].value == pytest.approx(truth, rel=2e-3), name
@@ -113,7 +114,7 @@ def test_the_door_with_every_cause_in_finds_the_same() -> None:
     found = solve(regression)
     published = fitted(hidden, 1.0).amplitudes["clock_offset"]
     assert found.values["clock_offset"] == pytest.approx(published.value, abs=published.std)
-    assert [u.name for u in regression.shared] == ["cg_height", "cg_to_rear", "pitch_inertia", "clock_offset"]
+    assert [u.name for u in regression.shared if not u.nuisance] == [*plant.truth(VEHICLE), "clock_offset"]
 
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:

@@ -8,12 +8,11 @@ own height. With a the acceleration of the center, w the wheels' speed, all four
     M z'' = Ff + Fr - M g cos(grade),
     r w = V + u,   u = V k + sigma k',   k = a / (g BCD),
 
-with u the tires' sliding speed at the slip k that their force needs, which builds up over the relaxation length sigma
-(a without the corners of the pedals, since no torque has any), and c r M g the moment of rolling resistance: the road
-pushes a rolling tire up ahead of its hub. The first is the paper's load transfer if that and the heave z are left out,
-**except for J w'**: spinning wheels up takes load off the front axle too, as if M h were larger by J/r (1.6 %). The
-antenna at height H feels a - (H - h) th''. The pitching is linear, so it is stepped exactly by a matrix exponential,
-with its drive linear between 5 ms points.
+with u the tires' sliding speed at the slip k that their force needs, which builds up over the relaxation length sigma,
+and c r M g the moment of rolling resistance: the road pushes a rolling tire up ahead of its hub. The first is the
+paper's load transfer if that and the heave z are left out, **except for J w'**: spinning wheels up takes load off the
+front axle too, as if M h were larger by J/r (1.6 %). The antenna at height H feels a - (H - h) th''. The pitching is
+linear, so it is stepped exactly by a matrix exponential, with its drive linear between 5 ms points.
 
 Hidden effects (``{name: size}``, SI, nothing at zero):
 
@@ -41,13 +40,11 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.ndimage import gaussian_filter1d
 
 from tests.plant.sensors import Array
 from tests.plant.vehicle import AIR_DENSITY, GRAVITY, Vehicle
 
 STEP = 0.005  # s
-CORNER = 0.02  # s, over which a driveline rounds the corners of the pedals
 EFFECTS = (
     *("accelerometer_tilt", "accelerometer_offset", "wheel_force_gain", "wheel_force_gain_front", "clock_offset"),
     *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "crosstalk"),
@@ -130,8 +127,7 @@ class Body:
     def _sliding(self) -> Array:
         """The rate of the tires' sliding speed, m/s^2."""
         car = self.vehicle
-        smooth = gaussian_filter1d(self._acceleration(self.clock, self.speed), CORNER / STEP)
-        slip = smooth / (GRAVITY * car.tire_longitudinal_stiffness)
+        slip = self._acceleration(self.clock, self.speed) / (GRAVITY * car.tire_longitudinal_stiffness)
         slide = self.speed * slip + car.tire_relaxation_length * np.gradient(slip, STEP)
         return np.gradient(slide, STEP)
 

@@ -23,7 +23,7 @@ CARRIED = "carried"  # N, upward force of road and air on the vehicle: the weigh
 UNIT = "unit"  # N, true load per newton read, to compare the moments with the loads' noise
 HEAVES = ("sprung_heave", "damped_heave")  # rad/s^2
 HEAVE_LEVERS = ("heave_spring", "heave_damper")  # m
-SLIDING = ("push_speed_rate", "push_bend")  # m^2/s^3, m/s^4
+SLIDING = ("push_speed_rate", "push_bend", "swing_speed_rate", "swing_bend")  # m^2/s^3, m/s^4, twice
 SLIP = ("slip_compliance", "tire_relaxation_length")  # -, m
 MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling", *SLIDING)
 
@@ -45,8 +45,9 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     rest, where this moment vanishes.
 
     The tires slide at vs = V k + sigma k' with the slip k = b a / g, b ``slip_compliance`` (slip per friction, 1/(B C
-    D)) and the relaxation length sigma: vs' = b / g ((V a)' + sigma a''), of inputs ``push_speed_rate`` and
-    ``push_bend``. With all tires alike this holds for any distribution of the force, if the axles' loads are equal.
+    D)) and the relaxation length sigma: vs' = b / g ((V a)' + sigma a''). Its inputs are ``push_speed_rate`` and
+    ``push_bend`` by the logged acceleration, ``swing_speed_rate`` and ``swing_bend`` by the pitch. With all tires alike
+    this holds for any distribution of the force, if the axles' loads are equal.
     """
     p = e.p
     e.sensor(
@@ -69,7 +70,11 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     read = e("acceleration", value=u.acceleration) - p.acceleration_zero
     rate = read - p.reads_gravity * weight / p.mass
     e.sensor(SPEED_RATE, rate)
-    inertial = (p.mass * p.cg_height + p.spin) * rate
+    pushed, swung = (
+        p.slip_compliance / GRAVITY * (with_speed + p.tire_relaxation_length * bend)
+        for with_speed, bend in ((u.push_speed_rate, u.push_bend), (u.swing_speed_rate, u.swing_bend))
+    )
+    inertial = (p.mass * p.cg_height + p.spin) * rate + p.spin * pushed
     motion = e(
         motion_moment,
         acceleration=rate,
@@ -85,7 +90,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
         antenna_height=p.antenna_height,
         antenna_offset=p.antenna_offset,
         spin=p.spin,
-        sliding_rate=p.slip_compliance / GRAVITY * (u.push_speed_rate + p.tire_relaxation_length * u.push_bend),
+        sliding_rate=pushed + swung,
     )
     e.sensor(MOMENTS[1], motion - inertial)
     e.sensor(MOMENTS[2], inertial)

@@ -332,9 +332,10 @@ def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: flo
     inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
     inputs |= {n: values[n] for n in HEAVES if n in values}
     inputs |= {f"{n}_bend": local_derivative(values[n], windows.step, span) for n in windows.loads}
-    push = values["acceleration"] + lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
-    inputs["push_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
-    inputs["push_bend"] = local_derivative(push, windows.step, span)
+    swing = lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
+    for name, push in (("push", values["acceleration"]), ("swing", swing)):
+        inputs[f"{name}_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
+        inputs[f"{name}_bend"] = local_derivative(push, windows.step, span)
     context = {"heading": windows.heading}
     still, turning = (
         Drive(windows.time, {**inputs, "pitch_acceleration": rate}, context=context) for rate in (0.0, 1.0)
