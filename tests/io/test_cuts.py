@@ -6,7 +6,8 @@ import numpy as np
 
 from tests.io.test_log_flags import N, T, day
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, with_cuts
-from vdyn_cli.quantities.cut_ledger import DataQuality, LedgerRow
+from vdyn_cli.quantities.cut_ledger import LedgerRow
+from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.log import Log
 
 

@@ -35,7 +35,7 @@ from vdyn_cli.project.reading.road_profile import road_findings, survey_note, su
 from vdyn_cli.project.reading.run_parts import split_runs
 from vdyn_cli.project.reading.run_reading import log_names, read_run, ready_log, within_physical_limits
 from vdyn_cli.quantities.clock_difference import ClockDifference
-from vdyn_cli.quantities.cut_ledger import DataQuality
+from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, attempt, in_file_order, merge_logs
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import MissingParameterError, Parameters

@@ -17,7 +17,7 @@ from typing import Any
 import vdyn_cli
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.inputs import Inputs
-from vdyn_cli.quantities.cut_ledger import DataQuality
+from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, merge_similar
 from vdyn_cli.quantities.parameter_json import read_document

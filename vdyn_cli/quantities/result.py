@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-from vdyn_cli.quantities.cut_ledger import DataQuality
+from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 

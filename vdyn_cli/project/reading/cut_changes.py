@@ -8,7 +8,8 @@ from dataclasses import replace
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.project.reading.run_parts import bridged
-from vdyn_cli.quantities.cut_ledger import DataQuality, LedgerRow
+from vdyn_cli.quantities.cut_ledger import LedgerRow
+from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.errors import VdynError
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, published
