@@ -23,7 +23,7 @@ from vdyn_cli.quantities.errors import Finding, merge_similar
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT, to_document
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.quantities.result_schema import ResultDocument
+from vdyn_cli.quantities.result_schema import FitEntry, ResultDocument
 
 SOURCES = {".py", ".html", ".css"}  # suffixes of the program's files that can change a result or its page
 
@@ -75,7 +75,7 @@ class StepRecord:
     @cached_property
     def document(self) -> dict[str, Any]:
         """The content of the JSON; it does not depend on when or where it was written."""
-        result, fit = self.result, self.result.fit
+        result = self.result
         return {
             "format": FORMAT,
             "step": result.step,
@@ -83,17 +83,7 @@ class StepRecord:
             "refused": [f.to_json() for f in result.refused],
             "withheld": dict(result.withheld),
             **to_document(result.parameters),
-            "fit": {
-                "runs": list(fit.runs),
-                "rms": fit.rms,
-                "noise_floor": fit.noise_floor,
-                "unit": fit.unit,
-                "unknowns": list(fit.unknowns),
-                "interval_unit": fit.interval_unit,
-                "interval_units": fit.interval_units,
-                "held_out_rms": fit.held_out_rms,
-                "warnings": list(fit.warnings),
-            },
+            "fit": {**vars(result.fit)},
             "findings": [f.to_json() for f in result.findings],
             **result.extra,
             "quality": {**result.quality.to_json(), **result.extra.get("quality", {})},
@@ -126,25 +116,14 @@ def read_record(path: Path) -> tuple[StepRecord, str]:
     read = read_document(path)
     document, parameters = read.content, read.parameters
     ResultDocument.model_validate(document)
-    fit, made = document["fit"], document["provenance"]
+    made = document["provenance"]
     diagnosis: Any = document["diagnosis"] and Diagnosis.model_validate(document["diagnosis"])
-    summary = FitSummary(
-        tuple(fit["runs"]),
-        _number(fit["rms"]),
-        _number(fit["noise_floor"]),
-        str(fit["unit"]),
-        tuple(fit["unknowns"]),
-        str(fit["interval_unit"]),
-        int(fit["interval_units"]),
-        fit["held_out_rms"],
-        tuple(fit["warnings"]),
-    )
     findings = tuple(Finding(**f) for f in document["findings"])
     result = Result(
         str(document["step"]),
         str(document["sentence"]),
         parameters,
-        summary,
+        FitSummary(**vars(FitEntry.model_validate(document["fit"]))),
         "",
         findings=findings,
         diagnosis=diagnosis,
@@ -153,10 +132,6 @@ def read_record(path: Path) -> tuple[StepRecord, str]:
     )
     provenance = Provenance(made["inputs"], made["settings"], made["versions"], str(made["command"]))
     return StepRecord(result, provenance), read.digest
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
 
 
 def _effects(result: Result) -> dict[str, Any]:

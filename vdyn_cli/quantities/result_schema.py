@@ -38,15 +38,15 @@ class EstimateEntry(Entry):
 class FitEntry(Entry):
     """How well the model follows the data."""
 
-    runs: list[str] = Field(description="logs that were used")
+    runs: tuple[str, ...] = Field(description="logs that were used")
     rms: float = Field(description="root mean square of the residual, in 'unit'")
     noise_floor: float = Field(description="rms that measurement noise alone would leave, in 'unit'")
     unit: str = Field(description="unit of 'rms', 'noise_floor' and 'held_out_rms'")
-    unknowns: list[str] = Field(description="names of the parameters that were fitted together")
+    unknowns: tuple[str, ...] = Field(description="names of the parameters that were fitted together")
     interval_unit: str = Field(description="independent unit behind the intervals: 'run', 'block', or empty")
     interval_units: int = Field(description="number of independent units")
     held_out_rms: float | None = Field(description="rms in runs that the fit did not use, in 'unit'")
-    warnings: list[str] = Field(description="reasons to doubt the result")
+    warnings: tuple[str, ...] = Field(description="reasons to doubt the result")
 
 
 class FindingEntry(Entry):
