@@ -192,6 +192,10 @@ class Policy:
         0.5, "standard deviations", "change of an amplitude between rounds, below which the relinearization ends",
         "Half of its own uncertainty: a further round changes the amplitude by less than a quarter of that.",
     )  # fmt: skip
+    near_share: float = _threshold(
+        0.1, "share of an amplitude", "by which a fit may leave its linearization and still be judged by it",
+        "The error of a linearization is of second order: 1 % of what the effect explains, far below hopeless_share.",
+    )  # fmt: skip
     clearly_better: float = _threshold(
         4.5, "log likelihood", "by which a nondifferentiable effect must exceed effects collinear with it",
         "needed_t^2 / 2: a likelihood ratio of 90, which collinear laws reach by chance in 0.3 % (chi-square with one "

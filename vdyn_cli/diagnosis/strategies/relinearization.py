@@ -204,7 +204,8 @@ class Relinearization:
                 chord = False
             elif any(_is_stuck(point.get(n), values[n], bounds_of(e, n)) for n, e in owner.items()):
                 break
-            if before is not None and stop is not None and stop(fit, before):
+            judged = before or (fit if _is_near(fit, {n: point.get(n, 0.0) for n in owner}) else None)
+            if judged is not None and stop is not None and stop(fit, judged):
                 return fit, False
             before = fit
             point = {**values, **{n: stepped(e, n, point.get(n, 0.0), values[n]) for n, e in owner.items()}}
@@ -223,6 +224,11 @@ class Relinearization:
     def _twice(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
         """The fit relinearized once about its result, since nondifferentiable effects change other sensitivities."""
         return self._once(effects, self._once(effects, about).values)
+
+
+def _is_near(fit: FittedModel, about: Mapping[str, float]) -> bool:
+    """Whether the amplitudes of a fit are near those ``about`` which it is linearized."""
+    return all(abs(fit.values[n] - v) <= POLICY.near_share * abs(fit.values[n]) for n, v in about.items())
 
 
 def _without_covered(regression: Regression, effects: Sequence[Effect]) -> Regression:
