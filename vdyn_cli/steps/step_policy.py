@@ -100,6 +100,11 @@ class StepPolicy:
         4.0, "standard errors", "of the runs' mean; the missing deceleration must also exceed this",
         "With eight runs, chance exceeds it on one day of a thousand.",
     )  # fmt: skip
+    brake_warm: float = threshold(
+        2.0, "m/s", "of speed lost to a brake within a coast, from which the parts before and after are not both used",
+        "From 25 m/s this is 50 J per kg of the car and heats its discs, 2 % of the mass with 500 J/(kg K), by 5 K: "
+        "they stay cold. A tap of 1 to 2 s at 1 m/s^2 loses that much, a stop for traffic more.",
+    )  # fmt: skip
     engaged_share: float = threshold(
         0.25, "share of the usual deceleration", "by which the deceleration of a whole run may exceed it",
         "A headwind of 3 m/s, the limit of UN R83, adds a sixth at 70 km/h, where half of the road load is drag.",

@@ -22,7 +22,6 @@ from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import (
 from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces
 from vdyn_cli.steps.coastdown.doubts.fit_quality import physical_sizes
 from vdyn_cli.steps.coastdown.doubts.result_doubts import implausible_drag
-from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     RoadLoad,
 )
@@ -49,7 +48,7 @@ def result_of(
     tables += [text.rejections(answer.selection.rejected)] if answer.selection.rejected else []
     parameters, extra = _parameters(answer, frontal_area), _extra(answer)
     findings += implausible_drag(parameters.get("drag_coefficient"))
-    restate = partial(text.sentence, fixed=answer.fixed, speed=answer.quoted, logs=_logs(fit.campaign))
+    restate = partial(text.sentence, fixed=answer.fixed, speed=answer.quoted, logs=_logs(answer))
     return Result(
         SOURCE,
         restate(parameters, extra),
@@ -153,9 +152,10 @@ def _extra(answer: RoadLoadAnswer) -> dict[str, Any]:
     }
 
 
-def _logs(campaign: Campaign) -> str:
-    runs, kind = len(campaign.runs), "run" if campaign.speed_fitted else "log"
-    return f"{runs} {kind}{'s' if runs > 1 else ''}"
+def _logs(answer: RoadLoadAnswer) -> str:
+    parts, kind = len(answer.selection.segments), "run" if answer.fit.campaign.speed_fitted else "log"
+    runs = len({s.run for s in answer.selection.segments})
+    return f"{runs} {kind}{'s' if runs > 1 else ''}{f' in {parts} parts' if parts > runs else ''}"
 
 
 def _force(load: RoadLoad, speed: float, local: LocalForces | None) -> dict[str, Any]:

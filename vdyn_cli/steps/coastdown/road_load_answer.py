@@ -21,6 +21,7 @@ from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import (
     expected_accuracy,
     wider_window,
 )
+from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.fit_quality import FitQuality
 from vdyn_cli.steps.coastdown.fit.lasting_force import adds_resistance, lasting_force
@@ -133,7 +134,8 @@ class RoadLoadAnswer:
     @cached_property
     def times(self) -> list[CoastTimes]:
         """Coast-down times of pairs of coasts."""
-        return coast_times(self.selection.segments, [r.direction for r in self.spec.runs]) if self.coasting else []
+        longest = longest_of_runs(self.selection.segments)
+        return coast_times(longest, [r.direction for r in self.spec.runs]) if self.coasting else []
 
     @property
     def quoted(self) -> float:

@@ -12,7 +12,7 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCoasts
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, NoSegmentError, RejectedSegment, coast_segment
+from vdyn_cli.steps.coastdown.coasts.segments import NoSegmentError, RejectedSegment, coast_segment, longest_of_runs
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.step_definition import TrackCheck
@@ -54,17 +54,12 @@ def track_check(
             parts.setdefault(k, []).append(f"{one.start:.0f} to {one.stop:.0f} s would be left out: {one.why}")
     if problem.campaign.drive != "coasting":
         return TrackCheck(rejected, evaluated, left_out=parts)
-    longest = {k: max((s for s in kept if s.run == k), key=_duration) for k in sorted({s.run for s in kept})}
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
-    coasts = CampaignCoasts(problem, tuple(longest.values()), tuple(r.direction for r in runs), _starts(runs))
+    coasts = CampaignCoasts(problem, longest_of_runs(kept), tuple(r.direction for r in runs), _starts(runs))
     worst = coasts.outlier()
     if worst is not None:
         rejected[worst[0]] = worst[1]
     return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]), parts)
-
-
-def _duration(segment: CoastSegment) -> float:
-    return segment.log.duration
 
 
 def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:

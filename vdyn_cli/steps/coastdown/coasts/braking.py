@@ -46,14 +46,29 @@ class _ExcessDeceleration:
         """Indices where two successive intervals exceed the limit, or one exceeds it by far.
 
         A brake or a throttle changes the speed for good. An excess that the neighboring intervals cancel is a wrong
-        reading and is not returned.
+        reading and is not returned, unless both intervals exceed the limit by far on average: then the driver braked
+        and drove on.
         """
         beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > STEP_POLICY.brake_gross * self.limit
+        both = np.abs(self.excess[1:] + self.excess[:-1]) > 2.0 * STEP_POLICY.brake_gross * self.limit
         # Net excess of each pair with up to two neighbors at either side.
         total, n = np.pad(np.cumsum(np.r_[0.0, self.excess]), 2, mode="edge"), self.excess.size - 1
         net = [np.abs(total[4 + j : 4 + j + n] - total[2 - i : 2 - i + n]) for i in range(3) for j in range(3)]
         kept = np.min(net, axis=0) > self.limit
-        return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept)
+        return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept | both)
+
+    @property
+    def pieces(self) -> list[tuple[float, float]]:
+        """Begin and end (s) of what is left before, between and after the outliers."""
+        at, time = self.outliers, self.segment.log.time
+        begins = [float(time[0]), *(self.time[at + 1] + INTERVAL).tolist()]
+        ends = [*(self.time[at] - INTERVAL).tolist(), float(time[-1])]
+        return list(zip(begins, ends, strict=True))
+
+    def lost(self, begin: float, end: float) -> float:
+        """Speed lost, m/s, by excess decelerations between two times (s)."""
+        inside = (self.time > begin) & (self.time < end)
+        return INTERVAL * float(np.maximum(self.excess[inside], 0.0).sum())
 
     def reason(self, at: int) -> str:
         """Sentence on the excess in interval ``at``, with its number, time and speed."""
@@ -66,9 +81,16 @@ class _ExcessDeceleration:
 
 
 def without_braking(
-    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], window: float | None
+    segments: Sequence[CoastSegment],
+    known: Sequence[Array],
+    directions: Sequence[str | None],
+    window: float | None,
+    shortest: float,
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
     """Coasts without the parts that deviate from the common deceleration (the module's law), and the rejected parts.
+
+    An interrupted coast is kept as several windows of one segment: those before and after a throttle or a tap of the
+    brake, but not those before and after a braking that leaves the brakes warm.
 
     Without a stated window, half of the runs may be driven over the upper speeds and half over the lower ones, and all
     are braked to rest: then a run is compared with what the others cover, not with the range of all together.
@@ -79,14 +101,15 @@ def without_braking(
     directions : of each segment; a slope shifts all runs of one direction alike.
     window : m/s, span of speed of which at least ``STEP_POLICY.least_covered`` must be left; None: the median of the
         spans that are left.
+    shortest : s, duration of a window between two interruptions that is kept.
     """
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
     compared = _compared(segments, known, directions)
     if window is None:
-        window = float(np.median([_covered(each.segment, _undisturbed(each)[0]) for each in compared]))
+        window = float(np.median([_covered(each.segment, _undisturbed(each, shortest)) for each in compared]))
     for each in compared:
-        segment, cut_off = _longest_part(each, window)
+        segment, cut_off = _undisturbed_part(each, window, shortest)
         kept += [segment] if segment else []
         rejected += cut_off
     return kept, rejected
@@ -243,8 +266,10 @@ def least_absolute_deviations(design: Array, values: Array) -> Array:
     return np.asarray(law)
 
 
-def _longest_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment | None, list[RejectedSegment]]:
-    """The part between the outliers of a coast that covers most speed, and the rejected rest."""
+def _undisturbed_part(
+    one: _ExcessDeceleration, window: float, shortest: float
+) -> tuple[CoastSegment | None, list[RejectedSegment]]:
+    """The windows of a coast between its interruptions that cover most speed, and the rejected rest."""
     name, time = one.segment.name, one.segment.log.time
     begin, end = float(time[0]), float(time[-1])
     middle = float(np.median(one.excess))
@@ -256,22 +281,37 @@ def _longest_part(one: _ExcessDeceleration, window: float) -> tuple[CoastSegment
         return None, [RejectedSegment(name, begin, end, why)]
     if not (at := one.outliers).size:
         return one.segment, []
-    best, since, until = _undisturbed(one)
+    best = _undisturbed(one, shortest)
     if _covered(one.segment, best) < STEP_POLICY.least_covered * window:
         return None, [RejectedSegment(name, begin, end, one.reason(int(at[0])))]
-    lost = ((begin, since, at[one.time[at] < since]), (until, end, at[one.time[at] > until]))
-    return one.segment.rows(best), [RejectedSegment(name, a, b, one.reason(int(k[0]))) for a, b, k in lost if k.size]
+    edges = [begin, *(t for pair in best for t in pair), end]
+    lost = [(a, b, at[(one.time[at] > a) & (one.time[at] < b)]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    label = np.searchsorted([a for a, _ in best], time, side="right")
+    inside = np.asarray(np.any([(time >= a) & (time <= b) for a, b in best], axis=0))
+    left = replace(one.segment, part=label).rows(inside)
+    return left, [RejectedSegment(name, a, b, one.reason(int(k[0]))) for a, b, k in lost if k.size]
 
 
-def _undisturbed(one: _ExcessDeceleration) -> tuple[Mask, float, float]:
-    """Rows before, between or after the outliers, whichever cover most speed, and their begin and end, s."""
-    time, at = one.segment.log.time, one.outliers
-    begins = [float(time[0]), *(one.time[at + 1] + INTERVAL).tolist()]
-    ends = [*(one.time[at] - INTERVAL).tolist(), float(time[-1])]
-    parts = [((time >= a) & (time <= b), a, b) for a, b in zip(begins, ends, strict=True)]
-    return max(parts, key=lambda p: _covered(one.segment, p[0]))
+def _undisturbed(one: _ExcessDeceleration, shortest: float) -> list[tuple[float, float]]:
+    """Begin and end (s) of the windows that cover most speed together, without a warm brake before one of them.
+
+    Windows shorter than ``shortest`` (s) are left out beside longer ones.
+    """
+    pieces = [p for p in one.pieces if _covered(one.segment, [p]) > 0.0] or one.pieces[:1]
+    pieces = [p for p in pieces if p[1] - p[0] >= shortest] or pieces
+    joined = [pieces[:1]]
+    for piece in pieces[1:]:
+        if one.lost(joined[-1][-1][1], piece[0]) < STEP_POLICY.brake_warm:
+            joined[-1].append(piece)
+        else:
+            joined.append([piece])
+    return max(joined, key=lambda windows: _covered(one.segment, windows))
 
 
-def _covered(segment: CoastSegment, keep: Mask) -> float:
-    """Span of speed of these rows, m/s."""
-    return float(np.ptp(segment.log["speed"][keep])) if keep.sum() >= segment.fewest else 0.0
+def _covered(segment: CoastSegment, pieces: Sequence[tuple[float, float]]) -> float:
+    """Sum of the spans of speed of these times, m/s."""
+    time, spans = segment.log.time, 0.0
+    for begin, end in pieces:
+        inside = (time >= begin) & (time <= end)
+        spans += float(np.ptp(segment.log["speed"][inside])) if inside.sum() >= segment.fewest else 0.0
+    return spans

@@ -148,15 +148,15 @@ def coast_segment(
     return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split, held)
 
 
-def further_coasts(log: Log, used: CoastSegment) -> list[RejectedSegment]:
-    """Findings on further coasts of a log, with at least half the speed range and duration of the used one."""
-    first, last = float(used.log.time[0]), float(used.log.time[-1])
-    speed = used.log["speed"]
+def further_coasts(log: Log, used: Sequence[CoastSegment]) -> list[RejectedSegment]:
+    """Findings on further coasts of a log, with at least half the speed range and duration of the used parts of one."""
+    first, last = float(used[0].log.time[0]), float(used[-1].log.time[-1])
+    speed = np.concatenate([s.log["speed"] for s in used])
     window, shortest = (float(speed.max()), float(speed.min())), 0.5 * (last - first)
     parts, found = [log.time < first, log.time > last], []
     while parts:
         part = rows(log, parts.pop(0))
-        one = coast_segment(used.run, part, window, shortest) if part.time.size >= FEWEST_SAMPLES else None
+        one = coast_segment(used[0].run, part, window, shortest) if part.time.size >= FEWEST_SAMPLES else None
         if not isinstance(one, CoastSegment):
             continue
         begin, end = float(one.log.time[0]), float(one.log.time[-1])
@@ -233,6 +233,12 @@ def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
 def log_of(name: str) -> str:
     """The name of the log of a run or segment, without the times of a part."""
     return re.sub(r", [\d.]+ to [\d.]+ s$", "", name)
+
+
+def longest_of_runs(segments: Sequence[CoastSegment]) -> tuple[CoastSegment, ...]:
+    """The longest segment of each run, in the order of the runs."""
+    runs = sorted({s.run for s in segments})
+    return tuple(max((s for s in segments if s.run == run), key=lambda s: s.log.duration) for run in runs)
 
 
 def split(segment: CoastSegment) -> list[CoastSegment]:

@@ -28,6 +28,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
     driven_segment,
     further_coasts,
     rows,
+    split,
 )
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -102,7 +103,9 @@ def selected(
         segments, braked = _without_disturbed_parts(spec, logs, segments, drive, known, window)
         rejected += braked
     if drive == "coasting" and spec.reading.split_times is None:
-        rejected += [r for s in segments for r in further_coasts(usable(_own_rows(logs[s.run]), "coasting"), s)]
+        for run in sorted({s.run for s in segments}):
+            used = [s for s in segments if s.run == run]
+            rejected += further_coasts(usable(_own_rows(logs[run]), "coasting"), used)
     if not segments:
         remedy = "check speed_window (with unit, such as [70 km/h, 25 km/h]), minimum_length and the channel map"
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
@@ -248,7 +251,9 @@ def _without_disturbed_parts(
     segments, filtered = without_filtered_start(segments, wholes, kept)
     segments, late = without_late_clutch(segments, wholes, directions, kept)
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
-    segments, braked = without_braking(segments, pushed, directions, window and window[0] - window[1])
+    span, shortest = window and window[0] - window[1], spec.settings.minimum_length.value
+    segments, braked = without_braking(segments, pushed, directions, span, shortest)
+    segments = [part for s in segments for part in split(s)]
     segments, ended = without_final_braking(segments, [_kept(spec, s) for s in segments])
     pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
     segments, crept = without_creep(segments, pushed, [spec.runs[s.run].direction for s in segments])

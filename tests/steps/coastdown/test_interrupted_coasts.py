@@ -1,0 +1,51 @@
+"""An interrupted coast is used before and after the interruption, and a stop for traffic is no wrong reading."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.messy_cases import prepared
+from tests.plant.messy_day import Case, Run, drawn_day, drive
+from vdyn_cli.steps.coastdown.problem import CoastdownProblem
+
+DAY = drive(3, drawn_day("clean", 3))
+
+
+def changed(run: Run, begin: float, lost: list[tuple[float, float]]) -> Run:
+    """The run slowed from ``begin`` s on, for each duration (s) by a deceleration (m/s^2), in turn."""
+    speed = run.speed.copy()
+    for seconds, slower in lost:
+        speed -= slower * np.clip(run.time - begin, 0.0, seconds)
+        begin += seconds
+    keep = speed > 1.0
+    return Run(run.time[keep], speed[keep], run.position[keep], run.direction, run.start)
+
+
+def day(which: range, lost: list[tuple[float, float]], begin: float = 30.0) -> CoastdownProblem:
+    """A clean day on which the runs ``which`` are interrupted."""
+    runs = [changed(run, begin, lost) if k in which else run for k, run in enumerate(DAY.runs)]
+    problem = prepared(Case(DAY.vehicle, DAY.day, tuple(runs)), False, speed_window=("100 km/h", "20 km/h")).problem
+    assert isinstance(problem, CoastdownProblem)
+    return problem
+
+
+@pytest.mark.parametrize("lost", [[(1.5, 1.0)], [(4.0, -0.6)]], ids=["tap of the brake", "throttle"])
+def test_both_parts_of_an_interrupted_coast_are_used(lost: list[tuple[float, float]]) -> None:
+    problem = day(range(1, 2), lost)
+    first, second = (s for s in problem.selection.segments if s.run == 1)
+    assert 22.0 < first.log.time[-1] < 30.0
+    assert 30.0 < second.log.time[0] < 40.0
+    (left_out,) = [r for r in problem.selection.rejected if not r.usual]
+    assert (left_out.start, left_out.stop) == pytest.approx((first.log.time[-1], second.log.time[0]), abs=0.3)
+
+
+@pytest.mark.slow
+def test_the_sentence_counts_runs_and_parts() -> None:
+    assert "from 8 runs in 9 parts" in day(range(1, 2), [(1.5, 1.0)]).publish().sentence
+
+
+def test_a_stop_for_traffic_in_all_runs_is_cut_from_all() -> None:
+    """The driver brakes and drives on at the old speed: the excess is soon canceled, as that of a wrong reading."""
+    problem = day(range(8), [(2.5, 1.5), (3.0, -1.2)], begin=40.0)
+    assert all(s.log.time[-1] < 40.0 or s.log.time[0] > 45.5 for s in problem.selection.segments)
