@@ -76,7 +76,7 @@ def test_a_linear_term_beyond_its_range_is_no_fading_brake() -> None:
     result = coasts(force, 2 / 3, 25.0, 4)
     assert result.diagnosis is not None
     assert "brake_drag_fading" not in {c.effect for c in result.diagnosis.causes}
-    assert "olling resistance that rises with speed" in result.diagnosis.sentence
+    assert "olling resistance that increases with speed" in result.diagnosis.sentence
     covered(result, force, (40.0, 60.0, 80.0))
 
 

@@ -19,7 +19,8 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.coastdown.coasts.gradual_release import GradualRelease, gradual_release
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, rows
 from vdyn_cli.steps.coastdown.coasts.start_cuts import StartCut, from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -77,11 +78,34 @@ def without_filtered_start(
     ----------
     logs : the whole log of each segment's run. kept : spans (s, s) of it that must not be cut.
     """
+    held = [s.held[1] - STEP_POLICY.held_release if s.held else None for s in segments]
+    gradual = gradual_release(logs, held)
+    if gradual is not None:
+        return _without_gradual_release(segments, logs, kept, gradual)
     starts = [from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
     lag = filter_lag(starts)
     if lag is None:
         return list(segments), []
     why = f"the speed of all runs lags by {lag:.2g} s at the start of the coast: filtered by the receiver?"
+    return without_starts(segments, starts, kept, StartCut(SETTLED * lag, lag, why))
+
+
+def _without_gradual_release(
+    segments: Sequence[CoastSegment],
+    logs: Sequence[Log],
+    kept: Sequence[Sequence[tuple[float, float]]],
+    gradual: GradualRelease,
+) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+    """Coasts without the time constants after a held speed in which the deceleration sets in, and the cut parts."""
+    starts = [
+        from_start(one.log, log) if release is None else rows(log, log.time >= release)
+        for one, log, release in zip(segments, logs, gradual.releases, strict=True)
+    ]
+    lag = gradual.lag
+    why = (
+        f"after the held speed the deceleration of all runs sets in with a time constant of {lag:.2g} s: filtered by "
+        "the receiver, or a slow pedal?"
+    )
     return without_starts(segments, starts, kept, StartCut(SETTLED * lag, lag, why))
 
 
