@@ -23,7 +23,7 @@ from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, e
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.inference.qr_factors import orthonormal
 from vdyn_cli.inference.regression import prior_rows
-from vdyn_cli.inference.restrict import restricted
+from vdyn_cli.inference.restrict import restricted, without_priors
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
@@ -289,6 +289,5 @@ def _regression(strategy: Strategy, problem: SimulatedProblem) -> Regression:
     effects = (*setup.effects, *(p.effect for p in parts))
     regression = problem.regression_like(strategy.model.regression, effects, extra, {})
     amplitudes = {n for e in setup.effects for n in amplitudes_of(e)} | {n for p in parts for n in p.unknowns}
-    unknowns = tuple(replace(u, prior=None) if u.name in amplitudes else u for u in regression.unknowns)
-    regression = replace(regression, unknowns=unknowns)
+    regression = without_priors(regression, amplitudes)
     return linearized(regression) if setup.linearized else regression

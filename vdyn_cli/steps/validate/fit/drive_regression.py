@@ -12,7 +12,7 @@ unknown: its column c is projected out of the window's whitened rows, (1 - c c'/
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -66,15 +66,7 @@ class _DriveRows:
         for k in self.drives[run]:
             local = np.r_[base, setup.vector.start_speed(k)[0], np.zeros(len(setup.vector.own) - 1)]
             parts.append(without_start(self.whitened(k, local), len(setup.vector.shared), columns))
-        return Rows(
-            np.concatenate([p.residual for p in parts]),
-            np.vstack([p.jacobian for p in parts]),
-            time=np.concatenate([p.time for p in parts if p.time is not None]),
-            plain=(
-                np.concatenate([p.plain[0] for p in parts if p.plain]),
-                np.vstack([p.plain[1] for p in parts if p.plain]),
-            ),
-        )
+        return joined(parts)
 
     def _zero(self, windows: tuple[int, ...], at: Mapping[str, float], names: tuple[str, ...]) -> Rows:
         """The row of the accelerometer's zero, (z + g i_k - z_k) / drift."""
@@ -93,9 +85,7 @@ def drive_regression(setup: SimulationSetup, varies: BetweenDriveSpread) -> Regr
     """
     w = whiten_drives(_sloping(setup, varies), averaged=True)
     whole = w.regression
-    runs = np.array([s.run for s in w.setup.segments])
-    drives = tuple(tuple(np.flatnonzero(runs == u).tolist()) for u in np.unique(runs))
-    names = tuple(w.setup.segments[d[0]].name.rpartition(", ")[0] for d in drives)
+    names, drives = drives_of(w.setup)
     known: Mapping[str, float] = {
         **({DRIVE_SLOPE: varies.slope} if DRIVE_SLOPE in w.setup.vector.shared and varies.slope > 0 else {}),
         **({LOAD: varies.load} if "mass" in w.setup.vector.shared and varies.load > 0 else {}),
@@ -119,6 +109,33 @@ def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSe
         return setup
     slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True, prior_stated=False)
     return replace(setup, added=(MEAN_SLOPE, *setup.added), extra=(*setup.extra, slope))
+
+
+def drives_of(setup: SimulationSetup) -> tuple[tuple[str, ...], tuple[tuple[int, ...], ...]]:
+    """The name of each drive's log, and the indices of its segments."""
+    segments, runs = setup.segments, np.array([s.run for s in setup.segments])
+    drives = tuple(tuple(np.flatnonzero(runs == u).tolist()) for u in np.unique(runs))
+    first = [segments[d[0]].name for d in drives]
+    return tuple(name.rpartition(", ")[0] or name for name in first), drives
+
+
+def joined(parts: Sequence[Rows]) -> Rows:
+    """The rows of a drive, from those of its segments."""
+    plain = [p.plain for p in parts if p.plain is not None]
+    roots = [p.plain_root for p in parts if p.plain_root is not None]
+    return Rows(
+        np.concatenate([p.residual for p in parts]),
+        np.vstack([p.jacobian for p in parts]),
+        time=np.concatenate([p.time for p in parts if p.time is not None]),
+        plain=(np.concatenate([p for p, _ in plain]), np.vstack([d for _, d in plain])),
+        plain_root=_block_diagonal(roots) if roots else None,
+    )
+
+
+def _block_diagonal(blocks: Sequence[Array]) -> Array:
+    from scipy.linalg import block_diag
+
+    return np.asarray(block_diag(*blocks))
 
 
 def without_start(rows: Rows, start: int, columns: list[int]) -> Rows:

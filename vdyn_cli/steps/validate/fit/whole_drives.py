@@ -16,7 +16,7 @@ from vdyn_cli.inference import Regression, Rows, Unknown
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.car.unknowns import START
-from vdyn_cli.steps.validate.fit.drive_regression import without_start
+from vdyn_cli.steps.validate.fit.drive_regression import drives_of, joined, without_start
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, whiten_drives
 
 
@@ -26,15 +26,7 @@ class _WholeDriveRows:
     drives: tuple[tuple[int, ...], ...]
 
     def __call__(self, run: int, theta: Array) -> Rows:
-        parts = [self._segment(k, theta) for k in self.drives[run]]
-        plain = [p.plain for p in parts if p.plain is not None]
-        return Rows(
-            np.concatenate([p.residual for p in parts]),
-            np.vstack([p.jacobian for p in parts]),
-            time=np.concatenate([p.time for p in parts if p.time is not None]),
-            plain=(np.concatenate([p for p, _ in plain]), np.vstack([d for _, d in plain])),
-            plain_root=_block_diagonal([p.plain_root for p in parts if p.plain_root is not None]),
-        )
+        return joined([self._segment(k, theta) for k in self.drives[run]])
 
     def _segment(self, segment: int, theta: Array) -> Rows:
         """The rows of a segment at a drive's unknowns: shared ones, zeros, and steady sources."""
@@ -74,9 +66,7 @@ def whole_drives(setup: SimulationSetup) -> Regression:
     ResultError : the simulation is not finite.
     """
     w = whiten_drives(setup, averaged=True, steady_apart=True)
-    runs = np.array([s.run for s in w.setup.segments])
-    drives = tuple(tuple(np.flatnonzero(runs == u).tolist()) for u in np.unique(runs))
-    names = tuple(w.setup.segments[d[0]].name.rpartition(", ")[0] or w.setup.segments[d[0]].name for d in drives)
+    names, drives = drives_of(w.setup)
     lasting = tuple(
         Unknown(n, 0.0, -50.0, 50.0, "", (0.0, 1.0), per_run=True, nuisance=True, prior_stated=False)
         for n in w.whitenings[0].steady_sources
@@ -87,9 +77,3 @@ def whole_drives(setup: SimulationSetup) -> Regression:
         0.5 * float(np.linalg.slogdet(np.eye(s.shape[1]) + s.T @ s)[1]) for s in shown
     )
     return Regression((*unknowns, *lasting), names, _WholeDriveRows(w, drives), log_noise=log_noise)
-
-
-def _block_diagonal(blocks: list[Array]) -> Array:
-    from scipy.linalg import block_diag
-
-    return np.asarray(block_diag(*blocks))
