@@ -43,16 +43,12 @@ class CheckPolicy:
     rolling_slip: float = threshold(
         0.015, "share of the speed", "by which a wheel's speed times its radius may differ from the car's",
         "Tires with a slip stiffness of 15 times the load slip by 1.3 % at a drive force of 0.2 times the load; most "
-        "runs stay below it. The standard deviation of the radius is added.",
+        "runs stay below it. agreeing_std standard deviations of the radius are added.",
     )  # fmt: skip
     run_ratio: float = threshold(
         0.02, "share of the median", "by which the ratio of two loggers' speeds in a run may differ from its median",
         "Tires slip by 1.3 % at most in most runs, and a tire's radius changes by 0.5 % with its temperature. "
         "Coast-downs with logs of different runs have ratios that differ by up to 6 %.",
-    )  # fmt: skip
-    agreeing: float = threshold(
-        2.0, "standard errors", "of gain and wheel radius, by which they may differ beyond rolling_slip",
-        "Two values that agree differ by more in one case of twenty.",
     )  # fmt: skip
 
 

@@ -31,6 +31,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 WINDOW = 1.0  # s
 REACH = 1.0  # s, largest delay
@@ -57,7 +58,7 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
             yield _ratio(log, left, right, 1.0, QUALITY.axle_speeds)
     if speed is not None and "wheel_radius" in known.estimates:
         radius = known["wheel_radius"]
-        limit = min(QUALITY.reported_scale, CHECK.rolling_slip + CHECK.agreeing * radius.std / radius.value)
+        limit = min(QUALITY.reported_scale, CHECK.rolling_slip + STEP_POLICY.agreeing_std * radius.std / radius.value)
         for wheel in ("wheel_speed", *WHEEL_SPEEDS):
             if wheel in log:
                 yield _ratio(log, wheel, speed, radius.value, limit)
@@ -214,7 +215,7 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> Tie
     if scale == 1.0:
         return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)
     error = MEDIAN_ERROR * (high - low) / max(1.0, use.mean() * log.duration / WINDOW) ** 0.5
-    if abs(gain - 1.0) > limit + CHECK.agreeing * error:
+    if abs(gain - 1.0) > limit + STEP_POLICY.agreeing_std * error:
         what = f"gain {gain:.3f} +- {error:.3f}: check wheel_radius and the scale of {first} and {second}"
         return _pair(log, shown, second, what, False, gain=gain)
     return _pair(log, shown, second, f"gain {gain:.3f}", True, gain=gain, delay=_delay(log, first, second))
