@@ -459,6 +459,16 @@ class StepPolicy:
         5.0, "standard errors", "that this difference must also exceed",
         "With twelve blocks a correct drive exceeds that once in 2500. Of 52 clean drives the largest was 3.1.",
     )  # fmt: skip
+    ratio_evidence: float = threshold(
+        9.0, "log likelihood", "for each change of the acceleration per torque over a change of force, to be a gear or "
+        "a gain",
+        "Of 192 drives over unlogged hills of 2 % rms the largest was 5.9; a gain that changes by 10 % has 5 to 60, "
+        "gears 10 to 74.",
+    )  # fmt: skip
+    ratio_alone: float = threshold(
+        1.3, "", "times the variance with both that the ratios may leave",
+        "Hills add forces to any ratio: 1.0 to 3; a gain or gears do not: 1.0, shifting often up to 1.5.",
+    )  # fmt: skip
 
 
 STEP_POLICY = StepPolicy()

@@ -140,6 +140,14 @@ def test_a_brake_channel_of_noise_alone_brakes_nowhere() -> None:
     assert sum(s.duration for s in found) > 45.0
 
 
+def test_a_brake_channel_of_noise_clipped_at_zero_brakes_nowhere() -> None:
+    """Two thirds of its samples are zero, so that half of them equal the one before."""
+    noise = np.maximum(np.round(np.random.default_rng(4).standard_normal(TIME.size)), 0.0)
+    drive = log(brake_torque=noise, drive_torque=RECUPERATED)
+    found, _ = drive_segments([drive], [RunConditions()], Segmentation("road_load"))
+    assert sum(s.duration for s in found) > 45.0
+
+
 def test_a_brake_that_holds_the_car_at_rest_alone_brakes_nowhere_else() -> None:
     """The holding torque is small, so that the channel's noise is 2 % of it."""
     noise = 2.0 * np.random.default_rng(5).standard_normal(TIME.size)

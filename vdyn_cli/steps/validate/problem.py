@@ -127,9 +127,9 @@ class ValidateProblem(SimulatedProblem):
             refuse_coarse(s.model, s.step.value)
         refuse_sparse(self.logs)
         w = s.windows
-        rule = Segmentation(s.model)
+        rule = Segmentation(s.model, ratio=stated_ratio(self.known))
         if w:
-            rule = Segmentation(s.model, w.length.value, w.powered, max(w.slowest.value, SLOWEST))
+            rule = replace(rule, length=w.length.value, powered=w.powered, slowest=max(w.slowest.value, SLOWEST))
         day = _day_temperature(self)
         conditions = [
             RunConditions(r.direction, r.temperature.value if r.temperature else day, start)
@@ -308,6 +308,14 @@ class ValidateProblem(SimulatedProblem):
                 size, gain = (best[0], without - best[1]) if best and without - best[1] > gain else (size, gain)
             self._likely[effect.name] = size, gain
         return self._likely[effect.name]
+
+
+def stated_ratio(known: Parameters) -> float | None:
+    """Acceleration per drive torque, i eta / (r (M + mr)), 1/(kg m), of the stated parameters; None without a mass."""
+    if "mass" not in known or "wheel_radius" not in known:
+        return None
+    force = known.value("gear_ratio", 1.0) * known.value("driveline_efficiency", 1.0) / known.value("wheel_radius", 1.0)
+    return force / (known.value("mass", 1.0) + known.value("rotating_mass", 0.0))
 
 
 def _timed(model: Model) -> Model:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference import white_level
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.arrays import Array, filled
 
@@ -18,8 +17,9 @@ STEADY = 0.3  # m/s^2, limit between cruising and accelerating
 PRESSED = 0.02  # share of the largest brake torque above which the brake is on
 # Standard deviations of the brake channel's noise that a pressed brake exceeds: one sample of 10^6 of normal noise.
 BEYOND_NOISE = 5.0
-LIVELY = 0.5  # share of changing samples above which a channel has noise above its resolution
-FEWEST_NOISY = 8  # samples that are needed to estimate the noise from third differences
+NOISE_BLOCK = 8  # samples, or one second if that is more, in which the noise of the brake channel is estimated
+THIRD_DIFFERENCE = 20.0  # variance of a third difference of white noise over that of the noise
+ONE_SIDED = 1.71  # standard deviation of normal noise over that of its positive part: (1/2 - 1/(2 pi))^-0.5
 IDLE = 0.03  # share of the largest drive torque below which the pedal is released
 SMOOTH = 1.0  # s over which the acceleration is averaged
 RESTING = 0.1  # m/s
@@ -51,6 +51,8 @@ def marked(time: Array, speed: Array, drive: Array, brake: Array) -> Marks:
 def pressed(time: Array, brake: Array) -> NDArray[np.bool_]:
     """Samples at which a brake is on: |T| > max(0.02 max |T|, 5 standard deviations of the channel's white noise).
 
+    The noise is the median over short blocks, most of which are without braking; loggers often clip it at zero.
+
     Parameters
     ----------
     time : (n,) s. brake : (n,) N m, of any sign.
@@ -59,10 +61,22 @@ def pressed(time: Array, brake: Array) -> NDArray[np.bool_]:
     -------
     (n,) mask; all False where the channel contains only noise.
     """
-    lively = brake.size >= FEWEST_NOISY and np.count_nonzero(np.diff(brake)) > LIVELY * brake.size
-    noise = white_level(brake, time) if lively else 0.0
     size = np.abs(brake)
-    return np.asarray(size > max(PRESSED * float(size.max()), BEYOND_NOISE * noise))
+    return np.asarray(size > max(PRESSED * float(size.max()), BEYOND_NOISE * _brake_noise(time, brake)))
+
+
+def _brake_noise(time: Array, brake: Array) -> float:
+    """Standard deviation of the brake channel's white noise, from third differences within blocks."""
+    length = NOISE_BLOCK
+    if time.size > 1:
+        length = max(length, int(1.0 / float(np.median(np.diff(time)))))
+    differences = np.diff(brake, 3)
+    count = differences.size // length
+    if not count:
+        return 0.0
+    squares = np.mean(differences[: count * length].reshape(count, length) ** 2, axis=1) / THIRD_DIFFERENCE
+    clipped = float(np.median(np.abs(brake))) == float(np.min(np.abs(brake)))
+    return (ONE_SIDED if clipped else 1.0) * float(np.sqrt(np.median(squares)))
 
 
 def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:

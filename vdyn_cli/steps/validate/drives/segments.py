@@ -17,6 +17,7 @@ from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
@@ -114,13 +115,14 @@ class Segmentation:
     ----------
     model : of the simulation. length : s, of a window; None: segments are as long as possible.
     powered : whether only samples with a drive torque above zero are used. slowest : m/s, least speed for the road load
-        model.
+        model. ratio : acceleration per drive torque as stated, 1/(kg m), if it is.
     """
 
     model: ModelName
     length: float | None = None
     powered: bool = False
     slowest: float = SLOWEST
+    ratio: float | None = None
 
 
 @dataclass(frozen=True)
@@ -152,13 +154,14 @@ def drive_segments(
     findings: list[Finding] = []
     drives = [_whole(log) for log in logs]
     unlogged = _unlogged([whole for whole, _ in drives], cut)
-    findings += unequal_drives(
-        [log.name for log in logs], [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
-    )
+    driven = [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
+    changes = _ratio_changes(driven, cut)
+    steady = [k for k, change in enumerate(changes) if not change.spans]
+    findings += unequal_drives([logs[k].name for k in steady], [driven[k] for k in steady])
     for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
-        findings += [*doubts, *braked.finding(log.name)]
+        findings += [*doubts, *braked.finding(log.name), *changes[k].finding(log.name)]
         top = float(np.nanmax(np.abs(whole["speed"])))
-        parts = _parts(whole, cut, top, braked.braked) if top > MOVING else []
+        parts = _parts(whole, cut, top, braked.braked | changes[k].other) if top > MOVING else []
         made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
         made = [replace(s, creeping=slow, sampled=_sampled(log, s)) for s in made]
@@ -273,12 +276,13 @@ def _last(there: Mask) -> int:
     return there.size - 1 - int(np.argmax(there[::-1]))
 
 
-def _parts(log: Log, cut: Segmentation, top: float, braked: Mask) -> list[tuple[int, int]]:
+def _parts(log: Log, cut: Segmentation, top: float, left_out: Mask) -> list[tuple[int, int]]:
     """Indices of the first and last sample of every segment that is simulated.
 
     Parameters
     ----------
-    top : m/s, the largest speed of the log. braked : (n,) mask of unlogged braking.
+    top : m/s, the largest speed of the log. left_out : (n,) mask, for the road load model: braked without a channel, or
+        in another gear.
     """
     if cut.model == "vehicle" and cut.length is None and not cut.powered:
         return [(0, log.time.size - 1)]
@@ -288,7 +292,7 @@ def _parts(log: Log, cut: Segmentation, top: float, braked: Mask) -> list[tuple[
     if cut.model == "road_load":
         speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
         slowest = cut.slowest if cut.length is not None else min(cut.slowest, max(SLOWEST_SHARE * top, MOVING))
-        good &= (speed > slowest) & ~(braked | _braked(log))
+        good &= (speed > slowest) & ~(left_out | _braked(log))
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     found = []
     for a, b in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):
@@ -313,6 +317,13 @@ def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, 
     if cut.model == "road_load" and not cut.powered:
         return unlogged_braking([(log.time, log.channels, total_drive_torque(log.channels)) for log in logs])
     return tuple(UnloggedBraking(np.zeros(log.time.size, dtype=bool), (), 0.0) for log in logs)
+
+
+def _ratio_changes(drives: Sequence[Driven], cut: Segmentation) -> tuple[RatioChange, ...]:
+    """Changes of each drive's acceleration per torque; only the road load model excludes these parts."""
+    if cut.model == "road_load":
+        return ratio_changes(drives, cut.ratio)
+    return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
 
 
 def _braked(log: Log) -> Mask:

@@ -14,19 +14,11 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
-from vdyn_cli.steps.validate.drives.span_averages import (
-    SPAN,
-    least_over_span,
-    level_rate,
-    mean_over_span,
-    slope_over_span,
-)
+from vdyn_cli.steps.validate.drives.driven_samples import driven_samples
+from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
-SLOWEST = 2.0  # m/s, below which tires creep
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
 FEWEST = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
-COARSEST = 0.25  # s, spacing of samples above which a second has no slope
 OTHERS = 2  # fewest other drives, so that a median is not the value of a single one
 MEDIAN = np.pi / 2.0  # variance of a median over that of a mean, of a normal distribution
 
@@ -60,20 +52,12 @@ def unequal_drives(
 
 def _acceleration_per_torque(time: Array, channels: Mapping[str, Array], torque: Array) -> tuple[float, float] | None:
     """The slope a of the acceleration over the drive torque, 1/(kg m), and its standard error; None if not positive."""
-    good, spacing = np.isfinite(channels["speed"]), float(np.median(np.diff(time)))
-    if spacing > COARSEST:
+    seen = driven_samples(time, channels, torque, SPAN)
+    if seen.time.size * SPAN < FEWEST:
         return None
-    speed = np.interp(time, time[good], channels["speed"][good])
-    driven = (speed > SLOWEST) & ~pressed(time, channels["brake_torque"])
-    driven &= least_over_span(time, torque) > IDLE * float(np.max(np.abs(torque), initial=0.0))
-    at = np.flatnonzero(driven)[:: max(round(SPAN / spacing), 1)]
-    if at.size * SPAN < FEWEST:
-        return None
-    force, change = mean_over_span(time, torque), slope_over_span(time, torque)
-    columns = np.column_stack([force, np.ones(time.size), mean_over_span(time, speed**2), change])[at]
-    rate = level_rate(time, speed, channels)[at]
+    columns, rate = seen.columns, seen.rate
     slope = float(np.linalg.lstsq(columns, rate, rcond=None)[0][0])
-    blocks = np.array_split(np.arange(at.size), BLOCKS)
+    blocks = np.array_split(np.arange(rate.size), BLOCKS)
     without = [np.linalg.lstsq(np.delete(columns, b, 0), np.delete(rate, b), rcond=None)[0][0] for b in blocks]
     std = float(np.std(without) * np.sqrt(BLOCKS - 1))
     return (slope, std) if slope > 0.0 else None

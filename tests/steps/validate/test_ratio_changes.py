@@ -1,0 +1,78 @@
+"""Drives in which a gear is shifted or the torque's gain changes, by the acceleration per drive torque."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.plant.sensors import Array
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.drives.ratio_changes import ratio_changes
+from vdyn_cli.steps.validate.drives.segments import RunConditions, Segmentation, drive_segments
+
+MASS, RADIUS, STEP = 1700.0, 0.32, 0.05  # kg, m, s
+STATED = 1.0 / (RADIUS * MASS)
+GEARS = ((0.0, 1.0), (30.0, 0.62), (55.0, 0.45), (95.0, 0.62), (120.0, 1.0))  # s, ratio from then on
+Driven = tuple[Array, dict[str, Array], Array]
+
+
+def drive(seed: int, ratios: tuple[tuple[float, float], ...] = ((0.0, 1.0),), hills: float = 0.001) -> Driven:
+    """Some minutes under a torque that changes every few seconds, over hills (rms grade) that are not logged."""
+    rng = np.random.default_rng([7, seed])
+    time = np.arange(0.0, 160.0, STEP)
+    at = np.cumsum(rng.uniform(2.0, 8.0, 60))
+    wanted = np.interp(time, at, rng.uniform(150.0, 1100.0, 60))  # N m at the wheels
+    starts, factors = np.array(ratios).T
+    ratio = factors[np.searchsorted(starts, time, side="right") - 1]
+    x, v, speed = 0.0, 8.0, np.empty(time.size)
+    place, phase = rng.uniform(25.0, 200.0, 10), rng.uniform(0.0, 2 * np.pi, 10)
+    for k in range(time.size):
+        speed[k] = v
+        hill = hills * np.sqrt(0.2) * np.sum(np.sin(x / place + phase))
+        v = max(v + STEP * ((wanted[k] / RADIUS - 160.0 - 0.9 * v**2) / MASS - 9.81 * hill), 0.0)
+        x += STEP * v
+    channels = {"speed": speed + 0.02 * rng.standard_normal(time.size), "brake_torque": np.zeros(time.size)}
+    return time, channels, wanted / ratio + 0.5 * rng.standard_normal(time.size)
+
+
+@pytest.mark.parametrize("hills", [0.0, 0.003, 0.02])
+def test_one_gear_over_hills_is_no_finding(hills: float) -> None:
+    assert not any(change.spans for change in ratio_changes([drive(k, hills=hills) for k in range(4)], STATED))
+
+
+def test_gears_are_found_and_all_but_the_stated_one_are_left_out() -> None:
+    (change,) = ratio_changes([drive(1, GEARS)], STATED)
+    assert [round(factor, 2) for *_, factor in change.spans] == pytest.approx([0.62, 0.45, 0.62], abs=0.02)
+    assert [round(a) for a, _, _ in change.spans] == pytest.approx([30, 55, 95], abs=1)
+    time = drive(1, GEARS)[0]
+    assert change.other[(time > 31) & (time < 119)].all()
+    assert not change.other[(time < 29) | (time > 121)].any()
+    (finding,) = change.finding("run.csv")
+    assert "0.62 from 30" in finding.what
+    assert finding.doubt
+
+
+def test_a_gain_that_changes_in_one_drive_is_found_there() -> None:
+    drives = [drive(k) for k in range(3)]
+    time, channels, torque = drive(3)
+    drives.append((time, channels, np.where(time > 80.0, 1.1 * torque, torque)))
+    changes = ratio_changes(drives, STATED)
+    assert [len(change.spans) for change in changes] == [0, 0, 0, 1]
+    ((start, _, factor),) = changes[3].spans
+    assert start == pytest.approx(80.0, abs=1.5)
+    assert factor == pytest.approx(1 / 1.1, abs=0.015)
+
+
+def test_a_drive_is_simulated_in_the_usual_gear_only() -> None:
+    time, channels, torque = drive(1, GEARS)
+    log = Log("run.csv", time, {**channels, "drive_torque": torque}, ())
+    segments, findings = drive_segments([log], [RunConditions()], Segmentation("road_load", ratio=STATED))
+    assert [t for s in segments for t in (s.time[0], s.time[-1])] == pytest.approx([0.0, 30.0, 120.0, 160.0], abs=1.0)
+    assert ["acceleration per torque changes" in f.what for f in findings] == [True]
+
+
+def test_a_drive_with_the_gears_of_another_is_left_out_too() -> None:
+    """Over hills, one drive alone does not show that its parts are gears."""
+    hilly = drive(4, GEARS, hills=0.004)
+    assert not ratio_changes([hilly], STATED)[0].spans
+    assert [bool(change.spans) for change in ratio_changes([drive(1, GEARS), hilly], STATED)] == [True, True]

@@ -1,0 +1,234 @@
+"""Detects drives in which the acceleration per drive torque changes at an instant: a gear, or the gain of the torque.
+
+While the car is driven, its acceleration is a_j T + b + c V^2 + d T', with a = i/(r (M + mr)) constant within each
+piece j of the drive. The pieces are those of least squares with a penalty for each (Jackson et al., IEEE Signal
+Processing Letters 12 (2005) 105). Hills that are not logged also make pieces, but by forces that do not follow the
+torque: pieces with b_j instead of a_j are the alternative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
+from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.driven_samples import DrivenSamples, driven_samples
+from vdyn_cli.steps.validate.drives.span_averages import SPAN
+
+Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
+
+STEP = SPAN / 2  # s between samples
+SHORTEST = 6  # samples of a piece: 3 s, as long as a gear is held on a road
+FEWEST = 60  # samples of a drive: 30 s
+LOCAL = 12  # samples within which the noise of the acceleration is estimated, with a line over the torque of their own
+LASTING = 3.0  # samples that have an error in common: spans overlap by a half, and gusts last longer
+MOST = 4000  # samples, above which every second, third, ... is used: the search takes their number squared
+LEAST_NOISE = 0.005  # m/s^2: gusts of 0.3 m/s change the drag of a car by as much
+ROUNDS = 8  # of finding pieces and the coefficients common to all
+WIDEST = 12.0  # ratio of the lowest gear to the highest: 4 to 6 in cars, 12 in trucks
+ONCE = 3  # levels, above which a drive must return to some of them
+MOSTLY = 0.7  # share of the driving time in known levels: shifts disturb the rest
+MAIN_SHARE = 0.2  # within which a ratio may be the stated one: errors of mass, torque and radius together
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Pieces of a drive with constant acceleration per torque.
+
+    Parameters
+    ----------
+    time : (p + 1,) s, start of each piece, and the end of the last one. ratio : (p,) 1/(kg m). driven : (p,) s.
+    ends : (p,) s, the last driven sample of each piece. certain : whether this drive alone shows that they differ.
+    """
+
+    time: Array
+    ratio: Array
+    driven: Array
+    ends: Array
+    certain: bool
+
+
+@dataclass(frozen=True, eq=False)
+class RatioChange:
+    """Parts of a drive with another acceleration per torque than the one that most of the drives have.
+
+    Parameters
+    ----------
+    other : (n,) mask of their samples. spans : start and end of each, s, with its ratio over the usual one.
+    """
+
+    other: Mask
+    spans: tuple[tuple[float, float, float], ...] = ()
+
+    def finding(self, log: str) -> tuple[Finding, ...]:
+        """A finding on the parts that are left out; empty where there are none."""
+        if not self.spans:
+            return ()
+        shown = [f"{factor:.2f} from {a:.1f} s to {b:.1f} s" for a, b, factor in self.spans[:3]]
+        more = f" and in {len(self.spans) - 3} more parts" if len(self.spans) > 3 else ""
+        what = (
+            f"the acceleration per torque changes at once, to {', '.join(shown)}{more} (usual: 1): "
+            "another gear, or the gain of a channel changed; these parts are left out"
+        )
+        remedy = (
+            "if gears are shifted, map the torque behind the gearbox with gear_ratio 1 or the final drive's, or "
+            "validate each gear with its gear_ratio (from_time, to_time); else check the torque's channel"
+        )
+        return (Finding(f"{log}, channel 'drive_torque'", what, "", remedy, doubt=True),)
+
+
+def ratio_changes(drives: Sequence[Driven], stated: float | None = None) -> tuple[RatioChange, ...]:
+    """The changes of the acceleration per torque in each drive.
+
+    The usual ratio is that of the longest driving time of all drives, among those within ``MAIN_SHARE`` of the stated
+    one if there are any; else the nearest to it. Drives without a change have none, whatever their ratio.
+
+    Parameters
+    ----------
+    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
+        drive torque (n,) N m. stated : gear_ratio driveline_efficiency / (wheel_radius (mass + rotating_mass)),
+        1/(kg m).
+    """
+    found = [_pieces(driven_samples(*drive, STEP)) for drive in drives]
+    certain = [one for one in found if one is not None and one.certain]
+    if not any(one.ratio.size > 1 for one in certain):
+        return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
+    levels, driven = (np.concatenate(v) for v in zip(*((one.ratio, one.driven) for one in certain), strict=True))
+    usual = _usual(levels, driven, stated)
+    return tuple(_changed(time, one, usual, levels) for (time, _, _), one in zip(drives, found, strict=True))
+
+
+def _usual(ratios: Array, driven: Array, stated: float | None) -> float:
+    """The ratio (1/(kg m)) with the longest driving time, s, near the stated one."""
+    near = np.abs(ratios[:, None] / ratios - 1.0) <= STEP_POLICY.unequal_share
+    weight = near.T @ driven
+    if stated is not None:
+        off = np.abs(np.log(np.maximum(ratios / stated, 1e-12)))
+        close = off <= np.log1p(MAIN_SHARE)
+        weight = np.where(close, weight, 0.0) if close.any() else -off
+    return float(ratios[int(np.argmax(weight))])
+
+
+def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> RatioChange:
+    """The parts of a drive whose ratio is not the usual one.
+
+    A drive that does not show alone that it has several ratios has them if they are mostly the gears of
+    other drives.
+    """
+    mask, spans = np.zeros(time.size, dtype=bool), list[tuple[float, float, float]]()
+    if found is None or found.ratio.size == 1:
+        return RatioChange(mask)
+    near = np.any(np.abs(found.ratio[:, None] / levels - 1.0) <= STEP_POLICY.unequal_share, axis=1)
+    geared = levels.max() > (1.0 + MAIN_SHARE) * levels.min()
+    alike = geared and found.driven[near].sum() >= MOSTLY * found.driven.sum()
+    if not (found.certain or alike):
+        return RatioChange(mask)
+    factor = found.ratio / usual
+    for k in np.flatnonzero(np.abs(factor - 1.0) > STEP_POLICY.unequal_share).tolist():
+        start = found.ends[k - 1] if k else time[0]
+        mask |= (time >= start) & (time <= found.time[k + 1])
+        spans.append((float(found.time[k]), float(found.time[k + 1]), float(factor[k])))
+    return RatioChange(mask, tuple(spans))
+
+
+def _pieces(seen: DrivenSamples) -> Pieces | None:
+    """The pieces of a drive; None where it is driven for too short a time."""
+    step = -(-seen.time.size // MOST) if seen.time.size else 1
+    time, rate, torque, rest = (v[::step] for v in (seen.time, seen.rate, seen.columns[:, 0], seen.columns[:, 1:]))
+    if time.size < FEWEST:
+        return None
+    penalty = STEP_POLICY.unequal_t**2 * LASTING * _local_variance(rate, torque, rest)
+    starts, coefficients = _search(rate, torque, rest, penalty)
+    ratio, edges = coefficients[: len(starts)], np.array([*starts, time.size])
+    certain = len(starts) == 1 or (_are_levels(ratio) and _follow_torque(rate, torque, rest, starts))
+    at = np.r_[time[starts], time[-1]]
+    return Pieces(at, ratio, STEP * step * np.diff(edges), time[edges[1:] - 1], certain)
+
+
+def _are_levels(ratio: Array) -> bool:
+    """Whether ratios (p,) differ, by no more than those of a gearbox, and return to a few levels if there are many."""
+    low, high = float(np.min(ratio)), float(np.max(ratio))
+    if low <= 0.0 or not 1.0 + STEP_POLICY.unequal_share < high / low < WIDEST:
+        return False
+    levels = 1 + int(np.count_nonzero(np.diff(np.log(np.sort(ratio))) > 2.0 * STEP_POLICY.unequal_share))
+    return levels <= max(ONCE, (ratio.size + 1) // 2)
+
+
+def _local_variance(rate: Array, torque: Array, rest: Array) -> float:
+    """Variance of the acceleration about lines over the torque, one for every ``LOCAL`` samples, (m/s^2)^2."""
+    own = _indicators(rate.size, list(range(0, rate.size - LOCAL + 1, LOCAL)))
+    residual = _residual(np.column_stack([own * torque[:, None], own, rest]), rate)
+    return float((NORMAL_FROM_MEDIAN * np.median(np.abs(residual))) ** 2 * LOCAL / (LOCAL - 2) + LEAST_NOISE**2)
+
+
+def _search(rate: Array, torque: Array, rest: Array, penalty: float) -> tuple[list[int], Array]:
+    """First samples of the pieces, and the coefficients: a ratio for each piece, then those common to all."""
+    starts = [0]
+    for _ in range(ROUNDS):
+        common = _fit(rate, torque, rest, starts)[len(starts) :]
+        found = _partition(rate - rest @ common, torque, penalty)
+        if found == starts:
+            break
+        starts = found
+    return starts, _fit(rate, torque, rest, starts)
+
+
+def _partition(y: Array, x: Array, penalty: float) -> list[int]:
+    """First samples of the pieces that minimize sum (y - a_j x)^2 + penalty (number of pieces), exactly."""
+    n = y.size
+    xx, xy, yy = (np.r_[0.0, np.cumsum(v)] for v in (x * x, x * y, y * y))
+    cost, came = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=int)
+    cost[0] = 0.0
+    for end in range(SHORTEST, n + 1):
+        first = slice(0, end - SHORTEST + 1)
+        part = xx[end] - xx[first]
+        squares = yy[end] - yy[first] - (xy[end] - xy[first]) ** 2 / np.maximum(part, 1e-300)
+        total = cost[first] + squares + penalty
+        came[end] = int(np.argmin(total))
+        cost[end] = total[came[end]]
+    starts, end = list[int](), n
+    while end > 0:
+        end = int(came[end])
+        starts.append(end)
+    return starts[::-1]
+
+
+def _follow_torque(rate: Array, torque: Array, rest: Array, starts: list[int]) -> bool:
+    """Whether the pieces differ by a factor of the torque rather than by forces of their own, such as hills."""
+    own, others = _indicators(rate.size, starts), rest[:, 1:]  # the first of the common columns is constant
+    by_ratio, by_force, both = (
+        _variance(np.column_stack(columns), rate)
+        for columns in (
+            [own * torque[:, None], rest],
+            [own, torque, others],
+            [own * torque[:, None], own, others],
+        )
+    )
+    evidence = 0.5 * rate.size / LASTING * np.log(by_force / by_ratio)  # log likelihood
+    certain = evidence > STEP_POLICY.ratio_evidence * (len(starts) - 1)
+    return bool(certain) and by_ratio < STEP_POLICY.ratio_alone * both
+
+
+def _indicators(n: int, starts: list[int]) -> Array:
+    """(n, p) 1 where a sample belongs to a piece."""
+    piece = np.searchsorted(starts, np.arange(n), side="right") - 1
+    return np.asarray(piece[:, None] == np.arange(len(starts)), dtype=np.float64)
+
+
+def _fit(rate: Array, torque: Array, rest: Array, starts: list[int]) -> Array:
+    columns = np.column_stack([_indicators(rate.size, starts) * torque[:, None], rest])
+    return np.asarray(np.linalg.lstsq(columns, rate, rcond=None)[0])
+
+
+def _residual(columns: Array, y: Array) -> Array:
+    return np.asarray(y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0])
+
+
+def _variance(columns: Array, y: Array) -> float:
+    residual = _residual(columns, y)
+    return float(residual @ residual) / max(y.size - int(np.linalg.matrix_rank(columns)), 1) + LEAST_NOISE**2
