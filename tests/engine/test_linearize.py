@@ -75,7 +75,7 @@ def by_hand(c: dict[str, float]) -> np.ndarray:
 
 def test_the_half_cars_eigenvalues_are_those_of_its_matrices():
     state = half()
-    assert "position" not in state.active
+    assert all("position" not in root.participation for root in state.roots)
     np.testing.assert_allclose([root.value for root in state.roots], by_hand(CAR), rtol=1e-9)
     assert all(abs(value) < 1e-12 for name, value in state.states.items() if name != "position")
 

@@ -46,15 +46,13 @@ class SteadyState:
 
     Parameters
     ----------
-    states : values of all states; those not in ``active``, such as the position, keep their start value.
+    states : values of all states; those on which nothing depends, such as the position, keep their start value.
     inputs : values of all inputs, including the free ones.
-    active : the states of A: all except the fixed ones and those that nothing depends on.
     roots : the eigenvalues with an imaginary part >= 0, in the order of their magnitude.
     """
 
     states: Mapping[str, float]
     inputs: Mapping[str, float]
-    active: tuple[str, ...]
     roots: tuple[Root, ...]
 
 
@@ -103,7 +101,6 @@ def steady(
     return SteadyState(
         dict(zip(graph.states, x.tolist(), strict=True)),
         dict(zip(graph.inputs, u.tolist(), strict=True)),
-        tuple(graph.states[i] for i in active),
         _roots(graph, places, on_x, x, u, p),
     )
 
@@ -124,11 +121,10 @@ class _UnknownIndices:
         self.active = active
         self.x = [i for i in active if graph.states[i] not in held]
         self.u = [graph.inputs.index(name) for name in free]
-        self.rates = active
 
     def derivatives(self, slopes: ca.Function, x: Array, u: Array, p: Array) -> tuple[Array, Array]:
         """Derivatives of the rates to the unknowns, (m, n), and to the constants, (m, p)."""
-        on_x, on_u, on_p = (np.asarray(block)[self.rates] for block in list(slopes(x, u, p, 0, 0))[:3])
+        on_x, on_u, on_p = (np.asarray(block)[self.active] for block in list(slopes(x, u, p, 0, 0))[:3])
         return np.hstack([on_x[:, self.x], on_u[:, self.u]]), on_p
 
 
@@ -147,7 +143,7 @@ def _newton_solution(
     weights: Array | None = None
     count = len(places.x)
     for _ in range(MOST_STEPS):
-        rates = np.asarray(field(x, u, p)[0])[places.rates, 0]
+        rates = np.asarray(field(x, u, p)[0])[places.active, 0]
         slopes, _ = places.derivatives(graph.slopes, x, u, p)
         if not (np.isfinite(rates).all() and np.isfinite(slopes).all()):
             break
@@ -159,7 +155,7 @@ def _newton_solution(
             to_x, to_u = x.copy(), u.copy()
             to_x[places.x] += part * step[:count]
             to_u[places.u] += part * step[count:]
-            after = float(np.linalg.norm(np.asarray(field(to_x, to_u, p)[0])[places.rates, 0] * weights))
+            after = float(np.linalg.norm(np.asarray(field(to_x, to_u, p)[0])[places.active, 0] * weights))
             if after <= before or after < ARRIVED:
                 break
         x, u = to_x, to_u

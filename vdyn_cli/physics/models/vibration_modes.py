@@ -11,7 +11,6 @@ from vdyn_cli.physics.models.vehicle import Driven, vehicle
 from vdyn_cli.physics.models.vehicle_axle import Differential
 
 ONE_SIDED = 0.65  # share of one wheel of a pair above which a mode is named after its side
-LEAST_PART = 0.02  # smaller participations are not listed
 
 SHUFFLE, SIDE_GEARS = "driveline shuffle", "side gears"
 TWISTING = 0.15  # share of the driveline above which a mode twists the half-shafts
@@ -56,7 +55,6 @@ class Mode:
     name : after the motions with the largest participation; unique.
     frequency : Hz, undamped natural frequency |s| / 2 pi.
     damping : damping ratio, -Re s / |s|; negative if unstable.
-    parts : participation of each motion, with a sum of 1 for all, largest first; small ones are left out.
     frequency_slopes : Hz per relative change of each nonzero parameter, df / d ln p.
     damping_slopes : likewise of ``damping``.
     """
@@ -64,7 +62,6 @@ class Mode:
     name: str
     frequency: float
     damping: float
-    parts: Mapping[str, float]
     frequency_slopes: Mapping[str, float]
     damping_slopes: Mapping[str, float]
 
@@ -133,8 +130,7 @@ def _mode(root: Root, name: str, parameters: Mapping[str, float]) -> Mode:
         growth = (s.conjugate() * relative).real / size
         by_frequency[parameter] = growth / (2 * math.pi)
         by_damping[parameter] = -(relative.real * size - s.real * growth) / size**2
-    parts = sorted(((n, share) for n, share in _parts(root).items() if share >= LEAST_PART), key=lambda part: -part[1])
-    return Mode(name, size / (2 * math.pi), -s.real / size, dict(parts), by_frequency, by_damping)
+    return Mode(name, size / (2 * math.pi), -s.real / size, by_frequency, by_damping)
 
 
 def _condensed(root: Root) -> bool:
