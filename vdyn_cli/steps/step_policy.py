@@ -307,6 +307,10 @@ class StepPolicy:
         0.1, "share of the value", "half a 95 % interval above which a value is called poorly determined",
         "With a wider one a ride simulation is not useful.",
     )  # fmt: skip
+    uneven_road: float = threshold(
+        10.0, "log-likelihood", "gained by an uneven road before the bump, above which it is part of the noise",
+        "Twice that is a chi-square of one unknown: chance exceeds it once in 10^5 crossings on a smooth road.",
+    )  # fmt: skip
     tire_follows: float = threshold(
         0.5, "% per %", "of tire stiffness by unsprung mass, above which only their ratio counts as determined",
         "The middle between 1 without wheel hop and 0 where wheel hop separates the two.",

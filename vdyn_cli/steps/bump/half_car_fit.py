@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from vdyn_cli.steps.bump.crossing import Crossing
 from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
 from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
 from vdyn_cli.steps.bump.noise import MISFIT, ChannelWeights
+from vdyn_cli.steps.bump.road_noise import RoadNoise, road_noise
 from vdyn_cli.steps.contract import NO_VALUES
 
 LARGEST_STEP = 1.1e-3  # s, of the integration: its error of the loads is a hundredth of a load cell's noise
@@ -42,6 +44,7 @@ class BumpFit:
     ----------
     effect_unknowns : of ``effects``, shared by all crossings; omitted ones stay zero, or nominal.
     sensitive : unknowns whose sensitivities are simulated; empty: all.
+    road : the noise of an uneven road; None on a smooth one.
     """
 
     crossings: tuple[Crossing, ...]
@@ -51,6 +54,7 @@ class BumpFit:
     effects: tuple[Effect, ...] = ()
     effect_unknowns: tuple[Unknown, ...] = ()
     sensitive: tuple[str, ...] = ()
+    road: RoadNoise | None = None
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -169,7 +173,8 @@ class BumpFit:
         """The fitted channels of one crossing with their weights."""
         crossing = self.crossings[run]
         deviation = {n: self.weights.deviation(crossing, n) for n in self.channels}
-        return MeasuredChannels(crossing.time, {n: crossing.channels[n] for n in self.channels}, deviation)
+        whitened = partial(self.road.whitened, crossing, deviation=deviation) if self.road else None
+        return MeasuredChannels(crossing.time, {n: crossing.channels[n] for n in self.channels}, deviation, whitened)
 
     def misfit(self, solution: Solution) -> dict[str, float]:
         """Root mean square of each channel's residual over its inflated noise."""
@@ -180,6 +185,18 @@ class BumpFit:
         at = {**self.known.values, **values}
         _, to_front = sprung_body(*(at[n] for n in BODY_OF))
         return {"front": to_front, "rear": to_front - at["wheelbase"]}
+
+
+def on_its_road(fit: BumpFit) -> BumpFit:
+    """The fit with the noise of the road before the bump, by a typical car, then by the car as fitted with it."""
+    road = road_noise(fit.crossings, {**fit.known.values, **fit.start})
+    if road is None:
+        return fit
+    found = replace(fit, road=road)
+    with suppress(ResultError):
+        _, solution = found.solve()
+        found = replace(fit, road=road_noise(fit.crossings, {**fit.known.values, **solution.values}) or road)
+    return found
 
 
 def _with_effects_fixed(fit: BumpFit) -> Solution | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,19 +19,18 @@ class MeasuredChannels:
     Parameters
     ----------
     time : (n,) s. values : each (n,). deviation : of each channel, in its unit.
+    whitened : whitens errors (n, channels, k) where their noise is not white; None: divides by ``deviation``.
     """
 
     time: Array
     values: Mapping[str, Array]
     deviation: Mapping[str, float]
+    whitened: Callable[[Array], Array] | None = None
 
     def residual(self, simulated: Simulated, zeros: Array) -> Array:
         """(simulated + zero - measured) / deviation, (rows,), channel by channel; ``zeros`` : of each channel."""
-        parts = []
-        for (name, measured), zero in zip(self.values.items(), zeros.tolist(), strict=True):
-            good = np.isfinite(measured)
-            parts.append((simulated.outputs[name][good] + zero - measured[good]) * (1.0 / self.deviation[name]))
-        return np.concatenate(parts)
+        errors = [simulated.outputs[n] + zero - x for (n, x), zero in zip(self.values.items(), zeros, strict=True)]
+        return self._weighted(np.stack(errors, axis=1)[:, :, None])[:, 0]
 
     def rows(self, simulated: Simulated, zeros: Array, scale: Array) -> Rows:
         """The residuals with their derivatives by the simulated unknowns (k,), then by the zeros.
@@ -40,13 +39,18 @@ class MeasuredChannels:
         ----------
         simulated : with sensitivities to k unknowns in SI. scale : (k,), SI units per unit of each.
         """
-        jacobians, times = [], []
-        for place, (name, measured) in enumerate(self.values.items(), start=scale.size):
-            good = np.isfinite(measured)
-            weight = 1.0 / self.deviation[name]
-            jacobian = np.zeros((int(np.count_nonzero(good)), scale.size + zeros.size))
-            jacobian[:, : scale.size] = simulated.sensitivities[name][good] * (weight * scale)
-            jacobian[:, place] = weight
-            jacobians.append(jacobian)
-            times.append(self.time[good])
-        return Rows(self.residual(simulated, zeros), np.concatenate(jacobians), time=np.concatenate(times))
+        slopes = np.zeros((self.time.size, zeros.size, scale.size + zeros.size))
+        for place, name in enumerate(self.values):
+            slopes[:, place, : scale.size] = simulated.sensitivities[name] * scale
+            slopes[:, place, scale.size + place] = 1.0
+        times = [self.time[np.isfinite(x)] for x in self.values.values()]
+        return Rows(self.residual(simulated, zeros), self._weighted(slopes), time=np.concatenate(times))
+
+    def _weighted(self, errors: Array) -> Array:
+        """Whitened errors (rows, k), channel by channel, of errors (n, channels, k)."""
+        good = np.stack([np.isfinite(x) for x in self.values.values()])
+        if self.whitened is None:
+            weighted = errors / np.array(list(self.deviation.values()))[:, None]
+        else:
+            weighted = self.whitened(np.where(good.T[:, :, None], errors, 0.0))
+        return np.asarray(np.concatenate([weighted[seen, place] for place, seen in enumerate(good)]))

@@ -15,7 +15,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.bump import text
 from vdyn_cli.steps.bump.crossing import CHANNELS
-from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.half_car_fit import BumpFit, on_its_road
 from vdyn_cli.steps.bump.known_car import known_car
 from vdyn_cli.steps.bump.measured_profile import BumpData
 from vdyn_cli.steps.bump.noise import ChannelWeights
@@ -114,11 +114,9 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     rear_weight = spec.settings.rear_weight
     weights = ChannelWeights(dict.fromkeys(channels, 1.0), rear_weight.value if rear_weight else None)
     of_logs = (f for log in data.runs for f in log.findings)
-    return BumpProblem(
-        BumpFit(crossings, model, car, weights),
-        width,
-        (*doubtful_car, *data.findings, *doubtful_runs, *of_logs),
-    )
+    fit = on_its_road(BumpFit(crossings, model, car, weights))
+    findings = (*doubtful_car, *data.findings, *doubtful_runs, *of_logs, *text.uneven_road(fit))
+    return BumpProblem(fit, width, findings)
 
 
 def _model_on_bump(spec: BumpSpec, data: BumpData) -> tuple[Model, float]:

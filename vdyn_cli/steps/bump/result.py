@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from math import hypot
 from typing import Any
 
 from vdyn_cli.inference import Solution, Unknown
@@ -12,7 +13,7 @@ from vdyn_cli.physics.models.half_car import GIVEN, SOUGHT
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.bump import figures, text
-from vdyn_cli.steps.bump.crossing import LOADS
+from vdyn_cli.steps.bump.crossing import LOADS, Crossing
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.half_car_modes import HalfCarMode, half_car_modes
 from vdyn_cli.steps.bump.input_checks import uneven_zeros
@@ -39,7 +40,7 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
     inflated = {n: m * fit.weights.inflation[n] for n, m in fit.misfit(solution).items()}
     warnings = (*text.warnings(parameters, sensitivity, fit.known), *text.misfit_warnings(inflated))
     residuals = [r.residual(n) for r in replays for n in LOADS]
-    noise = [c.noise[n] for c in fit.crossings for n in LOADS]
+    noise = [_noise(fit, c, n) for c in fit.crossings for n in LOADS]
     zeros = {n: [r.zeros[n] for r in replays] for n in fit.channels}
     restate = partial(text.sentence, modes=modes)
     return Result(
@@ -61,6 +62,11 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
         amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
         restate=restate,
     )
+
+
+def _noise(fit: BumpFit, crossing: Crossing, channel: str) -> float:
+    """Standard deviation of a channel by its sensor and by the road, in its unit."""
+    return hypot(crossing.noise[channel], fit.road.level(crossing, channel) if fit.road else 0.0)
 
 
 def _sensitivity_to_known(fit: BumpFit, solution: Solution) -> dict[str, dict[str, float]]:

@@ -41,7 +41,8 @@ NOT_DETERMINED = Finding(
 METHODS = (
     "Output error: the half car with tires that lift off is integrated (Runge-Kutta, steps of 1 ms) with exact "
     "sensitivities and compared with axle loads, vertical acceleration and pitch rate of all runs at once. Each "
-    "channel is weighted by the white noise of its third differences, or by its residual where that is larger. A "
+    "channel is weighted by the white noise of its third differences, or by its residual where that is larger; where "
+    "the channels before the bump show an uneven road, a Kalman filter of the car on such a road whitens them. A "
     "matched filter with the response of a typical car locates the bump in each log. The bump's position, scale and "
     "slope of the smoothed speed, the body's motion before the bump and each sensor's zero are unknowns of each run, "
     "with priors. Known numbers with a standard deviation are unknowns with that prior, so the intervals include their "
@@ -103,6 +104,16 @@ def warnings(
             f"{follows:.1f} %; {reason}, or state how well the masses are known ('82 +- 4 kg')"
         )
     return found
+
+
+def uneven_road(fit: BumpFit) -> list[Finding]:
+    """A note of the unevenness of the road before the bump, where it is part of the noise."""
+    if fit.road is None:
+        return []
+    density = 1e6 * fit.road.roughness
+    got = f"{number(density, 0.1 * density)}e-6 m^3 at 0.1 cycles/m (ISO 8608)"
+    what = "the road before the bump is uneven; the noise of all channels includes it"
+    return [Finding("road", what, got, "cross the bump on a smoother road for narrower intervals", minor=True)]
 
 
 def misfit_warnings(inflated: Mapping[str, float]) -> list[str]:
