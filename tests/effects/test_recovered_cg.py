@@ -119,5 +119,5 @@ def test_the_door_with_every_cause_in_finds_the_same() -> None:
 
 def test_the_step_takes_every_cause_that_it_looks_for() -> None:
     model = problem(SHOWN[0], 1.0).model
-    names = {h.plant for h in (*SHOWN, *FAINT)} | set(ACCELEROMETER)
+    names = {h.plant for h in (*SHOWN, *FAINT)} | {*ACCELEROMETER, "pitch_rate_gain"}
     assert {e.name for e in applicable(model, candidates(load_step("cg").situations))} == names
