@@ -31,7 +31,7 @@ HIDDEN = (
     Hidden("asymmetric_damping", 0.3),
     Hidden("suspension_friction", 120.0),
     Hidden("progressive_spring", 2.0),
-    Hidden("bump_stop", 100.0),
+    Hidden("bump_stop", 400.0),
     Hidden("tire_damping", 300.0),
     Hidden("tire_enveloping", 0.12),
     Hidden("bump_height_error", 0.04),

@@ -23,7 +23,7 @@ EFFECTS = {
     "asymmetric_damping": "1: damper force C (v + q |v|), v > 0 in rebound",
     "suspension_friction": "N of dry friction in an axle's struts",
     "progressive_spring": "1/m: spring force K x (1 + q x), x > 0 in compression",
-    "bump_stop": "1/m: force K q (compression - 20 mm)^2 beyond that compression",
+    "bump_stop": "N: force q ((compression - 20 mm) / 10 mm)^2 beyond that compression",
     "tire_damping": "N s/m per axle",
     "tire_enveloping": "m of contact patch over which the tire averages the road",
     "speed_error": "1: the speed channel reads (1 + q) times the speed",
@@ -40,7 +40,7 @@ EFFECTS = {
 # Sizes at which finite differences are taken.
 SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_spring": 1e-2, "tire_damping": 1.0}
 SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "rear_load_delay": 1e-4}
-SMALL |= {"bump_height_error": 1e-3, "bump_stop": 1.0}
+SMALL |= {"bump_height_error": 1e-3, "bump_stop": 4.0}
 SMALL |= {"front_load_gain": 1e-3, "rear_load_gain": 1e-3, "logger_filter": 0.004}
 SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3}
 SMALL |= {"degressive_damping": 1e-3}

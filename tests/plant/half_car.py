@@ -40,7 +40,7 @@ class HalfCars:
     friction: Array  # N, of an axle's struts
     progression: Array  # 1/m, spring force K x (1 + progression x), x > 0 in compression
     degression: Array  # s/m, damper force C v (1 - degression |v|)
-    stop: Array  # 1/m, spring force K x (1 + ...) - K stop (-x - STOP_GAP)^2 beyond that compression
+    stop: Array  # N, spring force K x (1 + ...) - stop ((-x - STOP_GAP) / 10 mm)^2 beyond that compression
 
     def take(self, which: Any) -> HalfCars:
         return HalfCars(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
@@ -182,5 +182,5 @@ class _Beyond:
         self.dry = np.clip(self.dry + limit / self.stick * (length - self.length), -limit, limit)
         self.length = length
         bent = (c.asymmetry[:, None] - c.degression[:, None] * rate) * c.damping * np.abs(rate)
-        stopped = c.stop[:, None] * np.maximum(0.0, -length - STOP_GAP) ** 2
-        return bent - c.stiffness * (c.progression[:, None] * length**2 + stopped) + self.dry
+        stopped = c.stop[:, None] * (np.maximum(0.0, -length - STOP_GAP) / 0.01) ** 2
+        return bent - c.stiffness * c.progression[:, None] * length**2 - stopped + self.dry

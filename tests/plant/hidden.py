@@ -166,7 +166,7 @@ BUMPED: Mapping[str, float] = {
     "asymmetric_damping": 0.02,
     "suspension_friction": 20.0,
     "progressive_spring": 0.1,
-    "bump_stop": 20.0,
+    "bump_stop": 80.0,
     "tire_damping": 20.0,
     "tire_enveloping": 0.03,
     "speed_error": 0.003,

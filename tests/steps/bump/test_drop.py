@@ -102,7 +102,7 @@ def test_a_law_that_softens_the_damper_is_fitted_from_the_plain_car() -> None:
 
 def test_a_quarter_car_has_no_balance_of_its_axles() -> None:
     def acceleration(balance: float) -> float:
-        q = {"bump_stop": 500.0, "bump_stop_gap": 0.01, "bump_stop_balance": balance}
+        q = {"bump_stop": 1500.0, "bump_stop_gap": 0.01, "bump_stop_balance": balance}
         given_values = {"suspension_stiffness_front": 3e4, "suspension_damping_front": 1e3} | {
             "tire_vertical_stiffness": 3e5, "sprung_mass": 300.0, "unsprung_mass_front": 40.0
         }  # fmt: skip
