@@ -56,7 +56,6 @@ class SteadyState:
     roots: tuple[Root, ...]
 
 
-# Seven arguments: each is one set of names in the equations of the steady state, and most calls leave four out.
 def steady(
     model: Model,
     parameters: Mapping[str, float],
@@ -64,7 +63,6 @@ def steady(
     held: Mapping[str, float] | None = None,
     free: Sequence[str] = (),
     context: Mapping[str, float] | None = None,
-    fixed: Mapping[str, float] | None = None,
 ) -> SteadyState:
     """The steady state of a model, and its eigenvalues.
 
@@ -78,25 +76,24 @@ def steady(
     held : states with a given value and zero rate, such as the speed of a cruise.
     free : inputs to solve for, such as the torque that holds the speed; as many as held states.
     context : the model's context.
-    fixed : states with a given value and any rate, such as the position of a car before a bump.
 
     Raises
     ------
     ResultError : there is no steady state near the model's start.
     ValueError : a name is not known or has no value.
     """
-    held, fixed, context = dict(held or {}), dict(fixed or {}), dict(context or {})
+    held, context = dict(held or {}), dict(context or {})
     graph = trace(model)
     refuse_unknown(f"input of {model.name}", (*inputs, *free), graph.inputs)
-    refuse_unknown(f"state of {model.name}", (*held, *fixed), graph.states)
+    refuse_unknown(f"state of {model.name}", held, graph.states)
     values = {**graph.defaults, **parameters, **context}
     if missing := [n for n in graph.constants if n not in values] + [n for n in graph.inputs if n not in inputs]:
         raise ValueError(f"model {model.name!r} needs a value for {', '.join(missing)}")
     p = np.array([values[name] for name in graph.constants], dtype=np.float64)
     u = np.array([inputs[name] for name in graph.inputs], dtype=np.float64)
-    active = _active(graph, fixed)
+    active = _active(graph)
     places = _UnknownIndices(graph, active, held, free)
-    x, u = _newton_solution(model, graph, places, _start(graph, {**held, **fixed}, u, p), u, p)
+    x, u = _newton_solution(model, graph, places, _start(graph, held, u, p), u, p)
     on_x = np.asarray(graph.slopes(x, u, p, 0, 0)[0])[np.ix_(active, active)]
     return SteadyState(
         dict(zip(graph.states, x.tolist(), strict=True)),
@@ -105,10 +102,10 @@ def steady(
     )
 
 
-def _active(graph: Graph, fixed: Mapping[str, float]) -> list[int]:
+def _active(graph: Graph) -> list[int]:
     """Indices of the states on which other rates depend; a pure integrator such as a position is not among them."""
     depends = np.asarray(ca.DM(graph.field.jac_sparsity(0, 0), 1.0)) > 0
-    active = [i for i, name in enumerate(graph.states) if name not in fixed]
+    active = list(range(len(graph.states)))
     while idle := [i for i in active if not depends[active, i].any()]:
         active = [i for i in active if i not in idle]
     return active
