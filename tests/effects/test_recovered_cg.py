@@ -87,6 +87,12 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
         assert result.parameters[name].value == pytest.approx(truth, rel=2e-3), name
 
 
+def test_slip_that_would_imitate_an_error_is_held() -> None:
+    free, held = (problem(Hidden("clock_offset", size), 1.0).fit.slip["slip_compliance"] for size in (0.0, 0.12))
+    assert held[0] == free[0]
+    assert held[1] < 0.01 * free[1]
+
+
 @pytest.mark.parametrize("gain", [-0.05, 0.02, 0.05])
 def test_loads_that_contradict_the_weight_are_scaled(gain: float) -> None:
     result = problem(Hidden("wheel_force_gain", gain), 1.0).publish()

@@ -22,7 +22,7 @@ from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.carried_weight import carried_weight
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle, with_free_heave
-from vdyn_cli.steps.cg.load_fit import LoadFit
+from vdyn_cli.steps.cg.load_fit import EXACT, LoadFit
 from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
 from vdyn_cli.steps.cg.logged_speed import gps_zero, speed_change
 from vdyn_cli.steps.cg.parts import balance_parts
@@ -255,8 +255,20 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
-    fit = LoadFit(runs, vehicle.values, load_zero, vehicle.slip, speeds=speeds, carried=carried)
+    fit = _with_plausible_slip(LoadFit(runs, vehicle.values, load_zero, vehicle.slip, speeds=speeds, carried=carried))
     return _holding_inertia(CgProblem(tuple(logs), vehicle, fit, tuple(findings)))
+
+
+def _with_plausible_slip(fit: LoadFit) -> LoadFit:
+    """The fit with the tires' slip held at its usual values, if it is estimated outside of its plausible range.
+
+    It then imitates another error of the balance, such as a clock offset, and hides it.
+    """
+    found = even_if_refused(lambda: fit.first_solution).values
+    limit = STEP_POLICY.implausible_slip
+    if all(abs(found.get(n, mean) - mean) < limit * std for n, (mean, std) in fit.slip.items()):
+        return fit
+    return replace(fit, slip={n: (mean, EXACT * mean) for n, (mean, _) in fit.slip.items()})
 
 
 def _holding_inertia(problem: CgProblem) -> CgProblem:
