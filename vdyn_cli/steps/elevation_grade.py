@@ -4,9 +4,11 @@ The elevation of a receiver or a barometer has steps, noise and drift, so its di
 The slope at nodes along a run has a normal prior with the correlation of roads (``road_spectrum``), and the elevation
 measures its integral::
 
-    z_j = z_0 + sum_(i <= j) d i_i + e_j
+    z_j = z_0 + sum_(i <= j) d i_i + w_j + e_j
 
-The prior's spectrum and amplitude maximize the likelihood of all runs together. The grade is then scaled by the share
+with white noise e and an error w that wanders, as that of a satellite receiver does: a random walk over time. The
+prior's spectrum and amplitude and the rate of the walk maximize the likelihood of all runs together: a walk has a
+rougher slope than any road. The grade is then scaled by the share
 of it that the runs' decelerations show (``coastdown.grade_agreement``), because errors of the elevation do not
 decelerate the car.
 """
@@ -16,8 +18,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled
@@ -30,6 +34,7 @@ SLOPES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.04)  # standard deviations of the s
 UNKNOWN_HEIGHT = 1e3  # m, prior standard deviation of the elevation at the first node, which is not known
 OFTEN = 3.0  # changes of an elevation per node length, above which it flickers: a slope of 15 % in steps of 1 m
 NEGLIGIBLE = 1e-3  # of the largest variance of the grade's error along one direction
+WANDERS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.5)  # m/s^0.5, rate of the walk: 0.5 gains 4 m in a minute, a poor receiver
 SMALLEST = 1e-3  # m, standard deviation of a mean elevation: a simulated log has no noise
 
 
@@ -37,13 +42,14 @@ SMALLEST = 1e-3  # m, standard deviation of a mean elevation: a simulated log ha
 class _Track:
     """Elevations (k,) of one run, m, their standard deviations (k,), and the distances ``at`` (k,) m they belong to.
 
-    ``distance`` : (n,) m, driven at each sample of the log.
+    ``distance`` : (n,) m, driven at each sample of the log. ``time`` : (k,) s, of the elevations.
     """
 
     elevation: Array
     std: Array
     at: Array
     distance: Array
+    time: Array
 
     @cached_property
     def nodes(self) -> Array:
@@ -97,7 +103,8 @@ class ElevationGrade:
 def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
     """The grade of each log; empty where any log has a grade, lacks an elevation, or covers too little distance.
 
-    The spectrum and the rms slope are those of ``SPECTRA`` and ``SLOPES`` with the largest likelihood of all logs.
+    The spectrum, the rms slope and the walk are those of ``SPECTRA``, ``SLOPES`` and ``WANDERS`` with the largest
+    likelihood of all logs.
 
     Parameters
     ----------
@@ -108,9 +115,11 @@ def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
     tracks = [t for log in logs if (t := _track(log)) is not None]
     if len(tracks) < len(logs):
         return ()
-    tried = [(k, slope) for k in range(len(SPECTRA)) for slope in SLOPES]
-    spectrum, slope = max(tried, key=lambda at: sum(_likelihood(t, *at) for t in tracks))
-    return tuple(_grade(log.time, t, spectrum, slope) for log, t in zip(logs, tracks, strict=True))
+    spectrum, slope, wander = _likeliest(tracks)
+    return tuple(
+        _grade(log.time, t, slope**2 * slope_correlation(t.nodes, spectrum), wander)
+        for log, t in zip(logs, tracks, strict=True)
+    )
 
 
 def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[Log, ...]:
@@ -135,7 +144,7 @@ def _track(log: Log) -> _Track | None:
     # An elevation that flickers between two steps changes often, and its samples are independent.
     steady = noise < 0.5 * step and np.count_nonzero(np.diff(height)) * NODE < OFTEN * distance[-1]
     observed = _changes(height, at, step) if steady else _means(height, at, float(np.hypot(noise, step / 12**0.5)))
-    return _Track(*observed, distance)
+    return _Track(*observed, distance, np.interp(observed[2], distance, log.time))
 
 
 def _means(height: Array, at: Array, noise: float) -> tuple[Array, Array, Array]:
@@ -165,22 +174,35 @@ def _changes(height: Array, at: Array, step: float) -> tuple[Array, Array, Array
     )
 
 
-def _likelihood(track: _Track, spectrum: int, slope: float) -> float:
-    """Log likelihood of the elevations."""
-    factor = np.linalg.cholesky(_covariances(track, spectrum, slope)[1])
-    white = np.linalg.solve(factor, track.elevation - np.median(track.elevation))
+def _likeliest(tracks: Sequence[_Track]) -> tuple[int, float, float]:
+    """Index of the spectrum, rms slope and rate of the walk (m/s^0.5) with the largest likelihood of the elevations."""
+    found: dict[tuple[int, float, float], float] = {}
+    for spectrum in range(len(SPECTRA)):
+        for track in tracks:
+            risen = track.rise @ slope_correlation(track.nodes, spectrum) @ track.rise.T
+            for slope, wander in product(SLOPES, WANDERS):
+                key = spectrum, slope, wander
+                found[key] = found.get(key, 0.0) + _likelihood(track, slope**2 * risen + _error(track, wander))
+    return max(found, key=lambda key: found[key])
+
+
+def _likelihood(track: _Track, covariance: Array) -> float:
+    """Log likelihood of the elevations with their covariance (k, k)."""
+    factor = np.linalg.cholesky(covariance)
+    white = solve_triangular(factor, track.elevation - np.median(track.elevation), lower=True)
     return -0.5 * float(white @ white) - float(np.sum(np.log(np.diag(factor))))
 
 
-def _covariances(track: _Track, spectrum: int, slope: float) -> tuple[Array, Array]:
-    """Prior covariance (m, m) of the slopes, and covariance (k, k) of the elevations."""
-    prior = slope**2 * slope_correlation(track.nodes, spectrum)
-    return prior, np.asarray(track.rise @ prior @ track.rise.T + np.diag(track.std**2) + UNKNOWN_HEIGHT**2)
+def _error(track: _Track, wander: float) -> Array:
+    """Covariance (k, k) of the elevations' error and unknown height: white noise and a walk at a rate in m/s^0.5."""
+    since = track.time - track.time.min()
+    walk = wander**2 * np.minimum(since[:, None], since[None, :])
+    return np.asarray(np.diag(track.std**2) + walk + UNKNOWN_HEIGHT**2)
 
 
-def _grade(time: Array, track: _Track, spectrum: int, slope: float) -> ElevationGrade:
-    """The posterior mean of the slope, and a factor of its posterior covariance."""
-    prior, covariance = _covariances(track, spectrum, slope)
+def _grade(time: Array, track: _Track, prior: Array, wander: float) -> ElevationGrade:
+    """The posterior mean of the slope, and a factor of its posterior covariance; ``prior`` (m, m) is its covariance."""
+    covariance = track.rise @ prior @ track.rise.T + _error(track, wander)
     reach, ones = track.rise @ prior, np.ones(track.elevation.size)
     gain = np.linalg.solve(covariance, np.column_stack([track.elevation, reach]))
     values, axes = np.linalg.eigh(prior - reach.T @ gain[:, 1:])
