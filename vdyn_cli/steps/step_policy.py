@@ -84,6 +84,11 @@ class StepPolicy:
         "0.45 m/s^2 over 2 s are 0.9 m/s: nearly twice the noise of the speed above which a campaign is doubted (0.5 "
         "m/s).",
     )  # fmt: skip
+    brake_scatter: float = threshold(
+        4.0, "standard deviations", "of a run's excess decelerations that a braking and the throttle after it exceed",
+        "Of a noisy speed, one interval in 30 000 exceeds it, and two with opposite signs follow each other by chance "
+        "on no day.",
+    )  # fmt: skip
     brake_loss: float = threshold(
         0.6, "m/s", "of speed lost in the last 2 s of a coast beyond its earlier deceleration, at which it was braked",
         "brake_excess over two intervals of 2 s; a gust of 5 m/s lasting 2 s costs 0.1.",

@@ -24,6 +24,7 @@ from vdyn_cli.steps.coastdown.road.road_position import first_place
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which a deceleration is averaged
+DRIVEN_ON = 5  # intervals in which a driver who braked has driven on; a later throttle is found as such
 ROUNDS = 30  # of reweighting in a fit with least absolute deviations
 
 
@@ -46,16 +47,25 @@ class _ExcessDeceleration:
         """Indices where two successive intervals exceed the limit, or one exceeds it by far.
 
         A brake or a throttle changes the speed for good. An excess that the neighboring intervals cancel is a wrong
-        reading and is not returned, unless both intervals exceed the limit by far on average: then the driver braked
-        and drove on.
+        reading and is not returned, unless the car slows first: then the driver braked and drove on.
         """
         beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > STEP_POLICY.brake_gross * self.limit
-        both = np.abs(self.excess[1:] + self.excess[:-1]) > 2.0 * STEP_POLICY.brake_gross * self.limit
         # Net excess of each pair with up to two neighbors at either side.
         total, n = np.pad(np.cumsum(np.r_[0.0, self.excess]), 2, mode="edge"), self.excess.size - 1
         net = [np.abs(total[4 + j : 4 + j + n] - total[2 - i : 2 - i + n]) for i in range(3) for j in range(3)]
         kept = np.min(net, axis=0) > self.limit
-        return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept | both)
+        return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept | self._driven_on)
+
+    @property
+    def _driven_on(self) -> Mask:
+        """Whether each pair of successive intervals lies between a gross braking and as gross a throttle after it."""
+        scatter = 1.4826 * float(np.median(np.abs(self.excess - np.median(self.excess))))
+        level = max(STEP_POLICY.brake_gross * self.limit, STEP_POLICY.brake_scatter * scatter)
+        found = np.zeros(self.excess.size - 1, dtype=bool)
+        for k in np.flatnonzero(self.excess > level):
+            later = np.flatnonzero(self.excess[k : k + DRIVEN_ON] < -level)
+            found[k : k + (int(later[-1]) if later.size else 0)] = True
+        return found
 
     @property
     def pieces(self) -> list[tuple[float, float]]:
