@@ -7,6 +7,7 @@ import pytest
 
 from tests.messy_cases import prepared
 from tests.plant.messy_day import Case, Run, drawn_day, drive
+from vdyn_cli.steps.coastdown.coasts.segments import log_of
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 
 DAY = drive(3, drawn_day("clean", 3))
@@ -50,3 +51,10 @@ def test_a_stop_for_traffic_in_all_runs_is_cut_from_all() -> None:
     for begin in (40.0, 41.0):  # against the intervals over which decelerations are averaged
         problem = day(range(8), [(2.0, 1.5), (2.5, -1.2)], begin)
         assert all(s.log.time[-1] < begin or s.log.time[0] > begin + 4.5 for s in problem.selection.segments)
+
+
+def test_a_part_lies_on_the_road_behind_the_parts_before_it() -> None:
+    campaign = day(range(1, 2), [(1.5, 1.0)]).campaign
+    first, second = (r for r in campaign.runs if log_of(r.name) == "run_2.csv")
+    assert (first.before, second.along[0]) == (0.0, second.before)
+    assert second.before == pytest.approx(first.distance[-1] + 5.0 * first.speed[-1], rel=0.1)

@@ -197,7 +197,8 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     segments = selection.segments
     runs = [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in segments]
     starts = run_starts(spec.runs, sloped)
-    runs = [replace(r, start=starts[s.run]) for r, s in zip(runs, segments, strict=True)]
+    driven = _driven_before(sloped, segments)
+    runs = [replace(r, start=starts[s.run], before=d) for r, s, d in zip(runs, segments, driven, strict=True)]
     if use == "none":
         runs = [replace(r, acceleration=None) for r in runs]
     elif zeros:
@@ -313,6 +314,18 @@ def _road_run(
         place=first_place(log.time, log["speed"], log["position"], run.heading) if "position" in log else None,
         split=segment.split,
     )
+
+
+def _driven_before(logs: Sequence[Log], segments: Sequence[CoastSegment]) -> list[float]:
+    """Distance, m, that each segment's run drove between the first row of its first segment and that of this one."""
+    first: dict[int, float] = {}
+    driven = []
+    for s in segments:
+        log, begin = logs[s.run], float(s.log.time[0])
+        since = first.setdefault(s.run, begin)
+        between = np.isfinite(log["speed"]) & (log.time >= since) & (log.time <= begin)
+        driven.append(float(np.trapezoid(log["speed"][between], log.time[between])))
+    return driven
 
 
 def _without_zero(run: RoadRun, zero: AccelerometerZero) -> RoadRun:

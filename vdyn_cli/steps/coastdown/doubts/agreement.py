@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.special import ndtri
@@ -22,6 +22,7 @@ from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter
+LEAST_SHARED = 0.5  # share of the shorter of two traces: less of the road shows no common slope
 FEWEST_SAMPLES = 5  # of a run in a class: a slope from fewer samples is mostly noise
 
 
@@ -205,19 +206,28 @@ def shared_force(fit: RoadLoadFit) -> Mapping[float, tuple[float, float]]:
         bins = fit.campaign.bins[k]
         seen = fit.simulate_with(k, level, float(starts[k])).outputs["speed"]
         left = bins.mean(run.speed - seen)
-        place = bins.mean(run.distance)
+        place = bins.mean(run.along)
         force = -fit.inertia * np.diff(left) / np.diff(bins.time)
         traces.setdefault(run.heading, []).append((0.5 * (place[1:] + place[:-1]), force))
-    return {way: _common(each) for way, each in traces.items() if len(each) > 1}
+    found = {way: _common(each) for way, each in traces.items()}
+    return {way: one for way, one in found.items() if one is not None}
 
 
-def _common(traces: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
-    """Mean correlation between the traces over their common distance, and the rms of their common part."""
-    grid = np.linspace(max(t[0][0] for t in traces), min(t[0][-1] for t in traces), 40)
-    every = np.array([np.interp(grid, place, force) for place, force in traces])
-    every = every - every.mean(axis=1, keepdims=True)
-    product = every @ every.T / grid.size
-    pairs = product[np.triu_indices(len(traces), 1)]
-    size = np.sqrt(np.diag(product))
-    each = np.outer(size, size)[np.triu_indices(len(traces), 1)]
-    return float(np.mean(pairs / np.maximum(each, 1e-300))), float(np.sqrt(max(float(np.mean(pairs)), 0.0)))
+def _common(traces: Sequence[tuple[Array, Array]]) -> tuple[float, float] | None:
+    """Mean correlation between traces over the distance that two share, and the rms of their common part.
+
+    Pairs of parts of runs that share little of the road are left out; None without any other pair.
+    """
+    correlations, products = [], []
+    for (a, f), (b, g) in combinations(traces, 2):
+        low, high = max(a[0], b[0]), min(a[-1], b[-1])
+        if high - low < LEAST_SHARED * min(a[-1] - a[0], b[-1] - b[0]):
+            continue
+        grid = np.linspace(low, high, 40)
+        one, other = np.interp(grid, a, f), np.interp(grid, b, g)
+        covariance = np.cov(one, other, bias=True)
+        products.append(covariance[0, 1])
+        correlations.append(covariance[0, 1] / max(float(np.sqrt(covariance[0, 0] * covariance[1, 1])), 1e-300))
+    if not products:
+        return None
+    return float(np.mean(correlations)), float(np.sqrt(max(float(np.mean(products)), 0.0)))

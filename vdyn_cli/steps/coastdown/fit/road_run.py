@@ -32,6 +32,7 @@ class RoadRun:
     heading : +1 out, -1 back, 0 unknown. start : s since the first run began. temperature : K.
     air_density : kg/m^3 of this run; None: that of the campaign.
     since : s from the beginning of the log to the first row.
+    before : m, driven before the first row, since the first fitted part of the log began.
     place : m, road coordinate at the first row; None where it is unknown.
     split : whether the log is a table of split times, whose rows are too sparse to show the noise of the speed.
     slope_error : (n, r), factor of the covariance of the error of the grade; None where no error is known.
@@ -49,6 +50,7 @@ class RoadRun:
     temperature: float = 293.15
     air_density: float | None = None
     since: float = 0.0
+    before: float = 0.0
     place: float | None = None
     split: bool = False
     slope_error: Array | None = None
@@ -57,6 +59,11 @@ class RoadRun:
     def distance(self) -> Array:
         """Distance driven at each row, (n,) m."""
         return cumulative_integral(self.time, self.speed)
+
+    @property
+    def along(self) -> Array:
+        """Distance driven at each row since the first fitted part of the log began, (n,) m."""
+        return self.before + self.distance
 
     @property
     def levels(self) -> dict[str, float]:

@@ -166,10 +166,10 @@ def road_layout(runs: Sequence[RoadRun], turn: float | None, spectrum: int) -> R
         along = [(r.place or 0.0) + r.heading * r.distance for r in runs]
         owner, sense = [0] * len(runs), ways
     elif turn is not None:
-        along = [r.distance if r.heading > 0 else turn - r.distance for r in runs]
+        along = [r.along if r.heading > 0 else turn - r.along for r in runs]
         owner, sense = [0] * len(runs), ways
     else:
-        along = [r.distance for r in runs]
+        along = [r.along for r in runs]
         owner = [sorted(set(ways)).index(w) for w in ways]
         sense = [1.0] * len(runs)
     profiles = max(owner) + 1
@@ -194,7 +194,7 @@ def possible_turns(runs: Sequence[RoadRun]) -> tuple[Array, Array]:
 
     A test road is driven to and fro: the way back begins where the way out ended, within TURN_STD of its length.
     """
-    longest = max(float(r.distance[-1]) for r in runs)
+    longest = max(float(r.along[-1]) for r in runs)
     share = np.linspace(0.6, 1.6, 51)
     chance = -0.5 * ((share - 1.0) / TURN_STD) ** 2
     return share * longest, chance - float(np.log(np.sum(np.exp(chance))))
