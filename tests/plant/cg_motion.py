@@ -85,6 +85,7 @@ class Ride:
     rear: Array
     force: Array
     drag: Array
+    sliding_rate: Array  # m/s^2, of the tires' sliding speed
 
 
 class Body:
@@ -159,7 +160,7 @@ class Body:
         return Ride(
             speed, acceleration, state[:, 1], state[:, half + 1], rate[:, half + 1], rate[:, half],
             car.front_load * np.cos(self.slope) + front, car.rear_load * np.cos(self.slope) + rear,
-            force, self.air * speed**2,
+            force, self.air * speed**2, slide,
         )  # fmt: skip
 
     def _loads(self, state: Array) -> tuple[Array, Array]:

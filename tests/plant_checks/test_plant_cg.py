@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import cumulative_trapezoid, solve_ivp
 
 from tests.plant import cg
 from tests.plant.cg_motion import EFFECTS, Body, Ride
@@ -34,7 +34,8 @@ def unbalanced(car: Vehicle, ride: Ride, slope: float = 0.0) -> Array:
     return (
         car.wheelbase * ride.front
         - car.cg_to_rear * (ride.front + ride.rear)
-        + (car.mass * car.cg_height + spin) * ride.acceleration
+        + car.mass * car.cg_height * ride.acceleration
+        + spin * (ride.acceleration + ride.sliding_rate)
         + ride.drag * car.drag_height
         + climb
         - car.pitch_inertia * ride.pitch_acceleration
@@ -60,6 +61,15 @@ def test_moments_and_forces_balance_at_every_instant(seed: int) -> None:
     assert np.max(np.abs(unbalanced(car, ride))) < 1e-6
     heave = (ride.front + ride.rear) / car.mass - GRAVITY
     assert np.allclose(heave, ride.heave_acceleration, atol=1e-9)
+
+
+def test_the_sliding_speed_is_that_of_the_force_with_a_relaxation_length() -> None:
+    clock = np.arange(0.0, 10.0, 5e-3)
+    ride = Body(REFERENCE, RUN.pedals, 11.0).at(clock)
+    slip = ride.acceleration / (GRAVITY * REFERENCE.tire_longitudinal_stiffness)
+    wanted = ride.speed * slip + REFERENCE.tire_relaxation_length * np.gradient(slip, clock)
+    slid = cumulative_trapezoid(ride.sliding_rate, clock, initial=0.0)
+    assert np.ptp(slid - wanted) < 0.03 * np.ptp(wanted)
 
 
 def test_throttle_lifts_the_nose_and_brakes_dip_it() -> None:
@@ -96,13 +106,13 @@ def test_an_independent_integration_agrees() -> None:
         a = float(np.interp(t, RUN.pedals.knots, RUN.pedals.wanted)) - air * v * v / car.mass
         front = -kf * (z + lf * th) - cf * (dz + lf * dth)
         rear = -kr * (z - lr * th) - cr * (dz - lr * dth)
-        spin = 4 * car.wheel_inertia / car.wheel_radius * a
+        spin = 4 * car.wheel_inertia / car.wheel_radius * (a + float(np.interp(t, begin.clock, begin.slide)))
         moment = lf * front - lr * rear + car.cg_height * (car.mass * a + air * v * v)
         moment += air * v * v * (car.drag_height - car.cg_height) + spin + rolling_moment(car)
         return [a, dz, dth, (front + rear) / car.mass, moment / car.pitch_inertia]
 
     ride = RUN.ride(car)
-    begin = Body(car, RUN.pedals, 1.0)
+    begin = Body(car, RUN.pedals, 10.0)
     start = [begin.speed[0], *begin.state[0]]
     path = solve_ivp(
         rates, (0.0, 10.0), start, t_eval=RUN.times[RUN.times < 10.0], rtol=1e-9, atol=1e-10, max_step=0.01
