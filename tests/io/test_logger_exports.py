@@ -362,3 +362,9 @@ def test_a_table_with_date_minute_and_compass_columns_is_a_table(tmp_path: Path)
     path.write_text("\n".join(["Date\tTime\tTemp Out\tWind Dir", *lines]) + "\n")
     found = {one.column: one.state for one in survey(path)}
     assert found == {"Date": "text", "Time": "text", "Temp Out": "varies", "Wind Dir": "text"}
+
+
+@pytest.mark.parametrize("line", ["sep=;", '"SEP=;"'])
+def test_the_delimiter_in_the_first_line_for_excel_is_no_column(tmp_path: Path, line: str) -> None:
+    (tmp_path / "a.csv").write_text(f"{line}\r\nt [s];n [1/min]\r\n0,0;1.234,5\r\n0,1;1.233,5\r\n0,2;1.232,5\r\n")
+    assert [(f.column, f.highest) for f in survey(tmp_path / "a.csv")] == [("t [s]", 0.2), ("n [1/min]", 1234.5)]

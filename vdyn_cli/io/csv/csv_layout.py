@@ -6,7 +6,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import SequenceMatcher
 from itertools import pairwise, zip_longest
 from typing import Literal
@@ -35,6 +35,7 @@ _BARRED = re.compile(
 _MARKS = "comma, semicolon, tab, bar or blank"
 _UNNAMED = "Unnamed: 0"  # the name by pandas of a column without one
 _STAMP = re.compile(r"(.*?)(?:sec|secs|seconds)\n\1(?:nanosec|nsec|nsecs|nanoseconds)")  # names of two columns
+_STATED = re.compile(r'"?sep=([^"\r\n])"?[;,\t]*\s*', re.IGNORECASE)  # first line of a file for Excel
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
 
 
@@ -87,6 +88,10 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
     InputError : no header, no numbers, or an impossible delimiter.
     """
     wanted = [tidy(w) for w in wanted]
+    stated = _STATED.fullmatch(head[: head.find(b"\n") + 1].decode("latin-1"))
+    if stated:  # blanks keep the line's number and length
+        options = replace(options, delimiter=options.delimiter or stated[1])
+        head = b" " * (stated.end() - 1) + head[stated.end() - 1 :]
     for size, most in _HEADS:
         lines = head[:size].splitlines(keepends=True)
         if len(head) > size:
