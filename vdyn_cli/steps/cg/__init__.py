@@ -5,10 +5,11 @@ Moments of the whole car about the rear contact, nose-up positive::
     L Ff - lr (Ff + Fr) + (M h + J) a + Fd hd = I th'',      a = a_antenna + (H - h) th''
 
 with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (accelerating
-wheels also unload the front axle; without J, the height is 1 to 2 % too high). Without rear loads, Fr = M g - Ff,
-which is the paper's equation (5), plus the heave that pitching causes on springs and dampers whose centers lie ahead of
-or behind the center of gravity, by two levers of 0 +- 0.3 m. The contact force of a rolling tire acts frr r ahead of
-its hub, that of a tire at rest directly below it. A speed that is not logged is integrated from the acceleration.
+wheels also unload the front axle; where it is not given, 9 +- 3 mm times M is assumed). Without rear loads, Fr = M g -
+Ff, which is the paper's equation (5), plus the heave that pitching causes on springs and dampers whose centers lie
+ahead of or behind the center of gravity, by two levers of 0 +- 0.3 m. The contact force of a rolling tire acts frr r
+ahead of its hub, that of a tire at rest directly below it. A speed that is not logged is integrated from the
+acceleration.
 
 Where the unsprung masses m of both axles are given, the axles move vertically on the tires, z'' = -F''/Kt: Ff and Fr
 are then the forces on the body, F - m (g + z''), and lr is the distance to the body's center. Without these masses the

@@ -20,6 +20,9 @@ UNSPRUNG = ("unsprung_mass_front", "unsprung_mass_rear")
 USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
 # Tires of cars: 0.006 to 0.015 (UN R117, classes A to E), on rough roads to 0.02.
 USUAL_ROLLING, ROLLING_STD, USUAL_RADIUS = 0.010, 0.005, 0.31  # -, -, m
+# m, inertia of the wheels over their radius and the mass of the car, which adds to the height at which the car's
+# inertia acts: 6 to 13 mm for wheels of 15 to 25 kg, at 0.75 to 0.8 of their radius, on cars of 1000 to 2000 kg.
+USUAL_SPIN, SPIN_STD = 0.009, 0.003
 # m of heave per rad of pitch, either sign: a body pitches about an axis within a fifth of the wheelbase of its center,
 # and anti-dive of the suspension lifts it by as much.
 HEAVE_STD = 0.3
@@ -108,9 +111,12 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         values["spin"] = 4 * inertia.value / radius
         std |= {"spin": 4 * inertia.std / radius} if inertia.std > 0 else {}
     else:
-        values["spin"] = 0.0
+        values["spin"], std["spin"] = USUAL_SPIN * values["mass"], SPIN_STD * values["mass"]
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"
-        what = "the rotational inertia of the wheels is neglected: cg_height is 1 to 2 % too high"
+        what = (
+            "wheel_inertia and wheel_radius are not both given: a usual inertia of the wheels is assumed, which lowers "
+            f"cg_height by {1e3 * USUAL_SPIN:.0f} +- {1e3 * SPIN_STD:.0f} mm"
+        )
         findings.append(Finding("cg", what, "", remedy))
     slip = _slip(known)
     values |= {n: mean for n, (mean, _) in slip.items()}
