@@ -52,6 +52,41 @@ def test_what_could_be_wrong_is_not_mapped(header: str, why: str, tmp_path: Path
 
 
 @pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("t [ms];v [m/s];a_x [g];s [ft]", [("v [m/s]", "m/s"), ("a_x [g]", "g"), ("s [ft]", "ft")]),
+        (
+            "Zeit [ms];Fahrgeschwindigkeit [km/h];Laengsbeschleunigung [m/s^2];Strecke [m]",
+            [
+                ("Fahrgeschwindigkeit [km/h]", "km/h"),
+                ("Laengsbeschleunigung [m/s^2]", "m/s^2"),
+                ("Strecke [m]", "m"),
+            ],
+        ),
+        ("t [ms];spd_mph;long_g;dist", [("spd_mph", "mph"), ("long_g", "g"), ("dist", "?")]),
+        ("Zeit [ms];v [m/s];Längsbeschl. [g];Weg", [("v [m/s]", "m/s"), ("Längsbeschl. [g]", "g"), ("Weg", "?")]),
+        (
+            "Zeit [ms];Tempo in km/h;Beschleunigung in g;s [m]",
+            [("Tempo in km/h", "km/h"), ("Beschleunigung in g", "g"), ("s [m]", "m")],
+        ),
+    ],
+)
+def test_short_and_german_names_and_g_are_known(header: str, expected: list[tuple[str, str]], tmp_path: Path) -> None:
+    rows = [f"{100 * i};{20 - 0.05 * i:.2f};{-0.01 - 1e-5 * (i % 7)};{2 * i}" for i in range(60)]
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]) + "\n")
+    found = columns(draft("coastdown", tmp_path / "a.csv")[1]["channels"])
+    assert [found[name] for name in ("speed", "acceleration", "position")] == expected
+
+
+def test_columns_that_no_channel_takes_are_listed(tmp_path: Path) -> None:
+    rows = [f"{0.1 * i:.1f},{50 - 0.1 * i:.1f},{i % 3},{i % 5},{i % 7}" for i in range(60)]
+    header = "Time [s],v [km/h],Winkelgeschwindigkeit,Querbeschleunigung,Motordrehzahl"
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]) + "\n")
+    text = draft("coastdown", tmp_path / "a.csv")[0].text
+    assert '# unused columns: "Winkelgeschwindigkeit", "Querbeschleunigung", "Motordrehzahl"\n' in text
+
+
+@pytest.mark.parametrize(
     ("step", "columns_", "expected"),
     [
         ("tire", {"FXW_N": 900 * WAVE, "FZW_N": -4000 + 9 * WAVE, "KAPPA_%": 9 * WAVE}, ("slip", "KAPPA [%]")),

@@ -20,15 +20,17 @@ _ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger conv
 
 # Other spellings of the words in the rules below, English and German.
 _SAME_WORD = {
-    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit", "geschw", "tempo", "vfzg"), "speed"),
-    **dict.fromkeys(("acceleration", "acc", "beschleunigung", "specificforce"), "accel"),
+    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit", "geschw", "tempo", "vfzg", "vss"), "speed"),
+    **dict.fromkeys(("acceleration", "acc", "beschleunigung", "beschl", "specificforce"), "accel"),
     **dict.fromkeys(("longitudinal", "lon", "forward", "laengs", "längs"), "long"),
     **dict.fromkeys(("vertical", "vertikal"), "vert"),
+    **dict.fromkeys(("lateral", "quer"), "lat"),
+    **dict.fromkeys(("antrieb", "antriebs"), "drive"),
     **dict.fromkeys(("trq", "tq", "moment", "drehmoment"), "torque"),
     **dict.fromkeys(("mot", "emotor", "em"), "motor"),
     **dict.fromkeys(("whl", "rad"), "wheel"),
     **dict.fromkeys(("altitude", "alt", "height", "elev", "höhe", "hoehe"), "elevation"),
-    **dict.fromkeys(("distance", "dist", "pos", "odometer", "weg"), "position"),
+    **dict.fromkeys(("distance", "dist", "pos", "odometer", "weg", "strecke"), "position"),
     **dict.fromkeys(("rotation", "rpm", "drehzahl"), "n"),
     **dict.fromkeys(("slope", "incline", "gradient", "steigung"), "grade"),
     **dict.fromkeys(("kraft",), "force"),
@@ -38,6 +40,13 @@ _SAME_WORD = {
     **dict.fromkeys(("hl", "lr"), "rl"),
     **dict.fromkeys(("hr",), "rr"),
 }
+# German compounds are split; others, such as Winkelgeschwindigkeit, name other quantities.
+_COMPOUND = re.compile(
+    r"(?<![a-zäöü])(fahrzeug|fahr|laengs|längs|quer|vertikal|rad|motor|wind|antriebs|brems|weg)"
+    r"(?=geschw|beschl|drehzahl|drehmoment|moment|kraft|strecke)",
+    re.IGNORECASE,
+)
+_OF_ACCELERATION = frozenset(("accel", "ax", "ay", "az", "long", "lat", "vert"))  # with them, g is standard gravity
 _CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "left"), "rr": ("rear", "right")}
 _SUFFIX = {
     **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
@@ -89,7 +98,7 @@ _RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "drive_force": (("drive force", "traction force"), "brake"),
     "brake_torque": (("brake torque",), ""),
     "acceleration": (
-        ("long accel", "ax", "long a", "long g", "accel"),
+        ("long accel", "ax", "a x", "long a", "long g", "accel"),
         "lat vert pedal angular ay az y z h down right left position",
     ),
     "vertical_acceleration": (("vert accel", "az", "vert g"), "pedal down"),
@@ -287,6 +296,7 @@ def _words(name: str) -> tuple[Words, str]:
     before, _, last = plain.rpartition(" ")
     if before and "/" in last and is_unit(last):
         return _words(before)[0], last
+    plain = _COMPOUND.sub(r"\1 ", plain)
     split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
     lower = [w.lower() for w in split]
     suffix = _SUFFIX.get(lower[-1], "") if len(lower) > 1 else ""
@@ -295,6 +305,10 @@ def _words(name: str) -> tuple[Words, str]:
     elif suffix:
         lower = lower[:-1]
     words = {_SAME_WORD.get(w, w) for w in lower}
+    if "g" in words and words & _OF_ACCELERATION:
+        suffix = suffix or "g"
+    if words == {"s"}:
+        words = {"position"}
     for corner, (end, side) in _CORNERS.items():
         if {end, side} <= words:
             words.add(corner)
