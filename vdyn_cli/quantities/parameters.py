@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from vdyn_cli.quantities.constants import NORMAL95
@@ -112,6 +112,16 @@ class Parameters(Mapping[str, Estimate]):
         extensions = {**self.extensions, **later.extensions}
         laws = {**self.laws, **later.laws}
         return Parameters({**self.estimates, **later.estimates}, correlation, extensions, laws)
+
+    def without(self, names: Collection[str]) -> Parameters:
+        """These parameters without those in ``names``, and without their correlations."""
+        estimates = {n: e for n, e in self.estimates.items() if n not in names}
+        correlation = {
+            n: {other: value for other, value in row.items() if other not in names}
+            for n, row in self.correlation.items()
+            if n not in names
+        }
+        return replace(self, estimates=estimates, correlation=correlation)
 
     def require(self, *names: str, where: str) -> None:
         """Check that parameters are present.

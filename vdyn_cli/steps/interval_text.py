@@ -40,8 +40,10 @@ def with_wider_intervals(result: Result, parameters: Parameters, note: str = "")
 def within_physical_range(result: Result) -> Result:
     """The result with intervals limited to the physical range of each parameter in the vocabulary.
 
-    A value outside its range keeps its interval, because the step must refuse it.
+    A value outside its range is withheld, such as a drag coefficient from a drag area that the data hardly determine:
+    no other step could read it.
     """
+    result = _without_impossible(result)
     cut = {}
     for name, one in result.parameters.items():
         known = PARAMETERS.get(name)
@@ -52,6 +54,17 @@ def within_physical_range(result: Result) -> Result:
         return result
     estimates = {**result.parameters.estimates, **cut}
     return with_wider_intervals(result, replace(result.parameters, estimates=estimates))
+
+
+def _without_impossible(result: Result) -> Result:
+    outside = {n: q for n in result.parameters if (q := PARAMETERS.get(n)) and not q.allows(result.parameters[n].value)}
+    if not outside:
+        return result
+    withheld = dict(result.withheld)
+    for name, q in outside.items():
+        span = f"{q.lower:g} to {q.upper:g} {q.unit}".strip()
+        withheld[name] = f"its estimate of {result.parameters[name].value:.3g} is outside the physical range, {span}"
+    return replace(result, parameters=result.parameters.without(outside), withheld=withheld)
 
 
 def _listed(wide: Mapping[str, Estimate]) -> str:
