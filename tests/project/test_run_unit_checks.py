@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.descriptions import described
+from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.project.checks.check import check
 from vdyn_cli.project.checks.run_unit_checks import other_units, with_run_signs
 from vdyn_cli.project.execute import execute
@@ -32,11 +33,30 @@ def test_a_run_in_another_unit_is_named_with_both_units() -> None:
     assert not list(other_units(coasts(1.0, 1 / 3.6)))
 
 
-def test_a_sign_that_differs_in_one_run_gets_a_remedy_for_that_run() -> None:
+@pytest.mark.parametrize(
+    ("text", "one_of_two", "every"),
+    [
+        ("{}", "add 'signs: {speed: -1}' to this run", "add 'sign: -1' to its channel"),
+        (
+            "channels: {speed: {column: v, sign: -1}}",
+            "add 'signs: {speed: -1}' to this run",
+            "remove 'sign: -1' from its channel (day.yaml:1)",
+        ),
+        ("channels: {speed: {column: v, sign: 1}}", "add 'signs", "add 'sign: -1' to its channel"),
+        ("loggers: [{channels: {speed: {column: v, sign: -1}}}]", "add 'signs", "remove 'sign: -1' from its channel"),
+        ("runs: [{log: run_1.csv, signs: {speed: -1}}]", "remove 'signs: {speed: -1}' from this run", "remove 'signs"),
+    ],
+)
+def test_a_wrong_sign_is_removed_or_added_where_it_is_wrong(
+    text: str, one_of_two: str, every: str, tmp_path: Path
+) -> None:
+    (tmp_path / "day.yaml").write_text(text)
+    source = load_yaml(tmp_path / "day.yaml")
     wrong = wrong_sign("run_1.csv", "speed", "speed is negative")
-    (turned,) = with_run_signs([wrong], coasts(1.0, -1.0))
-    assert turned.remedy.startswith("add 'signs: {speed: -1}' to this run")
-    assert with_run_signs([wrong], coasts(-1.0))[0] is wrong
+    (turned,) = with_run_signs([wrong], coasts(1.0, -1.0), source)
+    assert turned.remedy.startswith(one_of_two)
+    assert with_run_signs([wrong], coasts(-1.0), source)[0].remedy.startswith(every)
+    assert with_run_signs([wrong], (), source) == (wrong,)
 
 
 def test_a_unit_of_time_stated_for_a_run_has_priority_over_the_file(root: Path, tmp_path: Path) -> None:
@@ -63,7 +83,7 @@ def test_a_unit_of_time_stated_for_a_run_has_priority_over_the_file(root: Path, 
 def test_every_command_names_the_run_whose_sign_is_wrong(root: Path, tmp_path: Path) -> None:
     path = described(tmp_path, root, "coastdown", ("start: 0 s}", "start: 0 s, signs: {speed: -1}}"))
     for command in (check, plan, lambda path: execute("coastdown", path)):
-        with pytest.raises(InputError, match=r"coast_1.csv(.|\n)*add 'signs: \{speed: -1\}' to this run"):
+        with pytest.raises(InputError, match=r"coast_1.csv(.|\n)*remove 'signs: \{speed: -1\}' from this run"):
             command(path)
 
 

@@ -146,7 +146,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             found = _of_step(step, spec.model_copy(update={"runs": there}), data, known, described)
             problems += [f for f in found if f not in problems]
         names = [name for run in spec.runs for name in log_names(run)]
-        raise InputError(*in_file_order(merge_logs(with_run_signs(problems, logs), names), source.path.name))
+        raise InputError(*in_file_order(merge_logs(with_run_signs(problems, logs, source), names), source.path.name))
     findings = (*contradicted_values(stated, known, source), *unused_sources(step, spec, source))
     findings += (*(s.note() for s in made), *unread_keys(step, spec, source), *survey_note(road))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
@@ -210,7 +210,7 @@ def _prepared(step: Step, spec: Description, data: Any, known: Parameters, sourc
 @contextmanager
 def errors_of_step(step: Step, source: YamlSource, logs: Sequence[Log]) -> Iterator[None]:
     """Report a parameter that a step lacks at the line of ``vehicle`` in the description, not at the step's name, and
-    a sign that is wrong in only some runs with the remedy for these runs.
+    a wrong sign with the remedy for the runs and the signs that the description states.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def errors_of_step(step: Step, source: YamlSource, logs: Sequence[Log]) -> Itera
     except InputError as error:
         lacking, place = isinstance(error, MissingParameterError), source.where(("vehicle",))
         found = (replace(f, where=place) if lacking and f.where == step.name else f for f in error.findings)
-        raise type(error)(*with_run_signs(tuple(found), logs)) from None
+        raise type(error)(*with_run_signs(tuple(found), logs, source)) from None
 
 
 def condensed_logs(logs: tuple[Log, ...], rate: float | None) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.file_units import UnitContradiction
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -110,19 +112,50 @@ def _mean(log: Log, channel: str) -> float:
     return float(np.mean(np.abs(values[good])))
 
 
-def with_run_signs(findings: Sequence[Finding], logs: Sequence[Log]) -> tuple[Finding, ...]:
-    """The findings; for a sign that is wrong in only some runs, the remedy is to change it in these runs.
+def with_run_signs(findings: Sequence[Finding], logs: Sequence[Log], source: YamlSource) -> tuple[Finding, ...]:
+    """The findings; the remedy for a wrong sign is to remove one that the description states, or, if it is wrong in
+    only some runs, to change it in these runs.
 
     Parameters
     ----------
-    logs : of all runs.
+    logs : of all runs; empty if not known yet: the findings are unchanged. source : the description.
     """
     wrong = [f for f in findings if isinstance(f, WrongSign) and f.remedy == REMEDY]
-    if not wrong or len({f.log for f in wrong}) >= len(logs):
+    runs = {f.log for f in wrong}
+    if not wrong or not logs:
         return tuple(findings)
-    runs = "these runs" if len({f.log for f in wrong}) > 1 else "this run"
-    remedy = f"add 'signs: {{channel: -1}}' to {runs}: the other runs have the correct sign"
+    remedies = {(f.log, f.channel): _sign_remedy(f, len(runs), len(runs) >= len(logs), source) for f in wrong}
     return tuple(
-        replace(f, remedy=remedy.replace("channel", f.channel)) if isinstance(f, WrongSign) and f in wrong else f
+        replace(f, remedy=remedies[f.log, f.channel]) if isinstance(f, WrongSign) and f.remedy == REMEDY else f
         for f in findings
     )
+
+
+def _sign_remedy(one: WrongSign, number: int, everywhere: bool, source: YamlSource) -> str:
+    """The remedy for a sign that is wrong in ``number`` runs, all of the test or some."""
+    for i, run in enumerate(_stated(source, ("runs",)) or ()):
+        logs = [run.get("log"), *(run.get("logs") or ())] if isinstance(run, dict) else []
+        own = any(isinstance(name, str) and one.log.startswith(name) for name in logs)
+        if own and _stated(source, ("runs", i, "signs", one.channel)) == -1:
+            return f"remove 'signs: {{{one.channel}: -1}}' from {'these runs' if number > 1 else 'this run'}"
+    if not everywhere:
+        runs = "these runs" if number > 1 else "this run"
+        return f"add 'signs: {{{one.channel}: -1}}' to {runs}: the other runs have the correct sign"
+    loggers = _stated(source, ("loggers",)) or ()
+    maps: list[Location] = [("channels",), *(("loggers", i, "channels") for i in range(len(loggers)))]
+    places = [(*at, one.channel, "sign") for at in maps]
+    place = next((source.where(at) for at in places if _stated(source, at) == -1), "")
+    return f"remove 'sign: -1' from its channel ({place})" if place else REMEDY
+
+
+def _stated(source: YamlSource, location: Location) -> Any:
+    """A value of the description; None if it is not there."""
+    value = source.data
+    for key in location:
+        if isinstance(value, dict):
+            value = value.get(key)
+        elif isinstance(value, list) and isinstance(key, int) and key < len(value):
+            value = value[key]
+        else:
+            return None
+    return value
