@@ -36,7 +36,17 @@ class Detection:
 
 
 def detect(strategy: Strategy, at: FittedModel) -> Detection:
-    """Test all candidates and profiles beside a fitted model, which may contain effects."""
+    """Test all candidates and profiles beside a fitted model, which may contain effects.
+
+    Parameters
+    ----------
+    strategy : gives the full model and its linearization. at : the fit beside which the scores are computed.
+
+    Returns
+    -------
+    The scores, the candidates that these data can show, and the adjusted p value (``p_value``); where the baseline is
+    far off, an error is certain, and p is the smallest that the units allow.
+    """
     model = strategy.model
     names = [n for n in model.setup.candidates if n not in at.effects]
     found = model.scores(at, [*names, *model.setup.families])
