@@ -125,6 +125,27 @@ def test_units_that_contradict_the_description_are_named(tmp_path: Path) -> None
     assert "'km/h'" in said(log)
 
 
+@pytest.mark.parametrize(
+    ("header", "unit", "stated"),
+    [
+        ("spd_mph", "km/h", "'mph'"),
+        ("Speed kmh", "mph", "'km/h'"),
+        ("spd_mph", "mph", ""),
+        ("spd_m", "km/h", ""),
+        ("speed_nm", "km/h", ""),  # another dimension
+        ("v_mph (km/h)", "km/h", ""),  # brackets are more certain
+    ],
+)
+def test_a_unit_at_the_end_of_a_name_that_contradicts_the_description_is_named(
+    header: str, unit: str, stated: str, tmp_path: Path
+) -> None:
+    columns = COLUMNS | {"speed": Column(header, unit, "m/s")}
+    log = read(tmp_path, table(names=("Time [s]", header, "Torque [Nm]")), columns)
+    found = [f for f in log.findings if "states another unit" in f.what]
+    assert [f.doubt for f in found] == ([True] if stated else [])
+    assert stated in said(log)
+
+
 @pytest.mark.parametrize("header", ["Speed (GPS)", "Speed (L)", "Speed [raw]", "Speed (front)", "Speed [km/h)"])
 def test_brackets_that_hold_no_contradicting_unit_are_no_finding(tmp_path: Path, header: str) -> None:
     columns = COLUMNS | {"speed": Column(header, "km/h", "m/s")}

@@ -14,6 +14,23 @@ from vdyn_cli.quantities.unit_grammar import written_powers
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
 _SIGNS = str.maketrans({"℃": "°C", "℉": "°F"})
 _OTHER_WORDS = {"m_sec2": "m/s2"}  # of Car Scanner
+_NAME_ENDS = {  # units as the last word of a name
+    **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
+    **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
+    **{"n": "N", "m": "m", "mm": "mm", "km": "km", "s": "s", "ms": "ms"},
+}
+# Units in words at the end of a name, such as speed_meters_per_sec.
+_IN_WORDS = (
+    (re.compile(r"kilomet(er|re)s?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "kmh"),
+    (re.compile(r"met(er|re)s?[ _]?per[ _]?s(ec(ond)?)?$", re.IGNORECASE), "mps"),
+    (re.compile(r"miles?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "mph"),
+)
+# German compounds are split; others, such as Winkelgeschwindigkeit, name other quantities.
+_COMPOUND = re.compile(
+    r"(?<![a-zäöü])(fahrzeug|fahr|laengs|längs|quer|vertikal|rad|motor|wind|antriebs|brems|weg)"
+    r"(?=geschw|beschl|drehzahl|drehmoment|moment|kraft|strecke)",
+    re.IGNORECASE,
+)
 BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
 
 
@@ -43,6 +60,36 @@ def stated_unit(name: str, unit: str = "") -> str:
     bracket = BRACKET.search(name)
     stated = (unit_text(unit), unit_text(bracket[2]) if bracket else "")
     return next((text for text in stated if text and is_unit(text)), "")
+
+
+def words_and_unit(name: str) -> tuple[tuple[str, ...], str]:
+    """The words of a name in lower case, and the unit stated by its last word, which is not among them; or empty."""
+    plain = re.sub(
+        r"[\[({]([^\[\](){}]*)[\])}]", lambda bracket: " " if is_unit(bracket[1]) else f" {bracket[1]} ", name
+    )
+    plain = re.sub(r"#\d+\s*$", "", plain).strip()
+    for written, short in _IN_WORDS:
+        plain = written.sub(f" {short}", plain)
+    before, _, last = plain.rpartition(" ")
+    if before and "/" in last and is_unit(last):
+        return words_and_unit(before)[0], last
+    plain = _COMPOUND.sub(r"\1 ", plain)
+    split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
+    lower = tuple(w.lower() for w in split)
+    unit = _NAME_ENDS.get(lower[-1], "") if len(lower) > 1 else ""
+    return (lower[:-1] if unit else lower), unit
+
+
+def contradicted_name_end(where: str, name: str, channel: str, column: Column) -> list[Finding]:
+    """The contradiction between the description's unit and the end of a name, such as ``spd_mph``, if there is one.
+
+    For channels whose file states no unit elsewhere. A single letter (``_m``, ``_s``) or a unit of another dimension
+    may be an abbreviation of something else and contradicts nothing.
+    """
+    _, unit = words_and_unit(name)
+    if len(unit) < 2 or not contradicts(unit, column, only_scale=True):
+        return []
+    return [contradiction(f"{where}, end of its name", channel, column, unit)]
 
 
 def contradicts(stated: str, column: Column, only_scale: bool = False) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vdyn_cli.io.column_names import closest_names, positions
 from vdyn_cli.io.csv.csv_cells import tidy
 from vdyn_cli.io.csv.csv_layout import Layout
-from vdyn_cli.io.file_units import BRACKET, contradiction, contradicts, stated_unit, unit_problem
+from vdyn_cli.io.file_units import BRACKET, contradicted_name_end, contradiction, contradicts, stated_unit, unit_problem
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding
 
@@ -88,6 +88,8 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
         findings.append(contradiction(f"{name}, column '{header}'", channel, column, bracket[2]))
     if layout.units and contradicts(layout.units[at], column):
         findings.append(contradiction(f"{name}, column '{header}', units row", channel, column, layout.units[at]))
+    if not unit_in_header(layout, at):
+        findings += contradicted_name_end(f"{name}, column '{header}'", header, channel, column)
     return findings
 
 

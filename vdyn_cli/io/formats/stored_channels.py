@@ -15,7 +15,7 @@ import numpy as np
 from vdyn_cli.io.clocks.clock_unit import clock_unit
 from vdyn_cli.io.clocks.sample_times import check_rising
 from vdyn_cli.io.column_names import closest_names, positions
-from vdyn_cli.io.file_units import contradiction, contradicts, stated_unit, unit_problem
+from vdyn_cli.io.file_units import contradicted_name_end, contradiction, contradicts, stated_unit, unit_problem
 from vdyn_cli.io.files import folder_error
 from vdyn_cli.io.formats.split_times import split_instants
 from vdyn_cli.io.reader import Column, ReadOptions, Recorded, UnitFrom, channel_info, clock_seconds, is_clock, rises
@@ -223,6 +223,7 @@ def _chosen(
             doubts = [contradiction(place, channel, column, unit)] if contradicts(unit, column) else []
             # A clock in a wrong unit makes every rate wrong, and no other check detects it.
             (problems if channel == "time" and not column.of_run else findings).extend(doubts)
+            findings += [] if unit else contradicted_name_end(place, fitting[0].name, channel, column)
         elif fitting:
             problems.append(_several(column, channel, fitting, name))
         elif column.optional:

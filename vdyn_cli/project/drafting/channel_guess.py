@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.io.channel_survey import ChannelFacts
-from vdyn_cli.io.file_units import is_unit
+from vdyn_cli.io.file_units import words_and_unit
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.quantity import Quantity, UnitError, a_unit_of, to_si
 
@@ -40,25 +40,8 @@ _SAME_WORD = {
     **dict.fromkeys(("hl", "lr"), "rl"),
     **dict.fromkeys(("hr",), "rr"),
 }
-# German compounds are split; others, such as Winkelgeschwindigkeit, name other quantities.
-_COMPOUND = re.compile(
-    r"(?<![a-zäöü])(fahrzeug|fahr|laengs|längs|quer|vertikal|rad|motor|wind|antriebs|brems|weg)"
-    r"(?=geschw|beschl|drehzahl|drehmoment|moment|kraft|strecke)",
-    re.IGNORECASE,
-)
 _OF_ACCELERATION = frozenset(("accel", "ax", "ay", "az", "long", "lat", "vert"))  # with them, g is standard gravity
 _CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "left"), "rr": ("rear", "right")}
-_SUFFIX = {
-    **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
-    **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
-    **{"n": "N", "m": "m", "mm": "mm", "km": "km", "s": "s", "ms": "ms"},
-}
-# Units in words at the end of a name, such as speed_meters_per_sec.
-_IN_WORDS = (
-    (re.compile(r"kilomet(er|re)s?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "kmh"),
-    (re.compile(r"met(er|re)s?[ _]?per[ _]?s(ec(ond)?)?$", re.IGNORECASE), "mps"),
-    (re.compile(r"miles?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "mph"),
-)
 _ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
 _NOT_DRIVEN = frozenset(
     [
@@ -287,23 +270,9 @@ def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelF
 
 def _words(name: str) -> tuple[Words, str]:
     """The words of a name in the spelling of the rules, and the unit stated by its last word."""
-    plain = re.sub(
-        r"[\[({]([^\[\](){}]*)[\])}]", lambda bracket: " " if is_unit(bracket[1]) else f" {bracket[1]} ", name
-    )
-    plain = re.sub(r"#\d+\s*$", "", plain).strip()
-    for written, short in _IN_WORDS:
-        plain = written.sub(f" {short}", plain)
-    before, _, last = plain.rpartition(" ")
-    if before and "/" in last and is_unit(last):
-        return _words(before)[0], last
-    plain = _COMPOUND.sub(r"\1 ", plain)
-    split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
-    lower = [w.lower() for w in split]
-    suffix = _SUFFIX.get(lower[-1], "") if len(lower) > 1 else ""
+    lower, suffix = words_and_unit(name)
     if suffix == "rpm":
-        lower[-1] = "n"  # WHEEL_RPM states the quantity, too
-    elif suffix:
-        lower = lower[:-1]
+        lower = (*lower, "n")  # WHEEL_RPM states the quantity, too
     words = {_SAME_WORD.get(w, w) for w in lower}
     if "g" in words and words & _OF_ACCELERATION:
         suffix = suffix or "g"
