@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,10 @@ from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import InputError
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Estimate, MissingParameterError, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.validate.car.prior import parameter_prior, resistances
+from vdyn_cli.steps.validate.step import STEP
 
 VEHICLE = vehicle("front", "axle").parameters
 
@@ -86,3 +89,10 @@ def test_parts_that_do_not_add_up_are_refused() -> None:
     rear = Estimate.given(PARAMETERS["cg_to_rear"], 1.55, 0.001)
     with pytest.raises(InputError, match="do not add up to the wheelbase"):
         parameter_prior(Parameters({**parameters.estimates, "cg_to_rear": rear}), VEHICLE)
+
+
+def test_missing_parameters_are_reported_before_the_logs_are_evaluated() -> None:
+    """The roads of six long trips took half a minute before the mass was missed."""
+    settings = SimpleNamespace(settings=SimpleNamespace(model="road_load"))
+    with pytest.raises(MissingParameterError, match="mass"):
+        STEP.prepare(settings, (), Parameters())

@@ -331,6 +331,18 @@ def powered_windows(problem: ValidateProblem) -> tuple[ValidateSpec, ValidatePro
     return spec, replace(problem, spec=spec, missed=rms_speed_error(problem.baseline))
 
 
+def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> ValidateProblem:
+    """The problem of drives against a model.
+
+    Raises
+    ------
+    InputError : a mass on a road lacks parameters; they are read before its roads are computed, which takes long.
+    """
+    if spec.settings.model == "road_load":
+        parameter_prior(known, road_load("torque", resistances=resistances(known)).parameters)
+    return ValidateProblem(spec, tuple(logs), known)
+
+
 def on_open_road(problem: ValidateProblem) -> bool:
     """Whether drives with unknown mean slope and load are cut into windows; each drive is then one unit."""
     s = problem.spec.settings

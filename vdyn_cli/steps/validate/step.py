@@ -6,7 +6,7 @@ from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
 from vdyn_cli.steps.validate.drives.segments import FEWEST, OUTPUTS
-from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows
+from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows, prepare
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
 SHORTEST = 5.0  # s, least length of a drive: in a shorter one, start speed and torque zero fit like any force
@@ -28,7 +28,7 @@ STEP = Step(
     gives=(),
     scaled=(TORQUE_OF_MOTOR,),
     run_keys=("direction", "start", "temperature"),
-    prepare=lambda spec, data, known: ValidateProblem(spec, tuple(data), known),
+    prepare=prepare,
     complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),
     unbroken=("speed",),
     fewest_rows=FEWEST,
