@@ -56,7 +56,7 @@ def test_a_backward_torque_is_named() -> None:
 
 
 def test_nothing_left_says_why_run_by_run() -> None:
-    settings = {"speed_window": ["160 km/h", "120 km/h"]}
+    settings = {"speed_window": ["160 km/h", "60 km/h"]}
     text = message(lambda: solve_day(REFERENCE, 1, settings=settings), ResultError)
     assert "run_1.csv" in text
     assert "speed window" in text

@@ -11,7 +11,7 @@ import pytest
 from tests.coast_cases import known, logs_of, off, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
-from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
 from vdyn_cli.steps.coastdown.step import STEP
@@ -52,10 +52,11 @@ def test_a_run_that_is_braked_halfway_is_rejected() -> None:
     assert lost.what.startswith("1 of 8 runs not used; ")
 
 
-def test_a_window_that_no_run_passes_is_said_with_the_speeds_of_the_runs() -> None:
-    runs = coast.campaign(REFERENCE, 12)
-    with pytest.raises(ResultError, match=r"the speed, 7\d.\d to [\d.]+ km/h, does not fall through any part"):
-        prepare(spec_of(runs, settings={"speed_window": ["200 km/h", "180 km/h"]}), logs_of(runs), known(REFERENCE))
+@pytest.mark.parametrize("window", [["200 km/h", "180 km/h"], ["15 km/h", "5 km/h"]])
+def test_a_window_outside_the_logged_speeds_is_wrong_input(window: list[str]) -> None:
+    runs = coast.campaign(REFERENCE, 2)
+    with pytest.raises(InputError, match=r"speed_window: lies outside the logged speeds, 7\d.\d to [\d.]+ km/h"):
+        prepare(spec_of(runs, settings={"speed_window": window}), logs_of(runs), known(REFERENCE))
 
 
 def test_runs_of_one_direction_that_are_not_used_are_said_to_be_there() -> None:

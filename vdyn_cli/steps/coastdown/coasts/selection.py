@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from vdyn_cli.io.clocks.interpolated_values import sampled_rows
+from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
@@ -73,9 +74,9 @@ def selected(
 
     Raises
     ------
-    InputError : the speed window is too narrow. NoSegmentError : no segment is left.
+    InputError : the speed window is too narrow, or outside the logged speeds. NoSegmentError : no segment is left.
     """
-    settings, window = spec.settings, _speed_window(spec.settings)
+    settings, window = spec.settings, _speed_window(spec.settings, logs)
     segments: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
     for k, log in enumerate(logs):
@@ -151,7 +152,7 @@ def _with_both_directions(
     return found, [*(r for r in rejected if r.run not in names), *left]
 
 
-def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
+def _speed_window(settings: CoastdownSettings, logs: Sequence[Log]) -> tuple[float, float] | None:
     """Upper and lower speed, m/s."""
     if not settings.speed_window:
         return None
@@ -161,6 +162,15 @@ def _speed_window(settings: CoastdownSettings) -> tuple[float, float] | None:
         got = f"{upper:g} to {lower:g} m/s"
         what = f"must span at least {STEP_POLICY.least_window:g} m/s"
         raise InputError(Finding("settings.speed_window", what, got, "write a wider one, or omit it"))
+    logged = [np.abs(log["speed"][np.isfinite(log["speed"])]) for log in logs]  # negative on the way back
+    ends = [(float(one.min()), float(one.max())) for one in logged if one.size]
+    slowest, fastest = min((low for low, _ in ends), default=0.0), max((high for _, high in ends), default=0.0)
+    outside = bool(ends) and (lower >= fastest or upper <= slowest)
+    if outside and not wrong_units(f for log in logs for f in log.findings):  # else the speeds are wrong
+        what = f"lies outside the logged speeds, {3.6 * fastest:.1f} to {3.6 * slowest:.1f} km/h"
+        got = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
+        remedy = "write one within the logged speeds, omit it, or correct the unit of the channel speed"
+        raise InputError(Finding("settings.speed_window", what, got, remedy))
     return upper, lower
 
 
