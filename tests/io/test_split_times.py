@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.commands.drafts import draft
 from tests.io.stored_logs import write
 from vdyn_cli.io.formats.log_formats import read_log
-from vdyn_cli.io.reader import Column, ReadOptions
+from vdyn_cli.io.formats.split_times import SplitTable, split_table
+from vdyn_cli.io.reader import Column, ReadOptions, Recorded, channel_info
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.steps import load_step
@@ -101,3 +104,47 @@ def test_a_table_without_levels_in_its_head_is_refused(tmp_path: Path) -> None:
     options = ReadOptions(split_times="elapsed", split_runs="rows")
     with pytest.raises(InputError, match="no row has speed levels"):
         read_log(table(tmp_path, LEVELS, ["0", "1", "2", "3", "4"]), MAPPING, options)
+
+
+def test_init_drafts_each_run_of_a_table_of_elapsed_times(tmp_path: Path) -> None:
+    rows = [
+        f"{v};{t};{t + 0.1 * k};{t - 0.1 * k}".replace(".", ",")
+        for k, (v, t) in enumerate(zip(LEVELS, ELAPSED, strict=True))
+    ]
+    (tmp_path / "a.csv").write_text("\n".join(["v [km/h];Hin 1 [s];Rückfahrt [s];t3 [s]", *rows]) + "\n")
+    description = draft("coastdown", tmp_path / "a.csv")[1]
+    assert description["reading"] == {"split_times": "elapsed"}
+    assert description["channels"]["speed"] == {"column": "v [km/h]", "unit": "km/h"}
+    runs = [(run["columns"]["time"], run["direction"]) for run in description["runs"]]
+    assert runs == [("Hin 1 [s]", "out"), ("Rückfahrt [s]", "back"), ("t3 [s]", "?")]
+
+
+def test_a_table_of_intervals_is_told_how_to_write_them(tmp_path: Path) -> None:
+    rows = [f"{v},{v - 10},{t + 5},{t + 6 - 0.01 * v}" for v, t in zip(LEVELS, (4.2, 4.1, 4.9, 5.8, 5.7), strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join(["von,bis,t1,t2", *rows]) + "\n")
+    with pytest.raises(
+        InputError, match=r"one row for each speed level .* 'reading: \{split_times: elapsed\}', or 'int"
+    ):
+        draft("coastdown", tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"levels": [100.0, 90.0, 80.1, 70.0, 60.0]},  # samples of a speed
+        {"times": [0.0, 4.2, 4.1, 4.9, 5.8]},  # not elapsed
+        {"unit": "1/min"},
+    ],
+)
+def test_other_columns_are_no_table_of_split_times(change: dict[str, Any]) -> None:
+    case = {"levels": LEVELS, "times": ELAPSED, "unit": "km/h"} | change
+    named = [("v", case["unit"], case["levels"]), ("a", "s", ELAPSED), ("b", "", case["times"])]
+    columns = [Recorded(channel_info(n, u, None, np.array(x)), None, np.array(x)) for n, u, x in named]
+    assert split_table(columns) is None
+
+
+def test_levels_in_equal_steps_with_two_columns_of_times_are_a_table() -> None:
+    named = [("v", "km/h", LEVELS), ("a", "s", ELAPSED), ("b", "", [np.nan, *ELAPSED[:-1]])]
+    columns = [Recorded(channel_info(n, u, None, np.array(x)), None, np.array(x)) for n, u, x in named]
+    assert split_table(columns) == SplitTable("v", "km/h", ("a", "b"))
+    assert split_table(columns[:2]) is None

@@ -14,6 +14,7 @@ import numpy as np
 
 from vdyn_cli.io.clocks.written_times import FORMS
 from vdyn_cli.io.formats.log_formats import readers
+from vdyn_cli.io.formats.split_times import MOST_LEVELS
 from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
@@ -115,6 +116,11 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named is None:
         texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text")
         remedy = f"if the text of {texts} is the time, export it as {FORMS}" if texts else "export it with its time"
+        if facts and max(f.samples for f in facts) <= MOST_LEVELS:
+            remedy += (
+                "; if it is a table of split times, write one row for each speed level and add 'reading: {split_times: "
+                "elapsed}', or 'intervals' for times counted from the level of the row above"
+            )
         return "no column increases like a clock", remedy
     what = f"column '{named}' has the name of a clock, but its values do not increase"
     return what, "sort the rows by time, or export the log again with a time that has all its digits"

@@ -2,12 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.io.reader import Recorded
 from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding
+
+MOST_LEVELS = 100  # rows of a table of split times: those of regulations have 5 to 30, a log has more
+_FEWEST_LEVELS = 3
+_SPEED_UNITS = ("", "km/h", "mph", "m/s", "kph", "kmh")
+
+
+@dataclass(frozen=True)
+class SplitTable:
+    """The columns of a table of elapsed split times: the speed levels, and the times of each run."""
+
+    levels: str
+    unit: str
+    times: tuple[str, ...]
+
+
+def split_table(columns: Sequence[Recorded]) -> SplitTable | None:
+    """The table, if the first column falls in equal steps and each of the others, two or more, rises like a clock."""
+    numbers = [(c.info, c.values) for c in columns if c.values is not None]
+    if len(numbers) < 3 or not _FEWEST_LEVELS <= numbers[0][1].size <= MOST_LEVELS:
+        return None
+    (first, levels), others = numbers[0], numbers[1:]
+    steps = np.diff(levels)
+    equal = bool((steps < 0.0).all() and np.ptp(steps) <= 1e-6 * abs(steps[0]))
+    if first.unit not in _SPEED_UNITS or not equal:
+        return None
+    for info, values in others:
+        times = values[np.isfinite(values)]
+        if info.unit not in ("", "s") or times.size < 2 or times[0] < 0.0 or not (np.diff(times) > 0.0).all():
+            return None
+    return SplitTable(first.name, first.unit, tuple(info.name for info, _ in others))
 
 
 @dataclass(frozen=True)

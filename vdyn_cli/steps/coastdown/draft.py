@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from vdyn_cli.io.csv.csv_reader import CSV
 from vdyn_cli.io.csv.csv_source import open_source
 from vdyn_cli.io.csv.vbox_coastdown_table import DAY, SPEED, ReportedRun, likely_levels, read_report, written_levels
+from vdyn_cli.io.formats.split_times import SplitTable, split_table
 from vdyn_cli.quantities.errors import InputError
 
 DRAFT = """\
@@ -27,28 +31,76 @@ settings:                   # speed_window: [70 km/h, 25 km/h] limits the fitted
 """
 RUN = "direction: out or back"
 FALLING = "speed"  # must fall in a log without a drive signal, or the log is not a coast-down
+_LARGEST_TABLE = 1 << 16  # bytes: 100 levels and times of 100 runs; a larger file is not read twice
+_WAYS = {
+    "out": re.compile(r"(?i)\b(hin|out|forth)(fahrt)?(?![a-z])"),
+    "back": re.compile(r"(?i)\b(her|back|return|zurück|zurueck|rück|rueck)(fahrt)?(?![a-z])"),
+}
 DRIVE = ("drive_torque", "drive_force", "motor_current")
 
 
 def table_runs(path: Path) -> tuple[tuple[float, float], ...]:
-    """Time of day, s since midnight (NaN if unknown), and duration, s, of each run of a report; none for other files.
-
-    Reports have one row a run.
+    """Time of day, s since midnight (NaN if unknown), and duration, s (NaN if unknown), of each run of a report or a
+    table of elapsed split times; none for other files.
 
     Parameters
     ----------
     path : any file; one that cannot be read counts as another file.
     """
+    if (table := _split_table(path)) is not None:
+        return ((math.nan, math.nan),) * len(table.times)
     return tuple((run.clock, sum(run.times[i] for i in run.passed)) for run in _report(path))
 
 
 def table_draft(paths: Sequence[Path], names: Sequence[str]) -> list[str]:
-    """Description lines for channels and runs of coast-down reports with one row a run.
+    """Description lines for channels and runs of tables of split times or, if the first file is one, of coast-down
+    reports with one row a run; files of the other kind are left out.
 
     Parameters
     ----------
     names : of the files as the description names them.
     """
+    tables = [_split_table(path) for path in paths]
+    kept = [k for k, table in enumerate(tables) if (table is None) == (tables[0] is None)]
+    left = [f"# left out: {names[k]}, is a table of another kind" for k in range(len(names)) if k not in kept]
+    if tables[0] is not None:
+        return [*_split_lines([(names[k], tables[k]) for k in kept]), *left]
+    return [*_report_lines([paths[k] for k in kept], [names[k] for k in kept]), *left]
+
+
+def _split_lines(tables: Sequence[tuple[str, SplitTable | None]]) -> list[str]:
+    """The lines for tables of elapsed split times with one column a run; columns of others than the first table are
+    those of the run."""
+    found = [(name, table) for name, table in tables if table is not None]
+    first = found[0][1]
+    body = [
+        "# A table of speed levels, with one column of times for each run.",
+        "reading: {split_times: elapsed}  # time since the first level",
+        "channels:",
+        f"  time: {{column: {json.dumps(first.times[0], ensure_ascii=False)}, unit: s}}",
+        f"  speed: {{column: {json.dumps(first.levels, ensure_ascii=False)}, unit: {first.unit or json.dumps('?')}}}",
+        "runs:",
+    ]
+    for name, table in found:
+        own = "" if table.levels == first.levels else f", speed: {json.dumps(table.levels, ensure_ascii=False)}"
+        for time in table.times:
+            way = next((way for way, words in _WAYS.items() if words.search(time)), '"?"')
+            column = f"columns: {{time: {json.dumps(time, ensure_ascii=False)}{own}}}"
+            body.append(f"  - {{log: {json.dumps(name)}, direction: {way}, {column}}}")
+    return body
+
+
+def _split_table(path: Path) -> SplitTable | None:
+    """The table of elapsed split times in a text file; None for other files."""
+    if not CSV.matches(path) or path.stat().st_size > _LARGEST_TABLE:
+        return None
+    try:
+        return split_table(list(CSV.recordings(path)))
+    except InputError:
+        return None
+
+
+def _report_lines(paths: Sequence[Path], names: Sequence[str]) -> list[str]:
     reports = [_report(path) for path in paths]
     groups = dict.fromkeys(group for runs in reports for group in likely_levels(runs))
     levels = written_levels(list(groups)) or '"?"'
