@@ -89,6 +89,35 @@ def test_a_part_that_the_step_leaves_out_is_a_note(tmp_path: Path) -> None:
     assert any("would be left out: accelerates" in why for why in notes["coast_2.csv"])
 
 
+@pytest.mark.parametrize(
+    "short", [{2: "to_time: 55 s"}, {k: ("to_time: 55 s", "from_time: 35 s")[k % 2] for k in range(8)}]
+)
+def test_a_coast_that_covers_part_of_the_others_speeds_is_a_note(short: dict[int, str], tmp_path: Path) -> None:
+    """A log that ends early decides the common speeds, and with them the limits; runs split by plan are no note."""
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    for k, span in short.items():
+        path.write_text(path.read_text().replace(f"coast_{k}.csv,", f"coast_{k}.csv, {span},"))
+    document = checked(path, tmp_path / "out", 0)
+    assert document["coasts"]["out"] + document["coasts"]["back"] == RUNS
+    noted = [r["run"] for r in document["runs"] if "of the speeds of the other runs" in " ".join(r["why"])]
+    assert noted == (["coast_2.csv"] if len(short) == 1 else [])
+
+
+def test_a_position_that_contradicts_the_direction_is_a_note(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    for k in range(RUNS):
+        head, *rows = (tmp_path / f"coast_{k}.csv").read_text().splitlines()
+        speed = np.array([float(row.split(",")[1]) / 3.6 for row in rows])
+        place = (1.0 if k % 2 == 0 else -1.0) * 0.1 * np.cumsum(speed)
+        lines = [f"{row},{x:.2f}" for row, x in zip(rows, place, strict=True)]
+        (tmp_path / f"coast_{k}.csv").write_text("\n".join([head + ",dist", *lines]))
+    text = path.read_text().replace("channels:\n", "channels:\n  position: {column: dist, unit: m}\n")
+    path.write_text(text.replace("coast_0.csv, direction: out", "coast_0.csv, direction: back"))
+    document = checked(path, tmp_path / "out", 0)
+    notes = {r["run"]: r["why"] for r in document["runs"]}
+    assert [run for run, why in notes.items() if any("position rises, but" in w for w in why)] == ["coast_0.csv"]
+
+
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:
     path = campaign(tmp_path, frozen(40.0, 44.0))
     text = path.read_text().replace("speed: {column", "wheel_speed: {column").replace("unit: km/h", "unit: rad/s")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.result import Result
@@ -32,12 +33,14 @@ class TrackCheck:
     evaluated : index of a run -> first and last time that the step evaluates, s; the whole log where omitted.
     coasts : balance, order and wind of a coast-down campaign.
     left_out : index of a run: which parts of it the step does not use, and why.
+    findings : contradictions of a run with its description or with the other runs, by the name of its log.
     """
 
     rejected: Mapping[int, str] = field(default_factory=dict)
     evaluated: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     coasts: CoastBalance | None = None
     left_out: Mapping[int, Sequence[str]] = field(default_factory=dict)
+    findings: Sequence[Finding] = ()
 
 
 @dataclass(frozen=True)

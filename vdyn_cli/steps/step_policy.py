@@ -38,6 +38,19 @@ class StepPolicy:
         0.5, "share of the speed window", "that a coast must cover",
         "A coast that covers less than half has few speeds in common with the others.",
     )  # fmt: skip
+    least_common_speeds: float = threshold(
+        0.8, "share of the median speed range of the other runs", "that a coast covers without a note of 'vdyn check'",
+        "Deceleration and limits are evaluated over the speeds of all runs: a fifth less is one of the about five "
+        "reference speeds of a coast-down, whereas manual starts and stops differ by 5 km/h of about 60.",
+    )  # fmt: skip
+    agreeing_coasts: float = threshold(
+        0.66, "share of the other runs", "that cover such a range, below which no coast is compared with it",
+        "Runs that are split into two speed ranges by plan cover their range in half of the runs.",
+    )  # fmt: skip
+    fewest_alike_coasts: int = threshold(
+        3, "other runs", "from which on a coast is compared with their speed range",
+        "The median of two runs is between both, so that neither is the usual one.",
+    )  # fmt: skip
     some_covered: float = threshold(
         0.1, "share of the speed window", "likewise, where no run of a direction covers least_covered",
         "Downhill a car may stop decelerating within the window; without these runs a slope looks like resistance.",

@@ -87,6 +87,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
             for f in merge_similar(
                 [
                     *refused,
+                    *found.findings,
                     *contradictions,
                     *vehicle,
                     *inputs.findings,
@@ -196,6 +197,7 @@ def _checked(
         notes.append(f"{evaluated} would be evaluated: if the log is of another drive, remove it")
     notes += [f"cut: {_flag_text(f)}" for f in cuts]
     notes += track.left_out.get(index, ())
+    notes += [_text(f) for f in track.findings if f.where == one.log.name]
     notes += _contradictions(inputs, one.log.name, tied)
     notes += [_text(f) for f in one.log.findings if f.doubt and not f.fault]
     notes += _uneven(one)

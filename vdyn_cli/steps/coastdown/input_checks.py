@@ -60,19 +60,27 @@ def direction_findings(
         if lost:
             remedy = f"repeat the runs of direction '{lost[0]}': another warning states why they are not used"
         found.append(Finding("runs", what, remedy=remedy, doubt=True))
-    if all("position" in log for log in logs):
-        rise = [_rise(log) for log in logs]
-        remedy = "check 'direction' of every run, and the sign of position"
-        for k in contradicting_position(rise, [r.heading for r in runs]):
-            way = "rises" if rise[k] > 0 else "falls"
-            what = f"position {way}, but the direction is '{runs[k].direction}'"
-            found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))
+    found += position_direction_findings(runs, logs)
     if use != "alone" and any("elevation" in log and "grade" not in log for log in logs):
         what = "elevation is mapped but not used: the runs' decelerations do not show its slope"
         if any("acceleration" in log for log in logs):
             what = "elevation is mapped but not used: the accelerometer measures the slope"
         remedy = "remove it, or map 'grade' if the slope is known better"
         found.append(Finding("channels.elevation", what, remedy=remedy))
+    return tuple(found)
+
+
+def position_direction_findings(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[Finding, ...]:
+    """Runs whose stated direction the logged position contradicts, if every log has a position."""
+    if not all("position" in log for log in logs):
+        return ()
+    found = []
+    rise = [_rise(log) for log in logs]
+    remedy = "check 'direction' of every run, and the sign of position"
+    for k in contradicting_position(rise, [r.heading for r in runs]):
+        way = "rises" if rise[k] > 0 else "falls"
+        what = f"position {way}, but the direction is '{runs[k].direction}'"
+        found.append(Finding(logs[k].name, what, remedy=remedy, doubt=True))
     return tuple(found)
 
 
