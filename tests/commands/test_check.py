@@ -246,3 +246,10 @@ def test_a_wrong_unit_of_the_description_is_no_reason_to_drive_again(tmp_path: P
     with pytest.raises(ResultError) as refused:
         write_step("coastdown", path, (), tmp_path / "out", None)
     assert "the file states another unit 'km/h'" in refused.value.findings[0].what
+
+
+def test_a_speed_window_that_no_run_reaches_is_named_at_its_line(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda _run, _time, speed: speed)
+    path.write_text(path.read_text().replace("[80 km/h, 30 km/h]", "[300 km/h, 250 km/h]"))
+    with pytest.raises(InputError, match=r"coast.yaml:7: 'settings.speed_window': lies outside the logged speeds"):
+        run_check(path, (), "", quiet)

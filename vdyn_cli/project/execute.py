@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -16,7 +15,7 @@ from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
-from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
+from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.project.reading.cut_changes import with_changes
 from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
@@ -65,9 +64,9 @@ def execute(
         baseline, found = _estimated(inputs.step, inputs, level)
         result = within_physical_range(with_input_uncertainty(found, inputs))
     except InputError as error:
-        found_by_step = (_placed(f, inputs) for f in error.findings)
+        found_by_step = (placed(f, inputs.spec, inputs.source, inputs.logs) for f in error.findings)
         raise type(error)(*_wrong_units(inputs), *found_by_step, *_data_faults(inputs)) from None
-    refused = tuple(_placed(f, inputs) for f in result.refused)
+    refused = tuple(placed(f, inputs.spec, inputs.source, inputs.logs) for f in result.refused)
     if refused:
         refused = tuple(dict.fromkeys((*_wrong_units(inputs), *refused, *_data_faults(inputs))))
     quality = with_changes(inputs, baseline)
@@ -152,18 +151,6 @@ def _wrong_units(inputs: Inputs) -> tuple[Finding, ...]:
 def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
     """Findings on failed sensors and on cuts, which may be the reason for the missing result."""
     return (*_faults(inputs), *cut_findings(inputs.quality.ledger))
-
-
-def _placed(finding: Finding, inputs: Inputs) -> Finding:
-    """The finding with file and line if its place is a key of the description, such as ``settings.step``."""
-    if re.search(r":\d+$", finding.where):
-        return finding
-    location = tuple(finding.where.split("."))
-    # A step or a log may be named like a key.
-    another = finding.where == inputs.spec.test or finding.where.startswith(tuple(log.name for log in inputs.logs))
-    if another or location[0] not in type(inputs.spec).model_fields:
-        return finding
-    return replace(finding, where=inputs.source.where(location), what=f"'{finding.where}': {finding.what}")
 
 
 def with_warnings(result: Result) -> Result:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -205,6 +206,18 @@ def _of_step(step: Step, spec: Description, data: Any, known: Parameters, descri
 def _prepared(step: Step, spec: Description, data: Any, known: Parameters, source: YamlSource) -> None:
     with suppress(ResultError), errors_of_step(step, source, ()):
         step.prepare(spec, data, known)
+
+
+def placed(finding: Finding, spec: Description, source: YamlSource, logs: Sequence[Log]) -> Finding:
+    """The finding with file and line if its place is a key of the description, such as ``settings.step``."""
+    if re.search(r":\d+$", finding.where):
+        return finding
+    location = tuple(finding.where.split("."))
+    # A step or a log may be named like a key.
+    another = finding.where == spec.test or finding.where.startswith(tuple(log.name for log in logs))
+    if another or location[0] not in type(spec).model_fields:
+        return finding
+    return replace(finding, where=source.where(location), what=f"'{finding.where}': {finding.what}")
 
 
 @contextmanager

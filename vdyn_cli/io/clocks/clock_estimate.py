@@ -254,7 +254,8 @@ def _coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
         opposite = _likeness(a, -b, tie.same).max() >= CLOCKS.least_likeness
         got = f"best {measure} {likeness[best]:.2f}"
         remedy = f"check the unit for both loggers, {_OTHERS}"
-        remedy = "one logger has the opposite sign: add 'sign: -1' to its channel" if opposite else remedy
+        if opposite:
+            remedy = "one logger has the opposite sign: add 'sign: -1' to its channel, or remove it if it is there"
         raise InputError(Finding(where, "the two recordings do not match at any delay", got, remedy))
     miss = 1.0 - likeness
     far = np.flatnonzero(miss > CLOCKS.lost * miss[best])  # where the match is clearly lost, on either side

@@ -61,7 +61,7 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
 def _remedy(first: str, ratio: float) -> str:
     """What to do about a channel that is ``ratio`` times as large according to another one."""
     if ratio < 0.0:
-        return f"add 'sign: -1' to the channel {first}"
+        return f"add 'sign: -1' to the channel {first}, or remove it if it is there"
     cause = "" if first == "acceleration" else usual_mistake(1.0 / ratio, SPEED_MISTAKES, QUALITY.refused_scale)
     return f"check units and scale of both channels{f' ({cause}?)' if cause else ''}"
 

@@ -16,7 +16,7 @@ from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.checks.description_checks import refuse_pipeline
 from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
-from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
+from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
@@ -135,7 +135,11 @@ def _track_check(inputs: Inputs) -> TrackCheck:
         return TrackCheck()
     whole = tuple(inputs.ready(_bridged(one)) for one in inputs.unsplit)
     with errors_of_step(inputs.step, inputs.source, inputs.logs):
-        return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
+        try:
+            return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
+        except InputError as error:
+            found = (placed(f, inputs.spec, inputs.source, inputs.logs) for f in error.findings)
+            raise type(error)(*found) from None
 
 
 def _bridged(one: CutLog) -> Log:

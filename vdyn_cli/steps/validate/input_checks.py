@@ -120,7 +120,7 @@ def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: f
     correlation = torque_correlation(segments)
     follows, remedy = "", "check unit, gear_ratio, brake_torque and grade"
     if correlation < -STEP_POLICY.own_torque:
-        remedy = "positive torque slows the car here: add 'sign: -1' to the channel drive_torque"
+        remedy = "positive torque slows the car here: add 'sign: -1' to drive_torque, or remove it if it is there"
     elif correlation > STEP_POLICY.own_torque:
         follows = f", although the acceleration follows it (correlation {correlation:.2f})"
         remedy = (
