@@ -112,7 +112,8 @@ def test_init_drafts_each_run_of_a_table_of_elapsed_times(tmp_path: Path) -> Non
         for k, (v, t) in enumerate(zip(LEVELS, ELAPSED, strict=True))
     ]
     (tmp_path / "a.csv").write_text("\n".join(["v [km/h];Hin 1 [s];Rückfahrt [s];t3 [s]", *rows]) + "\n")
-    description = draft("coastdown", tmp_path / "a.csv")[1]
+    found, description = draft("coastdown", tmp_path / "a.csv")
+    assert "direction of each run" in found.undecided
     assert description["reading"] == {"split_times": "elapsed"}
     assert description["channels"]["speed"] == {"column": "v [km/h]", "unit": "km/h"}
     runs = [(run["columns"]["time"], run["direction"]) for run in description["runs"]]

@@ -95,7 +95,9 @@ def _of_tables(
     body += [f"# {note}"] if note else []
     body += [f"# left out: {name}, is a log, not a table of runs: describe it in a separate file" for name in others]
     text = "\n".join([_HEAD, f"test: {step.name}", *body]) + "\n"
-    return DescriptionDraft(text, ("time", "speed"), tuple(_marked(text)), tuple(others))
+    open_ones = {'unit: "?"': "unit of speed", 'direction: "?"': "direction of each run"}
+    undecided = (*(key for mark, key in open_ones.items() if mark in text), *_marked(text))
+    return DescriptionDraft(text, ("time", "speed"), undecided, tuple(others))
 
 
 def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Finding]]:
