@@ -145,7 +145,7 @@ def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]
                 parts.append(f"{key} {min(values):.3f} to {max(values):.3f}{unit}")
         what = ", ".join(parts) or members[0].what
         if good is None and parts and all(one.gain is None for one in members):
-            what += " m/s^2; gain not determined: the runs vary too little"
+            what += " m/s^2; gain not determined: hardly correlated"
         yield name, "agree" if good else "-", f"{len(members)} runs", what
 
 

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.io.file_units import wrong_units
+from vdyn_cli.io.quality.acceleration_gain import acceleration_gain
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.quantities.unit_mistakes import SPEED_MISTAKES, usual_mistake
+from vdyn_cli.quantities.unit_mistakes import ACCELERATION_MISTAKES, SPEED_MISTAKES, usual_mistake
 
 LEAST_DISTANCE = 20.0  # m, least distance over which position and speed are compared
 INTERVAL = 1.0  # s over which accelerations are compared
@@ -62,7 +63,15 @@ def _remedy(first: str, ratio: float) -> str:
     """What to do about a channel that is ``ratio`` times as large according to another one."""
     if ratio < 0.0:
         return f"add 'sign: -1' to the channel {first}, or remove it if it is there"
-    cause = "" if first == "acceleration" else usual_mistake(1.0 / ratio, SPEED_MISTAKES, QUALITY.refused_scale)
+    if first == "acceleration":
+        cause = usual_mistake(1.0 / ratio, ACCELERATION_MISTAKES, QUALITY.near_unit_factor)
+        if not cause and abs(ratio - 1.0) <= QUALITY.refused_scale:  # no unit
+            return (
+                f"if the accelerometer's gain is wrong, write 'scale: {ratio:.4f}' at the channel; a body that pitches "
+                f"adds up to {100 * QUALITY.reported_tilted_scale:.0f} %"
+            )
+    else:
+        cause = usual_mistake(1.0 / ratio, SPEED_MISTAKES, QUALITY.refused_scale)
     return f"check units and scale of both channels{f' ({cause}?)' if cause else ''}"
 
 
@@ -129,7 +138,7 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:
     """Signed ratio of speed changes to integrals of acceleration, rms over intervals of a second.
 
-    None if the two are hardly correlated, or if the scatter of the intervals alone explains that the ratio is not 1.
+    None if the two are hardly correlated, or if noise or slopes alone explain that the ratio is not 1.
     """
     good = np.isfinite(speed) & np.isfinite(acceleration)
     if np.count_nonzero(good) < 50 or np.std(acceleration[good]) < QUALITY.least_acceleration_std:
@@ -139,11 +148,5 @@ def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | Non
     if ends.size < 3:
         return None
     by_speed, by_force = np.diff(speed[ends]), np.diff(change[ends])
-    by_speed, by_force = by_speed - by_speed.mean(), by_force - by_force.mean()
-    alike = float(by_force @ by_speed)
-    if abs(alike) < 0.9 * np.sqrt((by_force @ by_force) * (by_speed @ by_speed)):
-        return None
-    ratio = float(np.copysign(np.sqrt((by_speed @ by_speed) / (by_force @ by_force)), alike))
-    scatter = by_speed - by_force * alike / (by_force @ by_force)
-    error = np.sqrt(scatter @ scatter / (scatter.size - 1) / (by_force @ by_force))
-    return None if abs(ratio - 1.0) < QUALITY.scale_errors * error else ratio
+    gain = acceleration_gain(by_speed, by_force)
+    return None if gain is None or not gain.differs(0.0) else 1.0 / gain.value

@@ -182,12 +182,15 @@ def likely_change(y: Array, x: Array) -> tuple[int, float, float, float, float] 
     lag = float(np.clip(residual[1:] @ residual[:-1] / max(squares, 1e-300), 0.0, 0.9))
     variance = squares / max(n - 3, 1) * (1.0 + lag) / (1.0 - lag)
     white = variance * (1.0 / before[best] + 1.0 / after[best])
-    lasting = _long_run(x[:k] * residual[:k]) / before[best] ** 2 + _long_run(x[k:] * residual[k:]) / after[best] ** 2
+    lasting = (
+        long_run_variance(x[:k] * residual[:k]) / before[best] ** 2
+        + long_run_variance(x[k:] * residual[k:]) / after[best] ** 2
+    )
     t = abs(h - g) / np.sqrt(max(white, lasting, 1e-300))
     return k, g, h, float(t), squares / max(float(yy[-1] - xy[-1] ** 2 / xx[-1]), 1e-300)
 
 
-def _long_run(u: Array) -> float:
+def long_run_variance(u: Array) -> float:
     """Variance of the sum of u (n,) with its autocovariances up to ``LASTING`` lags, by Bartlett's weights.
 
     Source: Newey and West, Econometrica 55 (1987) 703.

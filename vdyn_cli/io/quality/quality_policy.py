@@ -238,6 +238,15 @@ class QualityPolicy:
         0.25, "share", "difference of two scales, above which the log is refused",
         "No sensor is that wrong: it is a unit (the least ratio of two units of speed is 1.15) or another channel.",
     )  # fmt: skip
+    near_unit_factor: float = threshold(
+        0.1, "share", "distance of a gain from the factor of two mistaken units, up to which the unit is named",
+        "Accelerometers and their pitch with the body change a gain by up to 14 %, mostly by a few percent; factors of "
+        "usual mistakes differ by 60 % and more.",
+    )  # fmt: skip
+    least_likeness: float = threshold(
+        0.9, "correlation", "of acceleration and change of speed, above which their gain is determined",
+        "Below, other influences on one of them (slopes, slip, noise) leave a gain between 0.9 and 1.1 times its mean.",
+    )  # fmt: skip
     axle_speeds: float = threshold(
         0.01, "share", "difference of the median speeds of an axle's wheels, above which it is reported",
         "Tires of one axle differ in radius by less.",

@@ -32,10 +32,6 @@ class CheckPolicy:
         1.0, "median steps", "range of the steps of a clock (5 to 95 %), above which there is a note",
         "Jitter of a logger shifts samples by less than half a step to either side; lost samples add whole steps.",
     )  # fmt: skip
-    least_likeness: float = threshold(
-        0.9, "correlation", "of two physically related channels, above which a delay between them is determined",
-        "Below, other influences on one of them (slopes, slip) shift the maximum of the correlation.",
-    )  # fmt: skip
     largest_delay_error: float = threshold(
         0.1, "s", "standard error of a delay of two related channels, up to which the table shows it",
         "Delays of sensors and loggers are 5 to 200 ms; with an error of 0.1 s none is significantly different from 0.",

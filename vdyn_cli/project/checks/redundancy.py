@@ -1,6 +1,6 @@
 """Comparison of physically related ("tied") channels of a run: gain, offset, delay and sign of each pair.
 
-Over windows of a second (T)::
+Over windows of a second, for the acceleration of up to ten seconds (T)::
 
     sum |position step|          = gain * integral |speed| dt
     integral acceleration dt / T = gain * (speed step) / T + offset
@@ -20,6 +20,7 @@ import numpy as np
 
 from vdyn_cli.io.clocks.clock_estimate import clock_difference
 from vdyn_cli.io.clocks.tied_channels import tie_of
+from vdyn_cli.io.quality.acceleration_gain import acceleration_gain
 from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.quality.quality_policy import QUALITY
@@ -30,14 +31,17 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.quantities.unit_mistakes import ACCELERATION_MISTAKES, usual_mistake
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 WINDOW = 1.0  # s
+WINDOWS = (WINDOW, 5.0, 10.0)  # s; over longer ones, noise hides less of the gentle acceleration of a coast-down
 REACH = 1.0  # s, largest delay
 TIMES_RADIUS = " * wheel_radius"
 ROLLING = 3.0  # m/s, above which wheel speeds are compared
 FEWEST = 10  # windows
+FEWEST_RUNS = 2  # whose gains show a wrong unit
 MEDIAN_ERROR = 0.93  # standard error of the median of n normal values / (interquartile range / sqrt(n)): 1.253 / 1.349
 
 
@@ -74,13 +78,30 @@ def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple
     A gain of the position that is not significant in one run is significant if it is the same in all runs; the pairs of
     position are then marked as contradicting.
     """
-    findings = tuple(_radius_findings(pairs))
+    pairs, units = _with_wrong_unit(pairs)
+    findings = (*_radius_findings(pairs), *units)
     places = [p for p in pairs if p.first == "position" and p.gain is not None]
     gain = common_gain([p.gain for p in places if p.gain is not None])
     if gain is None or not gain.contradicts:
         return list(pairs), findings
     judged = [p.model_copy(update={"good": False, "sign": 1}) if p in places else p for p in pairs]
     return judged, (gain_finding(gain, True), *findings)
+
+
+def _with_wrong_unit(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
+    """The pairs, those of acceleration marked if one mistaken unit explains the gain of each run; and the finding.
+
+    A slope that resembles a gain does not resemble that of a unit in several runs.
+    """
+    found = [p for p in pairs if p.first == "acceleration" and p.gain is not None]
+    gains = [abs(p.gain) for p in found if p.gain is not None]
+    causes = {usual_mistake(g, ACCELERATION_MISTAKES, QUALITY.near_unit_factor) for g in gains}
+    if len(found) < FEWEST_RUNS or len(causes) != 1 or "" in causes or any(p.good for p in found):
+        return list(pairs), ()
+    what = f"{found[0].first} is {float(np.median(gains)):.3f} times the {found[0].second} in {len(found)} runs"
+    remedy = f"correct the unit of one of both channels ({causes.pop()}?)"
+    finding = Finding("channel 'acceleration'", what, "", remedy, doubt=True)
+    return [p.model_copy(update={"good": False}) if p in found else p for p in pairs], (finding,)
 
 
 def _radius_findings(pairs: Sequence[TiedPair]) -> Iterator[Finding]:
@@ -159,32 +180,35 @@ def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
 
 
 def _change(log: Log, speed: str) -> TiedPair:
-    """Acceleration against the change of speed; only its offset if it varies too little for a gain."""
+    """Acceleration against the change of speed; only its offset if they are hardly correlated."""
     first, second = "acceleration", f"change of {speed}"
     if _finite(log["acceleration"], log[speed]).sum() < FEWEST:
         return _pair(log, first, second, "too few samples")
-    y, x = (np.diff(mean) / WINDOW for mean in _grid(log, ("acceleration", speed), WINDOW))
-    use = _finite(x, y)
-    if use.sum() < FEWEST:
+    found, offset = None, float("nan")
+    for window in WINDOWS:
+        y, x = (np.diff(mean) / window for mean in _grid(log, ("acceleration", speed), window))
+        use = _finite(x, y)
+        x, y = x[use], y[use]
+        found = acceleration_gain(x, y) if x.size >= FEWEST else None
+        offset = float(np.mean(y - x)) if x.size >= FEWEST else offset
+        if found is not None or x.size < FEWEST:
+            break
+    if np.isnan(offset):
         return _pair(log, first, second, "too short")
-    x, y = x[use], y[use]
-    lively = float(np.nanstd(log["acceleration"])) >= QUALITY.least_acceleration_std
-    likeness = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) > 0 and np.ptp(y) > 0 else 0.0
-    if not lively or abs(likeness) < CHECK.least_likeness:
-        offset = float(np.mean(y - x))
+    if found is None:
         tilt = degrees(atan(offset / GRAVITY))
         what = f"offset {offset:+.3f} m/s^2 (equal to {tilt:+.2f} deg of tilt or slope); gain not determined: "
-        what += "varies too little"
+        what += "hardly correlated"
         return _pair(log, first, second, what, offset=offset)
-    gain = float(np.copysign(np.std(y) / np.std(x), likeness))
-    offset = float(np.mean(y) - gain * np.mean(x))
+    lively = float(np.nanstd(log["acceleration"])) >= QUALITY.least_acceleration_std
+    agrees = not found.differs(QUALITY.reported_scale)
+    gain, offset = found.value, float(np.mean(y) - found.value * np.mean(x))
     signed = log if gain > 0.0 else log.with_channels(acceleration=-log[first])
-    delay = _delay(signed, first, speed)
-    what = f"gain {gain:.3f}, offset {offset:+.3f} m/s^2"
-    what += ", opposite signs" if gain < 0.0 else ""
-    return _pair(
-        log, first, second, what, abs(gain - 1.0) <= QUALITY.reported_scale, gain=gain, offset=offset, delay=delay
-    )
+    what = f"gain {gain:.3f} ({found.low:.3f} to {found.high:.3f}), offset {offset:+.3f} m/s^2"
+    what += ", opposite signs" if gain < 0.0 else f" ({found.mistake}?)" if found.mistake else ""
+    # In a gentle drive, a slope that changes steadily resembles a wrong gain: only all runs together show a unit.
+    good = agrees if lively or agrees else None
+    return _pair(log, first, second, what, good, gain=gain, offset=offset, delay=_delay(signed, first, speed))
 
 
 def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:

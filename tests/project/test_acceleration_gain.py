@@ -1,0 +1,62 @@
+"""The gain of an acceleration over the change of speed: mistaken units are named, slopes and noise are not accused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+
+TIME = np.arange(0.0, 120.0, 0.1)
+
+
+def coast(seed: int, gain: float, slope: float) -> Log:
+    """A coast-down from 20 m/s on a road whose slope changes by ``slope`` in its course; the accelerometer measures
+    the deceleration without gravity's component."""
+    generator = np.random.default_rng(seed)
+    speed, drag = [20.0], []
+    for t in TIME:
+        drag.append(0.08 + 0.0003 * speed[-1] ** 2)
+        speed.append(speed[-1] - 0.1 * (drag[-1] + 9.80665 * slope * (t / TIME[-1] - 0.5)))
+    noise = generator.standard_normal((2, TIME.size))
+    measured = -gain * np.array(drag) + 0.005 * abs(gain) * noise[0]
+    return Log(f"run{seed}", TIME, {"speed": np.array(speed[:-1]) + 0.005 * noise[1], "acceleration": measured})
+
+
+@pytest.mark.parametrize(
+    ("gain", "slope", "cause"),
+    [
+        (1.0, 0.0, ""),
+        (1.0, 0.01, ""),
+        (1.0, -0.004, ""),
+        (1.0 / 9.80665, 0.0, "acceleration in g read as m/s^2"),
+        (9.80665, 0.0, "acceleration in m/s^2 read as g"),
+        (1.0 / 3.6, 0.0, "speed in km/h read as m/s"),
+    ],
+)
+def test_a_mistaken_unit_of_gentle_runs_is_named_and_a_slope_is_not(gain: float, slope: float, cause: str) -> None:
+    logs = [coast(seed, gain, slope * (-1.0) ** seed) for seed in range(4)]
+    pairs, findings = compared_over_runs([p for log in logs for p in tied_pairs(log, Parameters())])
+    assert [cause in f.remedy for f in findings] == ([True] if cause else [])
+    assert all((p.good is False) == bool(cause) for p in pairs)
+
+
+def test_a_gain_that_is_no_unit_s_has_the_remedy_of_a_gain() -> None:
+    rate = 1.5 * np.sin(0.5 * TIME)
+    log = Log("a.csv", TIME, {"speed": 15.0 - 3.0 * np.cos(0.5 * TIME), "acceleration": 1.06 * rate})
+    (found,) = with_cross_checks(log).findings
+    assert "write 'scale: 0.943" in found.remedy
+    assert "unit" not in found.remedy
+
+
+def test_slopes_that_scatter_the_acceleration_are_no_gain() -> None:
+    """The ratio of the scatters is 1.05 to 1.06: slopes of 60 m raise it, and both regressions include 1."""
+    time = np.arange(0.0, 900.0, 0.1)
+    slopes = 0.36 * np.repeat(np.random.default_rng(1).standard_normal(time.size // 40), 40)
+    rate = 1.05 * np.sin(0.5 * time)
+    log = Log("a.csv", time, {"speed": 15.0 - 2.1 * np.cos(0.5 * time), "acceleration": rate + slopes})
+    assert np.std(log["acceleration"]) > 1.05 * np.std(rate)
+    assert not with_cross_checks(log).findings
