@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.descriptions import described
-from vdyn_cli.project.execute import _placed, execute
-from vdyn_cli.project.inputs import gather
+from vdyn_cli.project.execute import execute
+from vdyn_cli.project.inputs import gather, placed
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.steps import load_step
 
@@ -68,11 +68,13 @@ def test_a_log_may_be_called_as_a_key_is(tmp_path: Path, root: Path) -> None:
     path.write_text(text.replace(str(log), "runs.csv"))
     inputs = gather(load_step("coastdown"), path)
     finding = Finding("runs.csv, acceleration", "falls")
-    assert _placed(finding, inputs) is finding
-    assert _placed(Finding("runs", "there are none"), inputs).where == line_of(path, "runs:")
+    assert placed(finding, inputs.spec, inputs.source, inputs.logs) is finding
+    assert placed(Finding("runs", "there are none"), inputs.spec, inputs.source, inputs.logs).where == line_of(
+        path, "runs:"
+    )
     bump = gather(load_step("bump"), described(tmp_path, root, "bump"))
     finding = Finding("bump", "mass is needed and not given")
-    assert _placed(finding, bump) is finding
+    assert placed(finding, bump.spec, bump.source, bump.logs) is finding
 
 
 def test_what_a_step_refuses_of_its_description_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
