@@ -20,6 +20,7 @@ from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.added_effects import AddedEffects
 
 MOST_STEPS = 50
 
@@ -53,7 +54,8 @@ def _predicted(full: Regression, values: Mapping[str, float]) -> LinearizedRuns:
 def _simulated(strategy: Strategy, sizes: Mapping[str, float], causes: Sequence[str]) -> LinearizedRuns:
     """The drives with parameters as they are believed, and causes of these sizes."""
     effects = [strategy.model.setup.candidates[c] for c in causes]
-    full = strategy.model.setup.regression(effects, [started_at(u, sizes) for e in effects for u in unknowns_of(e)])
+    unknowns = tuple(started_at(u, sizes) for e in effects for u in unknowns_of(e))
+    full = strategy.model.setup.regression(AddedEffects(tuple(effects), unknowns))
     return linearize(full, {u.name: u.start for u in full.shared}, initial_values(full))
 
 

@@ -21,6 +21,7 @@ from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.result import Comparison, FitSummary, Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.manoeuvre import Manoeuvre
@@ -34,8 +35,8 @@ SLOPE, WIND, WAVE = (
 )
 
 
-def estimate(data: Campaign, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-    solution = solve(data.regression(unknowns))
+def estimate(data: Campaign, added: AddedEffects = NO_EFFECTS) -> Result:
+    solution = solve(data.regression(added.unknowns))
     found = {
         n: Estimate(solution.values[n], solution.std[n], solution.interval95[n], "m", n, "line", solution.values[n])
         for n in BASE
@@ -49,7 +50,7 @@ def estimate(data: Campaign, effects: Sequence[Effect] = (), unknowns: Sequence[
         comparisons.append(
             Comparison(f"run {k + 1}", "height", "m", 10 * data.x(), "time, s", data.measured(k), simulated)
         )
-    amplitudes = effect_amplitudes(solution, unknowns)
+    amplitudes = effect_amplitudes(solution, added.unknowns)
     fit = FitSummary(tuple(c.run for c in comparisons), 1.0, 1.0, "m", tuple(BASE))
     return Result(
         "line", "A line.", Parameters(found), fit, "Least squares.", tuple(comparisons), amplitudes=amplitudes
@@ -61,22 +62,18 @@ class LineProblem:
     """Straight lines, prepared from a campaign; ``estimated`` computes its result."""
 
     data: Campaign
-    estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown]], Result] = estimate
+    estimated: Callable[[Campaign, AddedEffects], Result] = estimate
     model: Model = field(default_factory=lambda: Model("line", lambda e, u: None, (), ()))
     profiles: tuple[Effect, ...] = (SHAPE,)
 
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
-        return self.data.regression(unknowns)
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
+        return self.data.regression(added.unknowns)
 
-    def chord_regression(
-        self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
-    ) -> Regression:
-        return self.regression(effects, unknowns, start)
+    def chord_regression(self, added: AddedEffects, start: Mapping[str, float]) -> Regression:
+        return self.regression(added, start)
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
-        return self.estimated(self.data, effects, unknowns)
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
+        return self.estimated(self.data, added)
 
     def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
         return stated
@@ -107,7 +104,7 @@ STEP = Step(
 )
 
 
-def publishing(estimated: Callable[[Campaign, Sequence[Effect], Sequence[Unknown]], Result]) -> Step:
+def publishing(estimated: Callable[[Campaign, AddedEffects], Result]) -> Step:
     """The step whose problems publish the result of ``estimated``."""
     return replace(STEP, prepare=lambda spec, data, known: LineProblem(data, estimated))
 

@@ -18,6 +18,7 @@ from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Regression, Rows, Unknown
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.added_effects import NO_EFFECTS
 
 Array = NDArray[np.float64]
 Trace = Callable[[Array, int, int], Array]  # over x, direction and number of the run
@@ -141,8 +142,8 @@ class Campaign:
 
     def setup(self, *causes: Effect, profiles: Sequence[Effect] = (SHAPE,), **more: Any) -> DiagnosisSetup:
         return DiagnosisSetup(
-            regression=lambda effects, extra, **begun: self.regression(extra),
-            chord_regression=lambda effects, extra, **begun: self.regression(extra),
+            regression=lambda added=NO_EFFECTS, **begun: self.regression(added.unknowns),
+            chord_regression=lambda added=NO_EFFECTS, **begun: self.regression(added.unknowns),
             effects=causes,
             profiles=tuple(profiles),
             one_way="all runs have the same direction" if self.one_way else "",

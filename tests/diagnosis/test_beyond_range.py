@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -13,10 +12,9 @@ from vdyn_cli.diagnosis.judgment import BEYOND_RANGE, Judgment, judge
 from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text
-from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import AddedEffects
 
 WIND, WAVE = cause("wind"), cause("wave")
 HIDDEN = 4.0
@@ -67,10 +65,10 @@ def test_it_replaces_a_contradicted_baseline_only_where_it_removes_a_doubt(
 ) -> None:
     """An impossible amplitude may imitate another law, and then removes no doubt."""
 
-    def doubted(data: Campaign, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
-        result = estimate(data, effects, unknowns)
-        warnings = ("a doubt",) * (left if effects else 1)
-        return replace(result, contradicted=not effects, fit=replace(result.fit, warnings=warnings))
+    def doubted(data: Campaign, added: AddedEffects) -> Result:
+        result = estimate(data, added)
+        warnings = ("a doubt",) * (left if added else 1)
+        return replace(result, contradicted=not added, fit=replace(result.fit, warnings=warnings))
 
     offer(monkeypatch, cause("wind_twin", reach=HIDDEN / 2.0), WAVE)
     base, result = diagnosed(Campaign(31, hidden={"wind": HIDDEN}), publishing(doubted))

@@ -36,6 +36,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT, Parameters, to_document
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.step import too_short as too_short_drives
 
 BOTH = Campaign(1, hidden={"wind": 2.0, "slope": 0.8})
@@ -263,10 +264,10 @@ def test_what_the_extended_model_no_longer_misses_is_in_doubt_no_more(asked: str
 def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
     monkeypatch: pytest.MonkeyPatch, asked: Any, who: str, unsure: bool
 ) -> None:
-    def failing(data: Campaign, effects: Any, unknowns: Any) -> Result:
-        if unknowns:
+    def failing(data: Campaign, added: AddedEffects) -> Result:
+        if added:
             raise ResultError(Finding("fit", "the data do not determine wind"))
-        return estimate(data, effects, unknowns)
+        return estimate(data, added)
 
     if unsure:
         size(monkeypatch, unsure_sizes)

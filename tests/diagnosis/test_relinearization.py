@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -13,8 +14,8 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.linearized import LinearizedStrategy, open_linearized
 from vdyn_cli.diagnosis.strategies.refit import spread_over
 from vdyn_cli.diagnosis.strategies.relinearization import _is_stuck
-from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Rows, Unknown
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 
 SIZE = 2.1
 LIKELY, RISE = 2.0, 1e5  # of which a step says that it fits best, and by so much
@@ -78,10 +79,10 @@ def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passe
     case = replace(Knocking(3, runs=8).setup(cause("wave")), linearized=True, nondifferentiable=bent)
     laid: list[dict[str, float]] = []
 
-    def regression(effects: Sequence[Effect], extra: Sequence[Unknown], start: Mapping[str, float]) -> Regression:
+    def regression(added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = MappingProxyType({})) -> Regression:
         """A linearization that is far off at first and exact when repeated at its result."""
-        found = case.regression(effects, extra)
-        if extra:
+        found = case.regression(added)
+        if added:
             return found
         laid.append(dict(start))
         off = 0.0 if start else 5.0

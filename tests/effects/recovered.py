@@ -1,8 +1,8 @@
-"""What the tests of hidden effects share: unknowns for a fit, and the comparison of what was found with the truth."""
+"""What the tests of hidden effects share: the effects in a fit, and the comparison of what was found with the truth."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vdyn_cli.effects import Effect, catalogue
@@ -10,21 +10,22 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import AddedEffects
 
 
 def effect(name: str) -> Effect:
     return next(one for one in catalogue() if one.name == name)
 
 
-def unknowns(effects: Sequence[Effect]) -> tuple[Unknown, ...]:
-    """Every unknown of the effects, from where a search would begin; shapes with a prior, as in a diagnosis."""
+def added(*effects: Effect) -> AddedEffects:
+    """The effects with every unknown, from where a search would begin; shapes with a prior, as in a diagnosis."""
     found = []
     for one in effects:
         for k, (name, q) in enumerate(one.unknowns.items()):
             start = one.probes[0] if one.probes and k == 0 else one.nominal.get(name, 0.0)
             prior = (one.nominal[name], 0.25 * (q.upper - q.lower)) if name in one.nominal else None
             found.append(Unknown(name, start, 1.5 * q.lower, 1.5 * q.upper, q.unit, prior))
-    return tuple(found)
+    return AddedEffects(effects, tuple(found))
 
 
 def given(numbers: Mapping[str, float], **std: float) -> Parameters:

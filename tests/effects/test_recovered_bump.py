@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.effects.recovered import Hidden, added, compare, given
 from tests.plant import bump as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.diagnosis.strategies.effect_unknowns import started_at
@@ -59,13 +60,15 @@ def problem(hidden: Hidden, noise: float) -> BumpProblem:
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
     """The estimate with the effect in the model; its shape freed from there; at nominal where it is not determined."""
-    effects, shapes = (hidden.effect,), hidden.effect.nominal
-    plain = problem(hidden, noise).publish(effects, [u for u in unknowns(effects) if u.name not in shapes])
+    full, shapes = added(hidden.effect), hidden.effect.nominal
+    fixed = replace(full, unknowns=tuple(u for u in full.unknowns if u.name not in shapes))
+    plain = problem(hidden, noise).publish(fixed)
     if not shapes:
         return plain
     found = {n: e.value for n, e in plain.amplitudes.items()}
     try:
-        return problem(hidden, noise).publish(effects, [started_at(u, found) for u in unknowns(effects)])
+        free = replace(full, unknowns=tuple(started_at(u, found) for u in full.unknowns))
+        return problem(hidden, noise).publish(free)
     except ResultError:
         return plain
 

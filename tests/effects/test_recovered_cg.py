@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.effects.recovered import Hidden, added, compare, given
 from tests.plant import cg as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
@@ -62,8 +62,7 @@ def problem(hidden: Hidden, noise: float) -> CgProblem:
 
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
-    effects = (hidden.effect,)
-    return problem(hidden, noise).publish(effects, unknowns(effects))
+    return problem(hidden, noise).publish(added(hidden.effect))
 
 
 @pytest.mark.parametrize("hidden", SHOWN, ids=str)
@@ -116,7 +115,7 @@ def test_an_accelerometer_that_the_speed_contradicts_stays_within_its_deviation(
 
 def test_the_door_with_every_cause_in_finds_the_same() -> None:
     hidden = Hidden("clock_offset", 0.02)
-    regression = problem(hidden, 1.0).regression((hidden.effect,), unknowns((hidden.effect,)))
+    regression = problem(hidden, 1.0).regression(added(hidden.effect))
     found = solve(regression)
     published = fitted(hidden, 1.0).amplitudes["clock_offset"]
     assert found.values["clock_offset"] == pytest.approx(published.value, abs=published.std)

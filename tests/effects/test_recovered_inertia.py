@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.effects.recovered import Hidden, added, compare, given
 from tests.plant import wheel as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
@@ -56,8 +56,7 @@ def data(hidden: Hidden, noise: float) -> InertiaData:
 
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
-    effects = (hidden.effect,)
-    return prepare(SPEC, data(hidden, noise), KNOWN).publish(effects, unknowns(effects))
+    return prepare(SPEC, data(hidden, noise), KNOWN).publish(added(hidden.effect))
 
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
@@ -78,8 +77,8 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 def test_torque_and_radius_in_doubt_together_do_not_shrink_the_residual() -> None:
     """Scaling torque, radius and inertia alike must be no gain: the rows stay as they are."""
     hidden = Hidden("hub_torque_gain", 0.02)
-    effects = (hidden.effect, Hidden("wheel_radius", 0.0).effect)
-    regression = prepare(SPEC, data(hidden, 1.0), KNOWN).regression(effects, unknowns(effects))
+    radius = Hidden("wheel_radius", 0.0).effect
+    regression = prepare(SPEC, data(hidden, 1.0), KNOWN).regression(added(hidden.effect, radius))
     first = regression.rows(0, np.array([1.25, 0.02, 0.0, 0.0]))
     scaled = regression.rows(0, np.array([1.25 * 0.9, 1.02 / 0.9 - 1.0, 0.9 - 1.0, 0.0]))
     assert np.allclose(first.residual, scaled.residual, rtol=1e-9, atol=1e-9)
@@ -88,12 +87,11 @@ def test_torque_and_radius_in_doubt_together_do_not_shrink_the_residual() -> Non
 def test_the_door_finds_the_same() -> None:
     """Over the same windows: the diagnosis looks through short ones, in which a clock's offset shows."""
     hidden = Hidden("clock_offset", 0.03)
-    effects = (hidden.effect,)
     settings = {"torque_zero": 1.0, "force_zero": 10.0, "window": f"{DIAGNOSED_WINDOW} s"}
     spec = InertiaSpec.model_validate({"test": "inertia", "settings": settings})
     problem = prepare(spec, data(hidden, 1.0), KNOWN)
-    found = solve(problem.regression(effects, unknowns(effects)))
-    published = problem.publish(effects, unknowns(effects)).amplitudes["clock_offset"]
+    found = solve(problem.regression(added(hidden.effect)))
+    published = problem.publish(added(hidden.effect)).amplitudes["clock_offset"]
     assert found.values["clock_offset"] == pytest.approx(published.value, abs=0.1 * published.std)
 
 

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.effects.recovered import Hidden, added, compare, given
 from tests.plant import shaft as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
@@ -57,9 +57,8 @@ def log(hidden: Hidden, noise: float) -> Log:
 
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
-    effects = (hidden.effect,)
     how = spec(drawn=hidden.plant == "series_compliance")
-    return prepare(how, (log(hidden, noise),), KNOWN).publish(effects, unknowns(effects))
+    return prepare(how, (log(hidden, noise),), KNOWN).publish(added(hidden.effect))
 
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
@@ -82,9 +81,8 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=str)
 def test_the_door_finds_the_same(hidden: Hidden) -> None:
-    effects = (hidden.effect,)
     how = spec(drawn=hidden.plant == "series_compliance")
-    regression = prepare(how, (log(hidden, 1.0),), KNOWN).regression(effects, unknowns(effects))
+    regression = prepare(how, (log(hidden, 1.0),), KNOWN).regression(added(hidden.effect))
     found = solve(regression, tolerance=1e-3)
     name = next(iter(hidden.effect.unknowns))
     published = fitted(hidden, 1.0).amplitudes[name]
@@ -97,7 +95,7 @@ def test_both_sides_share_the_causes_and_have_a_bar_each() -> None:
     logs = (log(hidden, 1.0), log(hidden, 1.0))
     runs = [{"log": "tip_in.csv", "side": side} for side in ("left", "right")]
     how = ShaftSpec.model_validate({"test": "shaft", "runs": runs})
-    regression = prepare(how, logs, KNOWN).regression((hidden.effect,), unknowns((hidden.effect,)))
+    regression = prepare(how, logs, KNOWN).regression(added(hidden.effect))
     found = solve(regression, tolerance=1e-3).values
     assert found["shaft_stiffness_left"] == pytest.approx(found["shaft_stiffness_right"], rel=1e-6)
     assert found["backlash"] == pytest.approx(hidden.size, rel=0.05)

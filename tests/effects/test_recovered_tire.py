@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.effects.recovered import Hidden, compare, given, unknowns
+from tests.effects.recovered import Hidden, added, compare, given
 from tests.plant import tire as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
@@ -49,8 +49,7 @@ def logs(hidden: Hidden, noise: float) -> tuple[Log, ...]:
 
 @cache
 def fitted(hidden: Hidden, noise: float) -> Result:
-    effects = (hidden.effect,)
-    return prepare(SPEC, logs(hidden, noise), KNOWN).publish(effects, unknowns(effects))
+    return prepare(SPEC, logs(hidden, noise), KNOWN).publish(added(hidden.effect))
 
 
 def truth(hidden: Hidden) -> dict[str, float]:
@@ -85,7 +84,7 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 def test_the_door_finds_the_same() -> None:
     hidden = Hidden("slip_offset", 0.004)
     problem = prepare(SPEC, logs(hidden, 1.0), KNOWN)
-    found = solve(problem.regression((hidden.effect,), unknowns((hidden.effect,))))
+    found = solve(problem.regression(added(hidden.effect)))
     published = fitted(hidden, 1.0).amplitudes["slip_offset"]
     assert found.values["slip_offset"] == pytest.approx(published.value, abs=0.1 * published.std)
 

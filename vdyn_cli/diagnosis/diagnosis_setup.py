@@ -15,6 +15,7 @@ from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps import Problem, SimulatedProblem, Step, simulated
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
 
@@ -41,7 +42,7 @@ class DiagnosisSetup:
 
     Parameters
     ----------
-    regression : (effects, unknowns) -> the step's regression with effects in the model; ``start`` are values of the
+    regression : (added effects, start) -> the step's regression with effects in the model; ``start`` are values of the
         step's own unknowns about which a linearized problem is linearized.
     chord_regression : the same, but sensitivities to the step's own unknowns may be those without the effects.
     effects : the candidates applicable to model and data.
@@ -58,7 +59,7 @@ class DiagnosisSetup:
         the step simulates at their means, so that moving them in a fit is no gain.
     nondifferentiable : whether an effect without a slope at zero is in the baseline, which is then relinearized until
         it settles.
-    coarse_error : (effects, unknowns) -> rms error of the main channel at the unknowns' starts, nothing fitted, if the
+    coarse_error : added effects -> rms error of the main channel at the unknowns' starts, nothing fitted, if the
         baseline is far off: candidates are then tried from coarse starts, and an error is certain. None otherwise.
     likely_size : (effect, start) -> the most likely amplitude of a nondifferentiable effect alone in the model and its
         gain in log likelihood; ``start(amplitude)`` are its unknowns. None if such effects are not searched.
@@ -81,7 +82,7 @@ class DiagnosisSetup:
     level: float = POLICY.level
     linearized: bool = False
     nondifferentiable: bool = False
-    coarse_error: Callable[[Sequence[Effect], Sequence[Unknown]], float] | None = None
+    coarse_error: Callable[[AddedEffects], float] | None = None
     likely_size: Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float] | None] | None = None
     stated: Mapping[str, float] = field(default_factory=dict)
     learned: frozenset[str] = frozenset()

@@ -11,11 +11,14 @@ from importlib import import_module
 from pathlib import Path
 
 from vdyn_cli.io.plugins import plugins
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import Problem, SimulatedProblem
 from vdyn_cli.steps.failure import Failure, published
 from vdyn_cli.steps.step_definition import Diagnosable, Step, simulated
 
 __all__ = [
+    "NO_EFFECTS",
+    "AddedEffects",
     "Diagnosable",
     "Failure",
     "Problem",

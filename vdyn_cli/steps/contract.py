@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol
 
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 
 if TYPE_CHECKING:
     from vdyn_cli.effects import Effect
@@ -25,7 +26,7 @@ class Problem(Protocol):
     No request changes it; expensive parts are computed at most once and are stored in the problem.
     """
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit, with accepted effects in the model, and describe the result.
 
         Raises
@@ -56,47 +57,38 @@ class SimulatedProblem(Problem, Protocol):
         return stated
 
     @property
-    def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
-        """(effects, unknowns) -> rms error of the main channel at the unknowns' start values, with nothing fitted.
+    def coarse_error(self) -> Callable[[AddedEffects], float] | None:
+        """added effects -> rms error of the main channel at the unknowns' start values, with nothing fitted.
 
         Given where the baseline's error is so large that a linearization about it does not lead to the cause. A model
         error is then certain, and candidates are tried from a coarse grid of start values. None otherwise (default).
         """
         return None
 
-    def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The whitened regression with effects in the model.
 
         Parameters
         ----------
-        unknowns : of the effects, placed after the step's own shared unknowns.
+        added : effects, whose unknowns are placed after the step's own shared unknowns.
         start : values of the step's own shared unknowns about which the problem is linearized.
         """
 
-    def regression_like(
-        self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
-    ) -> Regression:
+    def regression_like(self, known: Regression, added: AddedEffects, start: Mapping[str, float]) -> Regression:
         """The regression with other effects in the model and the noise of a ``known`` regression of this problem.
 
         Parameters
         ----------
         start : as in ``regression``. By default the noise is estimated again, if that is cheap.
         """
-        return self.regression(effects, unknowns, start)
+        return self.regression(added, start)
 
-    def chord_regression(
-        self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
-    ) -> Regression:
+    def chord_regression(self, added: AddedEffects, start: Mapping[str, float]) -> Regression:
         """The regression for the first iterations of a fit, and for predictions.
 
         Its sensitivities to the step's own unknowns may be those without the effects; exact by default.
         """
-        return self.regression(effects, unknowns, start)
+        return self.regression(added, start)
 
     def likely_size(self, effect: Effect, start: Callable[[float], tuple[Unknown, ...]]) -> tuple[float, float] | None:
         """The most likely amplitude of a nondifferentiable effect alone in the model, and the gain in log likelihood.

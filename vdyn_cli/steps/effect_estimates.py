@@ -12,14 +12,15 @@ from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Solution, Unknown
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.steps.added_effects import AddedEffects
 
 LAW = 3  # unknowns at most of an effect that is a law: amplitude and shape parameters; with more, it is a profile
 NO_STD: Mapping[str, float] = MappingProxyType({})
 
 
-def unbounded(extra: Sequence[Unknown]) -> tuple[Unknown, ...]:
-    """The unknowns without their bounds, for a fit with all effects of which only the residuals are used."""
-    return tuple(replace(u, lower=-np.inf, upper=np.inf) for u in extra)
+def unbounded(added: AddedEffects) -> AddedEffects:
+    """The effects without bounds of their unknowns, for a fit of which only the residuals are used."""
+    return replace(added, unknowns=tuple(replace(u, lower=-np.inf, upper=np.inf) for u in added.unknowns))
 
 
 def unknowns_of_profiles(effects: Sequence[Correction]) -> dict[str, float]:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 
 if TYPE_CHECKING:
-    from vdyn_cli.effects import Effect
-    from vdyn_cli.inference import Solution, Unknown
+    from vdyn_cli.inference import Solution
     from vdyn_cli.steps.contract import Problem
 
 
@@ -91,7 +91,7 @@ def unpublished(
     return error if why is None else ResultError(*why)
 
 
-def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result | Failure:
+def published(problem: Problem, added: AddedEffects = NO_EFFECTS) -> Result | Failure:
     """The problem's result, or the failure to publish it, as a value.
 
     Raises
@@ -99,7 +99,7 @@ def published(problem: Problem, effects: Sequence[Effect] = (), unknowns: Sequen
     InputError : the data contradict the description.
     """
     try:
-        return problem.publish(effects, unknowns)
+        return problem.publish(added)
     except ResultError as error:
         return Failure.from_error(error)
 

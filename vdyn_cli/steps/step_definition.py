@@ -15,8 +15,6 @@ from vdyn_cli.steps.scaled_channel import ScaledChannel
 
 if TYPE_CHECKING:
     from vdyn_cli.description.description_model import Description
-    from vdyn_cli.effects import Effect
-    from vdyn_cli.inference import Unknown
     from vdyn_cli.quantities.check_schema import CoastBalance
     from vdyn_cli.quantities.log import Log
     from vdyn_cli.steps.contract import Problem, SimulatedProblem
@@ -133,16 +131,9 @@ class Step:
         """The step of this name that evaluates the description's manoeuvre."""
         return self.manoeuvres.get(getattr(spec, "manoeuvre", ""), self)
 
-    def estimate(
-        self,
-        spec: Any,
-        data: Any,
-        known: Parameters,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-    ) -> Result:
+    def estimate(self, spec: Any, data: Any, known: Parameters) -> Result:
         """Prepare and publish in one call, for scripts and tests."""
-        return self.prepare(spec, data, known).publish(effects, unknowns)
+        return self.prepare(spec, data, known).publish()
 
     def channels(self) -> Mapping[str, Quantity]:
         """Every channel that a log of this step may contain, by name."""

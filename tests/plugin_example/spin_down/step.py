@@ -8,7 +8,7 @@ Source: Newton's second law of rotation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -30,7 +30,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Comparison, FitSummary, Result
-from vdyn_cli.steps import Diagnosable, SimulatedProblem, Step
+from vdyn_cli.steps import NO_EFFECTS, AddedEffects, Diagnosable, SimulatedProblem, Step
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.free_profiles import profile, span_of
 
@@ -86,14 +86,12 @@ class SpinDownProblem(SimulatedProblem):
         span = span_of([log["wheel_speed"] for log in self.logs], 1.0)
         return (profile("torque_over_speed", "spin_friction", "wheel_speed", span, 1.0, "N m"),)
 
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """Angular speeds over their white noise."""
         own = Unknown(START, 0.0, 0.0, 500.0, "rad/s", per_run=True, nuisance=True)
-        every = (Unknown("spin_torque", start.get("spin_torque", 0.1), 0.0, 10.0, "N m"), *unknowns, own)
+        every = (Unknown("spin_torque", start.get("spin_torque", 0.1), 0.0, 10.0, "N m"), *added.unknowns, own)
         values = {"spin_torque": 0.1, "wheel_inertia": self.inertia}
-        simulator = Simulator(SPIN_DOWN, values, [u.name for u in every], effects)
+        simulator = Simulator(SPIN_DOWN, values, [u.name for u in every], added.effects)
         drives = [Drive(log.time, {}) for log in self.logs]
         noise = [white_level(log["wheel_speed"], log.time) for log in self.logs]
 
@@ -108,9 +106,9 @@ class SpinDownProblem(SimulatedProblem):
         starts = np.array([log["wheel_speed"][0] for log in self.logs])
         return Regression(every, tuple(log.name for log in self.logs), rows, {START: starts})
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit and describe the friction torque."""
-        regression = self.regression(effects, unknowns)
+        regression = self.regression(added)
         solution = solve(regression)
         value, std = solution.values["spin_torque"], solution.std["spin_torque"]
         interval = solution.interval95["spin_torque"]
@@ -124,7 +122,7 @@ class SpinDownProblem(SimulatedProblem):
             "Least squares over the white noise of the angular speed.",
             self._comparisons(regression, solution),
             findings=tuple(f for log in self.logs for f in log.findings),
-            amplitudes=effect_amplitudes(solution, unknowns),
+            amplitudes=effect_amplitudes(solution, added.unknowns),
         )
 
     def _comparisons(self, regression: Regression, solution: Solution) -> tuple[Comparison, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.bump.half_car_fit import BumpRows
 from vdyn_cli.steps.bump.known_car import car_numbers
 from vdyn_cli.steps.bump.measured_profile import BumpData
@@ -255,7 +257,9 @@ def test_an_effect_can_be_added_and_is_found() -> None:
     assert plain.fit.rms > 5 * plain.fit.noise_floor
     assert any("times the sensor's noise" in w for w in plain.fit.warnings)
     name, _ = asymmetric_damping.unknowns
-    regression = prepare(SPEC, data, known()).regression((asymmetric_damping,), (Unknown(name, 0.0, -0.9, 0.9),))
+    regression = prepare(SPEC, data, known()).regression(
+        AddedEffects((asymmetric_damping,), (Unknown(name, 0.0, -0.9, 0.9),))
+    )
     solution = solve(regression, tolerance=1e-3)
     assert solution.values[name] == pytest.approx(0.3, abs=2e-3)
     truth = plant.truth(VEHICLE)
@@ -388,8 +392,8 @@ def test_a_flat_profile_is_refused(tmp_path: Path) -> None:
 def test_effects_linearized_one_by_one_have_the_columns_of_all_at_once() -> None:
     problem = prepare(SPEC, BumpData(LOGS[:1]), known())
     effects = (asymmetric_damping, suspension_friction, tire_damping, problem.profiles[1])
-    unknowns = [Unknown(n, 0.0) for e in effects for n in e.unknowns]
-    fit = problem.fit_with(effects, unknowns)
+    unknowns = tuple(Unknown(n, 0.0) for e in effects for n in e.unknowns)
+    fit = replace(problem.fit, added=AddedEffects(effects, unknowns))
     theta = fit.regression().start()
     theta[[u.name for u in fit.shared].index("suspension_friction")] = 80.0
     one_by_one, at_once = BumpRows(fit).linearized(0, theta), fit.simulate(0, theta)

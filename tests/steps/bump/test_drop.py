@@ -25,6 +25,7 @@ from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.bump.drop_run import drop_run
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.bump.step import DROP, STEP
@@ -85,7 +86,7 @@ def test_dry_friction_can_be_taken_into_the_model() -> None:
     data = logs(rig, 5, 1, 2.0)
     plain = DROP.prepare(spec(rig), data, known(rig))
     free = Unknown("suspension_friction", 30.0, 0.0, 600.0, "N")
-    extended = plain.publish([suspension_friction], [free])
+    extended = plain.publish(AddedEffects((suspension_friction,), (free,)))
     assert extended.amplitudes["suspension_friction"].value == pytest.approx(60.0, rel=0.25)
     assert extended.fit.rms < 0.5 * plain.publish().fit.rms
     assert suspension_friction in candidates(DROP.situations)
@@ -94,7 +95,7 @@ def test_dry_friction_can_be_taken_into_the_model() -> None:
 def test_a_law_that_softens_the_damper_is_fitted_from_the_plain_car() -> None:
     rig = replace(random_rig(3), damping=(1600.0,), knee=0.1, beyond=0.35)
     plain = DROP.prepare(spec(rig), logs(rig, 3), known(rig))
-    extended = plain.publish([softening], [Unknown("softening", -1000.0, -3000.0, 3000.0, "N s/m")])
+    extended = plain.publish(AddedEffects((softening,), (Unknown("softening", -1000.0, -3000.0, 3000.0, "N s/m"),)))
     assert extended.amplitudes["softening"].value == pytest.approx(-0.65 * 1600.0, rel=0.02)
     for name, value in rig.truth().items():
         assert extended.parameters[name].value == pytest.approx(value, rel=0.01), name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.effects.recovered import unknowns
+from tests.effects.recovered import added
 from tests.plant import cg as plant
 from tests.plant.vehicle import random_vehicle
 from tests.steps.cg.test_cg import SPEC, known, logs
@@ -21,7 +21,7 @@ OTHERS = [pytest.param(*shares, marks=pytest.mark.slow) for shares in ((0.05, 0.
 def test_lift_has_its_sign_and_its_share_at_either_axle(front: float, rear: float) -> None:
     vehicle = random_vehicle(2)
     lifted = logs(vehicle, 2, effects={"aero_lift_front": front, "aero_lift_rear": rear})
-    result = prepare(SPEC, lifted, known(vehicle)).publish(LIFT, unknowns(LIFT))
+    result = prepare(SPEC, lifted, known(vehicle)).publish(added(*LIFT))
     area, share = result.amplitudes["aero_lift"], result.amplitudes["aero_lift_front"]
     assert abs(area.value - (front + rear)) < 3 * area.std
     assert abs(share.value - front / (front + rear)) < 3 * share.std

@@ -15,6 +15,7 @@ from tests.plant.vehicle import REFERENCE, random_vehicle
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.step import STEP
 
@@ -203,7 +204,9 @@ def test_the_regression_takes_effects() -> None:
 
     runs = coast.campaign(REFERENCE, 2, coast.DAY, {"headwind": 3.0})
     wind = Unknown("headwind", 0.0, -8.0, 8.0, "m/s")
-    solution = solve(prepare(spec_of(runs), logs_of(runs), known(REFERENCE)).regression((headwind,), (wind,)))
+    solution = solve(
+        prepare(spec_of(runs), logs_of(runs), known(REFERENCE)).regression(AddedEffects((headwind,), (wind,)))
+    )
     low, high = solution.interval95["headwind"]
     assert low < 3.0 < high
     assert high - low < 2.0

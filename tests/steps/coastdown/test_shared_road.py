@@ -15,6 +15,7 @@ from vdyn_cli.effects import catalogue
 from vdyn_cli.inference.restricted_likelihood import RandomUnknowns
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.coastdown.doubts.force_intervals import spanning_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import fit_road_load
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
@@ -61,7 +62,7 @@ def test_a_profile_over_the_logged_position_can_be_published() -> None:
     case = messy_day.drive(5, replace(ROUGH, rms=0.003))
     effect = next(e for e in catalogue() if e.name == "grade_profile")
     problem = prepared(case, position=True).problem
-    result = problem.publish((effect,), unknowns_of(effect))
+    result = problem.publish(AddedEffects((effect,), unknowns_of(effect)))
     assert all(covers(result, case, name) for name in MAIN)
     assert result.extra["noise"]["roughness"] > 1e-3
 
@@ -112,7 +113,7 @@ def test_a_published_slope_is_the_mean_slope_of_an_undulating_road() -> None:
     """A random road with its own mean slope would leave the slope of 0 open by 0.1 %, a mean of so many waves."""
     effect = next(e for e in catalogue() if e.name == "road_grade")
     problem = prepared(messy_day.drive(4, ROUGH), position=True).problem
-    found = problem.publish((effect,), unknowns_of(effect)).amplitudes["road_grade"]
+    found = problem.publish(AddedEffects((effect,), unknowns_of(effect))).amplitudes["road_grade"]
     assert abs(found.value) < 3 * found.std < 6e-4
 
 

@@ -22,6 +22,7 @@ from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.inertia import problem
 from vdyn_cli.steps.inertia.drive_checks import radius_contradiction
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
@@ -248,7 +249,9 @@ def test_an_effect_can_be_added_and_is_found() -> None:
     values = plant.known(vehicle)
     runs = tuple(drive_windows(log, 0.25, values) for log in data)
     unknown = Unknown("bearing_drag", 0.0, -5.0, 5.0)
-    solution = solve(MomentBalance(runs, values, 3.3).regression(vehicle.wheel_inertia, [bearing_drag], [unknown]))
+    solution = solve(
+        MomentBalance(runs, values, 3.3).regression(vehicle.wheel_inertia, AddedEffects((bearing_drag,), (unknown,)))
+    )
     assert solution.values["bearing_drag"] == pytest.approx(0.4, abs=4 * solution.std["bearing_drag"])
     assert solution.std["bearing_drag"] < 0.1
     assert solution.values["wheel_inertia"] == pytest.approx(vehicle.wheel_inertia, rel=0.02)
@@ -348,7 +351,7 @@ def test_a_noisy_wheel_speed_is_not_taken_for_a_heavier_wheel(seed: int) -> None
         runs = tuple(drive_windows(log, 0.25, values) for log in data)
         unknown = Unknown("wheel_mass_error", 0.0, -20.0, 20.0)
         balance = MomentBalance(runs, values, 3.3)
-        found.append(solve(balance.regression(vehicle.wheel_inertia, [wheel_mass], [unknown])))
+        found.append(solve(balance.regression(vehicle.wheel_inertia, AddedEffects((wheel_mass,), (unknown,)))))
     quiet, noisy = found
     for name, value in noisy.values.items():
         assert value == pytest.approx(quiet.values[name], abs=2.5 * noisy.std[name])

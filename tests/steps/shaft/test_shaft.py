@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.effects.recovered import unknowns
+from tests.effects.recovered import added
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from tests.steps.shaft.test_shaft_fit import log
@@ -19,6 +19,7 @@ from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.shaft import shaft_side
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.shaft_fit import linear_solution
@@ -102,9 +103,9 @@ def test_a_drawing_that_the_log_contradicts_is_told_also_where_joints_explain_it
     vehicle = random_vehicle(3)
     data = (log(vehicle, 3, series_compliance=0.25 / plant.truth(vehicle)["shaft_stiffness_left"]),)
     joints = next(effect for effect in catalogue() if effect.name == "series_compliance")
-    unknown = Unknown("series_compliance", 0.0, -2e-6, 2e-4, "rad/(N m)")
+    added = AddedEffects((joints,), (Unknown("series_compliance", 0.0, -2e-6, 2e-4, "rad/(N m)"),))
     problem = STEP.prepare(spec(vehicle, runs=RUN), data, Parameters())
-    (finding,) = (f for f in problem.publish((joints,), (unknown,)).findings if f.where == "left, log and drawing")
+    (finding,) = (f for f in problem.publish(added).findings if f.where == "left, log and drawing")
     assert finding.doubt
     assert "20 % softer than calculated from its drawing" in finding.what
     assert "an error of the drawing of this size looks the same" in finding.what
@@ -275,7 +276,7 @@ def test_the_fit_without_effects_is_made_once(monkeypatch: pytest.MonkeyPatch) -
     problem = STEP.prepare(spec(vehicle, runs=RUN), (log(vehicle, 2),), Parameters())
     (backlash,) = (e for e in candidates(STEP.situations) if e.name == "backlash")
     for effects in ((), (backlash,)):
-        problem.regression(effects, unknowns(effects))
+        problem.regression(added(*effects))
     problem.publish()
     assert len(fits) == 1
 

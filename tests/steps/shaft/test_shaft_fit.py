@@ -19,6 +19,7 @@ from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.shaft.sections import (
     compliance,
     drawing_budget,
@@ -172,7 +173,7 @@ def test_an_effect_on_the_shaft_can_be_added_and_is_found() -> None:
 
     runs = (ShaftReadings.of(log(vehicle, 5, backlash=gap), 1.0),)
     # The law damps also where the flanks are apart and nothing resists: hence a few per cent.
-    fit = ShaftFit(runs, (backlash,), (Unknown("backlash", 0.003, 0.0, 0.2),))
+    fit = ShaftFit(runs, AddedEffects((backlash,), (Unknown("backlash", 0.003, 0.0, 0.2),)))
     found = fit.solve(linear_solution(runs))[0].values
     assert found["backlash"] == pytest.approx(gap, rel=0.05)
     assert found["shaft_stiffness"] == pytest.approx(plant.truth(vehicle)["shaft_stiffness_left"], rel=0.03)

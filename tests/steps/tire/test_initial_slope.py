@@ -10,6 +10,7 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.step import STEP
 
@@ -62,5 +63,7 @@ def test_what_a_relaxation_length_leaves_is_not_taken_for_the_slope() -> None:
         logs.append(Log(f"sweep_{k}.csv", time, {**read, "force_z": 4000.0 + 30.0 * rng.standard_normal(time.size)}))
     problem = STEP.prepare(TireSpec.model_validate({"test": "tire"}), tuple(logs), Parameters())
     relaxation = next(e for e in catalogue() if e.name == "tire_relaxation")
-    result = problem.publish((relaxation,), tuple(Unknown(n, 0.0, -3.0, 3.0, "m") for n in relaxation.unknowns))
+    result = problem.publish(
+        AddedEffects((relaxation,), tuple(Unknown(n, 0.0, -3.0, 3.0, "m") for n in relaxation.unknowns))
+    )
     assert not [w for w in result.fit.warnings if "does not fit this tire" in w]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
-from tests.effects.recovered import unknowns
+from tests.effects.recovered import added
 from tests.plant import tire as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.physics.models.tire_curve import SHAPE, peak_slip
@@ -17,6 +17,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.tire import problem
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.step import STEP
@@ -210,8 +211,8 @@ def test_profiles_do_not_move_the_points_of_the_curve() -> None:
     vehicle = random_vehicle(4)
     prepared = problem.prepare(SPEC, logs(vehicle, 4, peak=False), known(vehicle))
     free = prepared.profiles
-    wide = [replace(u, prior=(0.0, u.upper)) for u in unknowns(free)]
-    plain, whole = prepared.regression(), prepared.regression(free, wide)
+    wide = [replace(u, prior=(0.0, u.upper)) for u in added(*free).unknowns]
+    plain, whole = prepared.regression(), prepared.regression(AddedEffects(free, tuple(wide)))
     start = np.array([u.start for u in plain.shared])
     beside = np.r_[start, np.zeros(len(whole.shared) - start.size)]
     assert np.allclose(whole.rows(0, beside).residual, plain.rows(0, start).residual, atol=1e-2)

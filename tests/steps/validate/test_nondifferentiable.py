@@ -18,6 +18,7 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.car.unknowns import TORQUE_ZERO
 from vdyn_cli.steps.validate.fit import nondifferentiable
@@ -72,7 +73,7 @@ def setups(drive: ValidateProblem) -> Callable[[float], SimulationSetup]:
 
 def simulated(drive: ValidateProblem, size: float) -> SimulationSetup:
     play = next(e for e in catalogue() if e.name == "backlash")
-    return drive.baseline.with_effects([play], [Unknown("backlash", size, 0.0, 0.06, "rad")])
+    return drive.baseline.with_effects(AddedEffects((play,), (Unknown("backlash", size, 0.0, 0.06, "rad"),)))
 
 
 def test_the_size_is_found(setups: Callable[[float], SimulationSetup], reference: DifferentiableReference) -> None:
@@ -286,7 +287,7 @@ def test_effects_of_no_size_keep_the_zeros_of_the_car_they_are_added_to(drive: V
     later = replace(drive, known=replace(drive.known, extensions={"backlash": {"backlash": before}}))
     rested = with_best_zeros(later.baseline, later.reference)
     drag = next(e for e in catalogue() if e.name == "brake_drag")
-    added = rested.with_effects([drag], [Unknown(n, 0.0) for n in drag.unknowns])
+    added = rested.with_effects(AddedEffects((drag,), tuple(Unknown(n, 0.0) for n in drag.unknowns)))
     assert with_best_zeros(added, later.reference) is added
     assert added.point.without_effects is rested
 

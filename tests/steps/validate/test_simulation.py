@@ -12,6 +12,7 @@ from tests.steps.validate.validate_cases import inputs, true_parameters
 from vdyn_cli.effects import catalogue
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.car.integration_step import SHORTEST_STEP, with_accurate_step
 from vdyn_cli.steps.validate.car.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.problem import ValidateProblem
@@ -62,7 +63,7 @@ def test_an_effect_added_to_a_drive_that_begins_in_motion_has_the_sensitivities_
     assert moving.vector.first_speed(0) > 3.0
 
     def added(at: float) -> SimulationSetup:
-        return moving.with_effects((slope,), (Unknown("road_grade", at, -1.0, 1.0, "", None),))
+        return moving.with_effects(AddedEffects((slope,), (Unknown("road_grade", at, -1.0, 1.0, "", None),)))
 
     start = added(0.0)
     told = start.first[0].sensitivities["speed"][:, start.vector.shared.index("road_grade")]
@@ -75,7 +76,7 @@ def test_a_chord_keeps_the_bare_cars_sensitivities_to_parameters_and_takes_the_o
     setup: SimulationSetup,
 ) -> None:
     slope = next(e for e in catalogue() if e.name == "road_grade")
-    exact = setup.with_effects((slope,), (Unknown("road_grade", 0.02, -1.0, 1.0, "", None),))
+    exact = setup.with_effects(AddedEffects((slope,), (Unknown("road_grade", 0.02, -1.0, 1.0, "", None),)))
     chord, parameters = replace(exact, chord=True), len(setup.prior.names)
     for one, other, bare in zip(chord.first, exact.first, setup.first, strict=True):
         speed, whole, before = (s.sensitivities["speed"] for s in (one, other, bare))

@@ -24,6 +24,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.drives.segments import OUTPUTS
@@ -159,7 +160,10 @@ def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path)
     play = next(e for e in catalogue() if e.name == "backlash")
     size = play.probes[len(play.probes) // 3]
     base = prepared(found).baseline
-    setups = [base.with_effects([play], [Unknown("backlash", start, 0.0, 0.06, "rad")]) for start in (0.0, size)]
+    setups = [
+        base.with_effects(AddedEffects((play,), (Unknown("backlash", start, 0.0, 0.06, "rad"),)))
+        for start in (0.0, size)
+    ]
     without, with_it = (one.first[0] for one in setups)
     column = without.sensitivities["shaft_torque_left"][:, len(setups[0].prior.names) + len(setups[0].sensors.gain_std)]
     apart = with_it.values["shaft_torque_left"] - without.values["shaft_torque_left"]

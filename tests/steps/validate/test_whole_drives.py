@@ -16,6 +16,7 @@ from vdyn_cli.diagnosis.strategies.linearized_system import initial_values, line
 from vdyn_cli.effects import catalogue
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
 from vdyn_cli.steps.validate.problem import ValidateProblem
@@ -66,7 +67,7 @@ def test_four_drives_hold_four_winds_however_often_they_stop(tmp_path: Path, mon
     baseline = in_town(tmp_path, 4, 120.0).baseline
     assert len(baseline.segments) > 8
     headwind = next(e for e in catalogue() if e.name == "headwind")
-    setup = baseline.with_effects((headwind,), unknowns_of(headwind, prior=True))
+    setup = baseline.with_effects(AddedEffects((headwind,), unknowns_of(headwind, prior=True)))
     regression = whole_drives(setup)
     system = linearized_system(linearize(regression, {}, initial_values(regression)))
     known = [u.name for u in regression.shared if u.name not in headwind.unknowns]

@@ -17,6 +17,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Problem, published
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
 
 FORMULA_UNKNOWNS = 3  # most coefficients of a learned formula, ``steps.learned_effect``; a table has one for each knot
@@ -215,7 +216,7 @@ def publish_with(
     extra = [started_at(u, start) for e in effects for u in unknowns_of(e, holding=start)]
     shapes = {n for e in effects for n in shapes_of(e)}
     for free in (extra, [u for u in extra if u.name not in shapes]) if shapes else (extra,):
-        result = published(problem, tuple(effects), tuple(free))
+        result = published(problem, AddedEffects(tuple(effects), tuple(free)))
         if not isinstance(result, Failure):
             return result, ()
         why = result.findings[0]

@@ -19,6 +19,7 @@ from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.steps.added_effects import NO_EFFECTS
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,7 @@ def _explained(strategy: Strategy, fitted: FittedModel) -> float:
     """
     setup = strategy.model.setup
     if setup.coarse_error is not None and fitted.effects:
-        return 2 * fitted.solution.cost * (setup.coarse_error((), ()) / max(rms_of(fitted.runs), 1e-12)) ** 2
+        return 2 * fitted.solution.cost * (setup.coarse_error(NO_EFFECTS) / max(rms_of(fitted.runs), 1e-12)) ** 2
     return 2 * (strategy.base.solution.cost - fitted.solution.cost)
 
 

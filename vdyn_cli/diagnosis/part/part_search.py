@@ -27,6 +27,7 @@ from vdyn_cli.inference.restrict import restricted, without_priors
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.free_part import Part
 
 NO_VARIANCE = np.zeros(0)
@@ -287,7 +288,7 @@ def _regression(strategy: Strategy, problem: SimulatedProblem) -> Regression:
     extra = [u for e in setup.effects for u in unknowns_of(e, prior=True)]
     extra += [Unknown(n, 0.0, unit=p.unit, prior=(0.0, p.size)) for p in parts for n in p.unknowns]
     effects = (*setup.effects, *(p.effect for p in parts))
-    regression = problem.regression_like(strategy.model.regression, effects, extra, {})
+    regression = problem.regression_like(strategy.model.regression, AddedEffects(effects, tuple(extra)), {})
     amplitudes = {n for e in setup.effects for n in amplitudes_of(e)} | {n for p in parts for n in p.unknowns}
     regression = without_priors(regression, amplitudes)
     return linearized(regression) if setup.linearized else regression

@@ -15,6 +15,7 @@ from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel
 from vdyn_cli.diagnosis.strategies.relinearization import Stop
+from vdyn_cli.steps.added_effects import NO_EFFECTS
 
 if TYPE_CHECKING:
     from vdyn_cli.diagnosis.strategies.linearized import LinearizedStrategy
@@ -50,7 +51,7 @@ def _from_coarse_starts(strategy: LinearizedStrategy, found: Detection) -> dict[
         if best_start := relinearization.coarse_start(name, _one_step(strategy, found, name)):
             starts[name] = best_start
     assert strategy.model.setup.coarse_error is not None
-    baseline = strategy.model.setup.coarse_error((), ())
+    baseline = strategy.model.setup.coarse_error(NO_EFFECTS)
     fits: dict[str, FittedModel | None] = {}
     for name in sorted(starts, key=lambda n: starts[n][0])[: POLICY.most_relinearized]:
         error, start = starts[name]

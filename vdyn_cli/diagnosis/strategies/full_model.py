@@ -12,8 +12,9 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, shapes_of, started_at, unknowns_of
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedRuns, LinearizedSystem
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Regression, Solution, Unknown
+from vdyn_cli.inference import Regression, Solution
 from vdyn_cli.inference.restrict import without_priors
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
 
 LEAST_STEP = 1e-2  # least predicted decrease of the cost in a step of a fit, in variances: a tenth of a std
@@ -121,14 +122,14 @@ def with_open_range(model: FullModel) -> FullModel:
 
 def full_model(
     setup: DiagnosisSetup,
-    regression: Callable[[Sequence[Effect], Sequence[Unknown]], Regression],
+    regression: Callable[[AddedEffects], Regression],
     start: Mapping[str, float] = NO_VALUES,
 ) -> FullModel:
     """Build the full model.
 
     Parameters
     ----------
-    regression : (effects, unknowns) -> the step's regression, linearized or not.
+    regression : added effects -> the step's regression, linearized or not.
     start : amplitudes about which the regression is linearized; unlisted ones are zero.
 
     Raises
@@ -136,10 +137,10 @@ def full_model(
     ValueError : the step puts unknowns of effects before the baseline's.
     """
     every = (*setup.effects, *setup.profiles)
-    extra = [started_at(u, start) for e in every for u in unknowns_of(e, prior=True)]
+    extra = tuple(started_at(u, start) for e in every for u in unknowns_of(e, prior=True))
     added = {u.name for u in extra}
     amplitudes = {n for e in every for n in amplitudes_of(e)}
-    full = regression(every, extra)
+    full = regression(AddedEffects(every, extra))
     catalogue = {u.name: u.prior for u in extra}
     full = without_priors(full, {u.name for u in full.shared if u.name in amplitudes and u.prior == catalogue[u.name]})
     base = tuple(u.name for u in full.shared if u.name not in added)

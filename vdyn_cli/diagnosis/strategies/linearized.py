@@ -17,10 +17,10 @@ from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, Fu
 from vdyn_cli.diagnosis.strategies.nested_fits import KnownFits, NestedFits
 from vdyn_cli.diagnosis.strategies.relinearization import Relinearization, with_unbounded_scales
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
-from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Regression, Unknown, solve
+from vdyn_cli.inference import Regression, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
 
 
@@ -222,10 +222,10 @@ def open_linearized(setup: DiagnosisSetup) -> LinearizedStrategy:
 def _linearized_model(setup: DiagnosisSetup, point: Mapping[str, float]) -> FullModel:
     """The full model linearized about values of the baseline's unknowns and amplitudes of effects; unlisted: zero."""
 
-    def regression(effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
-        added = {u.name for u in unknowns}
-        own = {n: v for n, v in point.items() if n not in added}
-        return linearized(setup.regression(effects, unknowns, start=own))
+    def regression(added: AddedEffects) -> Regression:
+        names = {u.name for u in added.unknowns}
+        own = {n: v for n, v in point.items() if n not in names}
+        return linearized(setup.regression(added, start=own))
 
     model = full_model(setup, regression, point)
     return replace(model, regression=with_unbounded_scales(model.regression, setup))
@@ -235,7 +235,7 @@ def _baseline_values(setup: DiagnosisSetup) -> Mapping[str, float]:
     """The baseline's linear fit, relinearized until it settles if the model has a nondifferentiable effect."""
     values: Mapping[str, float] = NO_VALUES
     for _ in range(1 + POLICY.linearizations * setup.nondifferentiable):
-        found = solve(linearized(setup.regression((), (), start=values)), tolerance=LEAST_STEP, unconverged=True)
+        found = solve(linearized(setup.regression(start=values)), tolerance=LEAST_STEP, unconverged=True)
         settled = values and found.move_from(values) < POLICY.settled_std
         values = found.values
         if settled:

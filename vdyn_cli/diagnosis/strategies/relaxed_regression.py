@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import inf, isfinite
 
-from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
 
 UNIFORM = 12**-0.5  # standard deviation of a uniform distribution of width one
@@ -32,10 +32,8 @@ def _with_baseline(
 ) -> Callable[..., Regression]:
     """The regression with the unknowns of the baseline ``changed``."""
 
-    def of(
-        effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
-        full, kept = regression(effects, unknowns, start=start), {u.name for u in unknowns}
+    def of(added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
+        full, kept = regression(added, start=start), {u.name for u in added.unknowns}
         return replace(full, unknowns=tuple(u if u.name in kept else changed(u) for u in full.unknowns))
 
     return of

@@ -30,6 +30,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.steps.added_effects import AddedEffects
 
 HELD = 1e-6  # of its prior standard deviation, with which an unknown counts as held
 Stop = Callable[[FittedModel, FittedModel], bool]
@@ -107,7 +108,9 @@ class Relinearization:
         for size in tried:
             try:
                 # All candidates are in the model, the others at zero: one model is compiled for all of them.
-                error = self.setup.coarse_error(every, [started_at(u, {first: size}) for u in unknowns])
+                error = self.setup.coarse_error(
+                    AddedEffects(every, tuple(started_at(u, {first: size}) for u in unknowns))
+                )
             except (ResultError, ArithmeticError):
                 continue
             if best is None or error < best[0]:
@@ -154,10 +157,10 @@ class Relinearization:
         key = effects, tuple(about.items()), chord
         if key not in self._last:
             every = [self.setup.candidates[e] for e in effects]
-            extra = [started_at(u, about) for e in every for u in unknowns_of(e)]
+            added = AddedEffects(tuple(every), tuple(started_at(u, about) for e in every for u in unknowns_of(e)))
             start = {n: v for n, v in about.items() if n in self.base}
             regression = self.setup.chord_regression if chord else self.setup.regression
-            self._last = {key: _without_covered(regression(every, extra, start=start), every)}
+            self._last = {key: _without_covered(regression(added, start=start), every)}
         return self._last[key]
 
     def predicted(

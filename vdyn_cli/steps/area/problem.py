@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.arrays import Mask
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.area.pictures import BoxEdges, Pictures, box_edges
 from vdyn_cli.steps.area.result import area_budget, result_of
 from vdyn_cli.steps.area.silhouette import Silhouette, find_silhouette
@@ -37,7 +35,7 @@ class AreaProblem(Problem):
     edges: BoxEdges
     exclude: Mask
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Count the silhouette's pixels, scale them by the box, and correct for perspective.
 
         Raises

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
@@ -17,6 +16,7 @@ from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump.drop_run import DropRun
 from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
 from vdyn_cli.steps.contract import NO_VALUES
@@ -32,7 +32,7 @@ class DropFit:
     """Drops of one rig, and the unknowns estimated from them.
 
     Shared unknowns are stiffness and damping of each axle on the rig, the tires' stiffness, uncertain masses and
-    lengths, and those of ``effects``. Unknowns of each run are heights and rates at the start and the sensors' zeros.
+    lengths, and those of the effects. Unknowns of each run are heights and rates at the start and the sensors' zeros.
 
     Parameters
     ----------
@@ -43,8 +43,7 @@ class DropFit:
     axles: tuple[str, ...]
     known: Mapping[str, float]
     std: Mapping[str, float]
-    effects: tuple[Effect, ...] = ()
-    effect_unknowns: tuple[Unknown, ...] = ()
+    added: AddedEffects = NO_EFFECTS
 
     @property
     def model(self) -> Model:
@@ -95,7 +94,7 @@ class DropFit:
         return (
             *(Unknown(q.name, self.start[q.name], q.lower, q.upper, q.unit) for q in quantities),
             *(Unknown(n, self.known[n], prior=(self.known[n], self.std[n]), nuisance=True) for n in uncertain),
-            *self.effect_unknowns,
+            *self.added.unknowns,
         )
 
     @cached_property
@@ -132,7 +131,7 @@ class DropFit:
         step = max(float(np.median(np.diff(run.time))) for run in self.runs)
         values = {**self.known, **self.start, **{u.name: u.start for u in self.shared}}
         substeps = int(np.ceil(step / LARGEST_STEP))
-        return Simulator(self.model, values, names, self.effects, substeps=substeps)
+        return Simulator(self.model, values, names, self.added.effects, substeps=substeps)
 
     def regression(self, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The whitened regression over all drops; ``start`` replaces start values of shared unknowns."""
@@ -144,10 +143,10 @@ class DropFit:
 
         A law that softens a damper makes a car with the low damping of the first start values unstable.
         """
-        if not self.effect_unknowns:
+        if not self.added.unknowns:
             return NO_VALUES
         try:
-            plain = replace(self, effects=(), effect_unknowns=())
+            plain = replace(self, added=NO_EFFECTS)
             return solve(plain.regression(), tolerance=TOLERANCE).values
         except ResultError:
             return NO_VALUES

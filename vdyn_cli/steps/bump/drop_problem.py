@@ -8,13 +8,14 @@ from functools import partial
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.inference import Regression
 from vdyn_cli.physics.models.dropped_car import AXLES, given
 from vdyn_cli.quantities.errors import Finding, ResultError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump.drop_fit import DropFit
 from vdyn_cli.steps.bump.drop_result import drop_result
 from vdyn_cli.steps.bump.drop_run import drop_run, wrong_drop
@@ -65,24 +66,18 @@ class DropProblem(SimulatedProblem):
         """Dampers, springs and tires of the axles on the rig."""
         return suspension_parts(self.fit.axles)
 
-    def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> DropFit:
-        """The fit with effects in the car's laws and their unknowns, which all drops share."""
-        return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
-
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The heights of all drops, whitened by their noise, with effects in the model."""
-        return self.fit_with(effects, unknowns).regression(start)
+        return replace(self.fit, added=added).regression(start)
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit springs, dampers and tires to all drops at once, with accepted effects in the model.
 
         Raises
         ------
         ResultError : the drops do not determine the unknowns.
         """
-        fit = self.fit_with(effects, unknowns)
+        fit = replace(self.fit, added=added)
         shown = partial(drop_result, fit, self.wheels, self.findings)
         try:
             solution = fit.solve()

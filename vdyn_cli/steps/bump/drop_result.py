@@ -56,7 +56,7 @@ def drop_result(fit: DropFit, wheels: int, findings: Sequence[Finding], solution
         (_residual(comparisons),),
         (_modes(fit, on_rig),),
         tuple(dict.fromkeys((*findings, *_per_wheel(wheels)))),
-        amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
+        amplitudes=effect_amplitudes(solution, fit.added.unknowns),
     )
 
 

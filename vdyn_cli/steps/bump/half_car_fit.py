@@ -9,7 +9,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Simulated, Simulator, sensitive_to
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
@@ -19,6 +18,7 @@ from vdyn_cli.physics.models.half_car import BODY, BODY_OF, CROSSING, GIVEN, SOU
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump.crossing import Crossing
 from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
 from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
@@ -36,13 +36,13 @@ AT_REST = (2e-3, 2e-2, 1e-3, 1e-2)  # m, m/s, rad, rad/s: standard deviations of
 class BumpFit:
     """Crossings, and the unknowns estimated from them.
 
-    Shared unknowns are the five of ``SOUGHT``, uncertain known numbers, and those of ``effects``. Unknowns of each run
+    Shared unknowns are the five of ``SOUGHT``, uncertain known numbers, and those of the effects. Unknowns of each run
     are the position of the bump, scale and slope of the speed (in units of their standard deviations), motion of the
     body at the start, and zero of each sensor.
 
     Parameters
     ----------
-    effect_unknowns : of ``effects``, shared by all crossings; omitted ones stay zero, or nominal.
+    added : corrections of the half car.
     sensitive : unknowns whose sensitivities are simulated; empty: all.
     road : the noise of an uneven road; None on a smooth one.
     """
@@ -51,8 +51,7 @@ class BumpFit:
     model: Model
     known: KnownCar
     weights: ChannelWeights
-    effects: tuple[Effect, ...] = ()
-    effect_unknowns: tuple[Unknown, ...] = ()
+    added: AddedEffects = NO_EFFECTS
     sensitive: tuple[str, ...] = ()
     road: RoadNoise | None = None
 
@@ -75,7 +74,7 @@ class BumpFit:
         return (
             *(Unknown(q.name, self.start[q.name], q.lower, q.upper, q.unit) for q in sought),
             *(Unknown(n, values[n], *ranges[n], prior=(values[n], std[n]), nuisance=True) for n in uncertain),
-            *self.effect_unknowns,
+            *self.added.unknowns,
         )
 
     @cached_property
@@ -113,11 +112,11 @@ class BumpFit:
 
     def only(self, names: Sequence[str], sensitive: Sequence[str] = ()) -> BumpFit:
         """The fit with only these unknowns of effects, and without the effects that have none of them."""
-        unknowns = tuple(u for u in self.effect_unknowns if u.name in names)
+        unknowns = tuple(u for u in self.added.unknowns if u.name in names)
         free, seen = tuple(u.name for u in unknowns), tuple(u.name for u in unknowns if u.name in sensitive)
         if (free, seen) not in self._narrowed:
-            effects = tuple(e for e in self.effects if set(e.unknowns) & set(free))
-            narrowed = replace(self, effects=effects, effect_unknowns=unknowns, sensitive=seen)
+            effects = tuple(e for e in self.added.effects if set(e.unknowns) & set(free))
+            narrowed = replace(self, added=AddedEffects(effects, unknowns), sensitive=seen)
             self._narrowed[free, seen] = narrowed
         return self._narrowed[free, seen]
 
@@ -126,7 +125,7 @@ class BumpFit:
         step = max(float(np.median(np.diff(c.time))) for c in self.crossings)
         values = {**self.known.values, **self.start, **dict.fromkeys(CROSSING, 0.0)}
         values |= {u.name: u.start for u in self.shared}
-        return Simulator(self.model, values, unknowns, self.effects, substeps=int(np.ceil(step / LARGEST_STEP)))
+        return Simulator(self.model, values, unknowns, self.added.effects, substeps=int(np.ceil(step / LARGEST_STEP)))
 
     def regression(self, at: Solution | None = None, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The whitened regression over all runs, started at a solution, at ``start``, or at a typical car.
@@ -204,7 +203,7 @@ def _with_effects_fixed(fit: BumpFit) -> Solution | None:
 
     Started at a typical car, a correct effect would first change to compensate for the errors of the car.
     """
-    held = {u.name: u.start for u in fit.effect_unknowns}
+    held = {u.name: u.start for u in fit.added.unknowns}
     if not any(held.values()):
         return None
     try:
@@ -232,11 +231,11 @@ class BumpRows:
         """
         fit = self.fit
         values = dict(zip((u.name for u in fit.shared), theta.tolist(), strict=False))
-        resting = [e for e in fit.effects if not any(values.get(n) for n in e.unknowns if n not in e.nominal)]
+        resting = [e for e in fit.added.effects if not any(values.get(n) for n in e.unknowns if n not in e.nominal)]
         if len(resting) < 2:
             return fit.simulate(run, theta)
         zero = {n for e in resting for n in e.unknowns}
-        acting = [u.name for u in fit.effect_unknowns if u.name not in zero]
+        acting = [u.name for u in fit.added.unknowns if u.name not in zero]
         names = [u.name for u in (*fit.shared, *fit.own)]
         parts = [fit.only(acting), *(fit.only([*acting, *e.unknowns], tuple(e.unknowns)) for e in resting)]
         found = [one.simulate(run, theta[[names.index(n) for n in one.simulator.unknowns]]) for one in parts]

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Solution, Unknown
+from vdyn_cli.inference import Regression, Solution
 from vdyn_cli.physics.models.half_car import half_car, half_car_on_profile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump import text
 from vdyn_cli.steps.bump.crossing import CHANNELS
 from vdyn_cli.steps.bump.half_car_fit import BumpFit, on_its_road
@@ -69,24 +70,18 @@ class BumpProblem(SimulatedProblem):
         """Values (n,) of a part's coordinate: simulated by the baseline, or measured for the part of a sensor."""
         return coordinate_of(part, self.fit, solution)
 
-    def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> BumpFit:
-        """The fit with effects in the half car and their unknowns, which all crossings share."""
-        return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
-
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The channels of all crossings, whitened by their noise, with effects in the half car."""
-        return self.fit_with(effects, unknowns).regression(start=start)
+        return replace(self.fit, added=added).regression(start=start)
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit springs, dampers and tires to all crossings at once, with accepted effects in the half car.
 
         Raises
         ------
         ResultError : the crossings do not determine the unknowns.
         """
-        fit = self.fit_with(effects, unknowns)
+        fit = replace(self.fit, added=added)
         try:
             weighted, solution = fit.solve()
         except ResultError as error:

@@ -59,7 +59,7 @@ def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -
         ),
         tuple(dict.fromkeys([*findings, *uneven_zeros(zeros, fit.known.zeros)])),
         _extra(modes, replays),
-        amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
+        amplitudes=effect_amplitudes(solution, fit.added.unknowns),
         restate=restate,
     )
 
@@ -73,7 +73,7 @@ def _sensitivity_to_known(fit: BumpFit, solution: Solution) -> dict[str, dict[st
     """Total derivatives d sought / d known at the solution, by known number."""
     names = [n for n in GIVEN if n not in NOT_LISTED]
     held = tuple(Unknown(n, fit.known.values[n]) for n in names if n not in solution.names)
-    extended = replace(fit, effect_unknowns=(*fit.effect_unknowns, *held)).regression()
+    extended = replace(fit, added=replace(fit.added, unknowns=(*fit.added.unknowns, *held))).regression()
     return slopes_by_known(extended, names, {**fit.known.values, **solution.values}, solution.per_run)
 
 

@@ -9,7 +9,6 @@ from operator import attrgetter
 
 import numpy as np
 
-from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
@@ -31,6 +30,7 @@ from vdyn_cli.physics.models.load_transfer import (
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun, simulated
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
 from vdyn_cli.steps.cg.driven_channels import driven_channels
@@ -70,15 +70,14 @@ class LoadFit:
     carried : for each run, the load of both axles; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
     pitch_inertia : kg m^2, held at this value where the runs do not determine it.
-    effects, effect_unknowns : corrections of the balance, and their unknowns, shared by all runs.
+    added : corrections of the balance.
     """
 
     runs: tuple[LoadWindows, ...]
     known: Mapping[str, float]
     load_zero: float
     slip: Mapping[str, tuple[float, float]]
-    effects: tuple[Effect, ...] = ()
-    effect_unknowns: tuple[Unknown, ...] = ()
+    added: AddedEffects = NO_EFFECTS
     speeds: tuple[SpeedChange | None, ...] = ()
     carried: tuple[CarriedWeight | None, ...] = ()
     pitch_inertia: float | None = None
@@ -106,7 +105,7 @@ class LoadFit:
             *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, prior=priors.get(n)) for n in SOUGHT),
             *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
             *(slip if self.known["spin"] > 0 else ()),
-            *self.effect_unknowns,
+            *self.added.unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
         )
 
@@ -127,7 +126,7 @@ class LoadFit:
         names = tuple(dict.fromkeys([*(u.name for u in self.unknowns), *zeros]))
 
         def of(*outputs: str) -> Simulator:
-            return Simulator(replace(self.model, outputs=outputs), values, names, self.effects)
+            return Simulator(replace(self.model, outputs=outputs), values, names, self.added.effects)
 
         if self.both_axles:
             return of(*MOMENTS, UNIT), of(MOMENTS[1]), of(SPEED_RATE, CARRIED)
@@ -310,7 +309,7 @@ def _delays(fit: LoadFit, theta: Array) -> dict[str, float]:
 def _delay(fit: LoadFit, clock_law: str, values: Mapping[str, float]) -> float:
     """The time shift of a moment's clock with the effects of the fit, s."""
     clock: Law = attrgetter("value")
-    for effect in fit.effects:
+    for effect in fit.added.effects:
         if (law := effect.laws.get(clock_law)) is not None:
             own = {n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns}
             clock = _corrected(law, clock, Signals(**own))

@@ -11,13 +11,14 @@ import numpy as np
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, even_if_refused, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Solution, even_if_refused, solve
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.carried_weight import carried_weight
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
@@ -98,30 +99,19 @@ class CgProblem(SimulatedProblem):
         """The first fit without effects, even where it was refused."""
         return even_if_refused(lambda: self.fit.first_solution)
 
-    def fit_with(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoadFit:
-        """The fit with effects in the balance and their unknowns, which all runs share."""
-        return replace(self.fit, effects=tuple(effects), effect_unknowns=tuple(unknowns))
-
-    def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over all windows of all runs, with effects in the balance.
 
         Noise and true channels are those of the fit with all effects, where the runs determine it (with priors on
-        ``unknowns`` they always do), else those at the start. It starts at the fit without effects.
+        the unknowns of ``added`` they always do), else those at the start. It starts at the fit without effects.
         """
-        if not unknowns:
+        if not added.unknowns:
             here = even_if_refused(lambda: self.baseline)
             return self.fit.regression(self.fit.unknowns_at(here), self.fit.unknowns_at(here, start))
-        fit = self.fit_with(effects, unknowns)
+        fit = replace(self.fit, added=added)
         return fit.regression(self._linearization_point(fit), fit.unknowns_at(self._first, start))
 
-    def regression_like(
-        self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
-    ) -> Regression:
+    def regression_like(self, known: Regression, added: AddedEffects, start: Mapping[str, float]) -> Regression:
         """The regression with noise and true channels of ``known``, if its residuals are hardly more than noise.
 
         Otherwise they are recomputed, because channels that fulfill a wrong balance would hide its further errors.
@@ -129,8 +119,8 @@ class CgProblem(SimulatedProblem):
         rows = known.rows
         assert isinstance(rows, BalanceRows)
         if rows.misfit >= STEP_POLICY.balance_noise:
-            return self.regression(effects, unknowns, start)
-        fit = self.fit_with(effects, unknowns)
+            return self.regression(added, start)
+        fit = replace(self.fit, added=added)
         return fit.regression(rows.unknowns_in(fit), fit.unknowns_at(self._first, start), rows.heave)
 
     def _linearization_point(self, fit: LoadFit) -> Array:
@@ -147,8 +137,8 @@ class CgProblem(SimulatedProblem):
             alone = self._best_with_one(fit)
             if alone[1] < STEP_POLICY.balance_noise:
                 return alone[0]
-        whole = replace(fit, effect_unknowns=unbounded(fit.effect_unknowns))
-        found = self._nearly_fitted(whole, unknowns_of_profiles(fit.effects))
+        whole = replace(fit, added=unbounded(fit.added))
+        found = self._nearly_fitted(whole, unknowns_of_profiles(fit.added.effects))
         at, misfit = (fit.unknowns_at(found[0]), found[1]) if found else (fit.unknowns_at(self._first), np.inf)
         enough = STEP_POLICY.balance_noise * misfit if heaves else STEP_POLICY.balance_misfit
         if (_unexplained(self.fit, even_if_refused(lambda: self.baseline)) if heaves else misfit) < enough:
@@ -163,13 +153,15 @@ class CgProblem(SimulatedProblem):
         """Unknowns and misfit of the best fit with one effect of ``fit``; without effects where none converges."""
         at, misfit = fit.unknowns_at(self._first), np.inf
         own = {profile.name for profile in self.profiles}
-        for effect in (e for e in fit.effects if e.name not in own):
+        for effect in (e for e in fit.added.effects if e.name not in own):
             free = len(effect.unknowns) > LAW_UNKNOWNS  # a free function needs its prior
-            own_unknowns = (u for u in fit.effect_unknowns if u.name in effect.unknowns)
+            own_unknowns = (u for u in fit.added.unknowns if u.name in effect.unknowns)
             unknowns = tuple(u if free else replace(u, prior=None) for u in own_unknowns)
             key = effect.name, *(u.name for u in unknowns)
             if key not in self._fits_with_one:
-                self._fits_with_one[key] = self._nearly_fitted(self.fit_with((effect,), unknowns))
+                self._fits_with_one[key] = self._nearly_fitted(
+                    replace(self.fit, added=AddedEffects((effect,), unknowns))
+                )
             found = self._fits_with_one[key]
             if found is not None and found[1] < misfit:
                 at, misfit = fit.unknowns_at(found[0]), found[1]
@@ -194,20 +186,20 @@ class CgProblem(SimulatedProblem):
         rear = values.get("cg_to_rear", self.baseline.values["cg_to_rear"])
         return {"cg_to_front": self.vehicle.values["wheelbase"] - rear}
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit height, position and pitch inertia to all runs at once, with accepted effects in the balance.
 
         Raises
         ------
         ResultError : the runs do not determine the unknowns, or the fit does not converge.
         """
-        if unknowns and self.fit.pitch_inertia is not None:  # with the effects, the runs may determine it
+        if added.unknowns and self.fit.pitch_inertia is not None:  # with the effects, the runs may determine it
             with suppress(ResultError):
-                return replace(self, fit=replace(self.fit, pitch_inertia=None)).publish(effects, unknowns)
-        fit = self.fit_with(effects, unknowns) if unknowns else self.fit
+                return replace(self, fit=replace(self.fit, pitch_inertia=None)).publish(added)
+        fit = replace(self.fit, added=added) if added.unknowns else self.fit
         try:
-            near = self._nearly_fitted(fit) if unknowns else None
-            solution = fit.solve(near[0] if near else None) if unknowns else self.baseline
+            near = self._nearly_fitted(fit) if added.unknowns else None
+            solution = fit.solve(near[0] if near else None) if added.unknowns else self.baseline
             return cg_result(fit, solution, self.vehicle, self.findings)
         except RefusedFitError as error:
             exact = replace(self.vehicle, std={})

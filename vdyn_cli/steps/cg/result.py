@@ -47,7 +47,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
         figures.figures(fit, compared),
         (text.uncertainty_table(solution, moved),),
         tuple(findings),
-        amplitudes=effect_amplitudes(solution, fit.effect_unknowns),
+        amplitudes=effect_amplitudes(solution, fit.added.unknowns),
         withheld=withheld,
         restate=text.sentence,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import RefusedFitError, Regression, Unknown
+from vdyn_cli.inference import RefusedFitError, Regression
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all
@@ -19,6 +19,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, coast_segment, split
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, drive_signal, selected, usable
 from vdyn_cli.steps.coastdown.doubts.crosswind import crosswind_shift, stated_crosswind
@@ -113,51 +114,44 @@ class CoastdownProblem(SimulatedProblem):
         """The stated directions of the segments that are fitted."""
         return [stated[s.run] for s in self.selection.segments]
 
-    def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The whitened regression with candidate effects; the estimated noise does not absorb their signals.
 
         ``start`` is not used: the regression is nonlinear and is solved from its own start.
         """
-        return regression_with_effects(self.placed, effects, unknowns, base=self._located.base)
+        return regression_with_effects(self.placed, added, base=self._located.base)
 
-    def regression_like(
-        self, known: Regression, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
-    ) -> Regression:
+    def regression_like(self, known: Regression, added: AddedEffects, start: Mapping[str, float]) -> Regression:
         """See ``SimulatedProblem``: with the noise sizes of the known regression."""
-        return with_noise_of(known, effects, unknowns)
+        return with_noise_of(known, added)
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit the road load, with accepted effects in the model, and describe it.
 
         Raises
         ------
         ResultError : the data do not determine the unknowns, or a value lies at its bound.
         """
-        covered = {n for e in effects for n in e.covers}
+        covered = {n for e in added.effects for n in e.covers}
         own = tuple(u for u in self.campaign.unknowns if u.name not in covered)
         try:
-            fit = fit_road_load(replace(self.placed, unknowns=own), effects, unknowns, base=self._located.base)
+            fit = fit_road_load(replace(self.placed, unknowns=own), added, base=self._located.base)
         except RefusedFitError as error:
             regression = error.regression
             raise unpublished(
-                error, lambda s: self._result(RoadLoadFit(rows_of(regression), regression, s), effects, unknowns)
+                error, lambda s: self._result(RoadLoadFit(rows_of(regression), regression, s), added)
             ) from None
-        return self._result(fit, effects, unknowns)
+        return self._result(fit, added)
 
-    def _result(self, fit: RoadLoadFit, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Result:
+    def _result(self, fit: RoadLoadFit, added: AddedEffects) -> Result:
         quality = quality_of(fit)
         wider, contradiction = with_speed_gain(quality.fit, contradicted_gain(self.selection.segments))
         across, wind = crosswind_shift(wider, stated_crosswind(self.spec))
         quality = replace(quality, fit=wider)
-        answer = RoadLoadAnswer(wider, self.spec, self.selection, self.zeros, quality, tuple(effects), across)
+        answer = RoadLoadAnswer(wider, self.spec, self.selection, self.zeros, quality, added.effects, across)
         of_logs = (f for log in self.logs for f in log.findings)
         findings = (*self.findings, *contradiction, *wind, *doubts(answer), *of_logs)
-        return result_of(answer, self.known.estimates.get("frontal_area"), unknowns, findings)
+        return result_of(answer, self.known.estimates.get("frontal_area"), added.unknowns, findings)
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""

@@ -12,14 +12,13 @@ squares).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.engine.model import Model
-from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
@@ -27,6 +26,7 @@ from vdyn_cli.physics.models.wheel_spin import LEVER, MASS, READINGS, WHEEL_SPIN
 from vdyn_cli.quantities.arrays import Array, cumulative_integral, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.inertia.noise import WindowNoise
 from vdyn_cli.steps.known_sensitivity import slopes_by_known
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -208,9 +208,7 @@ class MomentBalance:
         remedy = "check wheel_radius (loaded, not unloaded) and the gains of torque and force"
         return (Finding("wheel_inertia", "the moment balance gives a negative inertia", got, remedy),)
 
-    def regression(
-        self, inertia: float, effects: Sequence[Correction] = (), unknowns: Sequence[Unknown] = ()
-    ) -> Regression:
+    def regression(self, inertia: float, added: AddedEffects = NO_EFFECTS) -> Regression:
         """The regression of the wheel's inertia, shared by all runs, and each run's zero of the torque.
 
         Rows are the windows' impulses Jw (simulated minus measured gain of speed), whitened by their covariance::
@@ -226,7 +224,7 @@ class MomentBalance:
         Parameters
         ----------
         inertia : kg m^2, start value.
-        effects, unknowns : corrections of the balance, and further shared unknowns, of effects or of the wheel.
+        added : corrections of the balance, and further shared unknowns, of effects or of the wheel.
 
         Source: Fuller, Measurement Error Models (Wiley 1987), 1.3.
         """
@@ -237,12 +235,12 @@ class MomentBalance:
                 physical=self.possible_inertias(inertia),
             ),
             *self.drag,
-            *unknowns,
+            *added.unknowns,
             Unknown("hub_torque_zero", 0.0, -50 * zero, 50 * zero, "N m", (0.0, zero), per_run=True, nuisance=True),
         )
         values = {**self.wheel, **{u.name: u.start for u in self.drag}}
         values |= {"wheel_inertia": inertia, "hub_torque_zero": 0.0}
-        simulator = Simulator(self.model, values, [u.name for u in every], effects)
+        simulator = Simulator(self.model, values, [u.name for u in every], added.effects)
         drives = [Drive(run.log.time, {name: run.log[name] for name in self.model.inputs}) for run in self.runs]
 
         def rows(index: int, theta: Array) -> Rows:
@@ -287,17 +285,16 @@ class MomentBalance:
         names: Sequence[str],
         values: Mapping[str, float],
         per_run: Mapping[str, Array],
-        effects: Sequence[Correction] = (),
-        unknowns: Sequence[Unknown] = (),
+        added: AddedEffects = NO_EFFECTS,
     ) -> dict[str, float]:
         """Derivatives of the estimated inertia by known parameters, d Jw / d known, by name.
 
         Parameters
         ----------
         names : parameters of the model.
-        values, per_run : a solution with these effects and unknowns.
+        values, per_run : a solution with these effects.
         """
         known = [Unknown(name, self.wheel[name]) for name in names]
-        extended = self.regression(values["wheel_inertia"], effects, (*unknowns, *known))
+        extended = self.regression(values["wheel_inertia"], replace(added, unknowns=(*added.unknowns, *known)))
         found = slopes_by_known(extended, names, {**self.wheel, **values}, per_run)
         return {name: row["wheel_inertia"] for name, row in found.items()}

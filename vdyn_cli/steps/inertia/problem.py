@@ -22,6 +22,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.failure import unpublished
 from vdyn_cli.steps.free_part import Part
@@ -127,14 +128,12 @@ class InertiaProblem(SimulatedProblem):
         window = min(self.spec.settings.window.value, DIAGNOSED_WINDOW)
         balance = _balance(self.data.runs, window, self.balance.wheel, self.balance.torque_zero)
         try:
-            first = balance.regression(balance.first_inertia, (), self._uncertain)
+            first = balance.regression(balance.first_inertia, AddedEffects((), self._uncertain))
             return balance, solve(first).values["wheel_inertia"]
         except ResultError:  # the diagnosis starts from here
             return balance, balance.first_inertia
 
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over the runs on the road, else over the pendulum's recording, with effects in the model.
 
         Raises
@@ -143,11 +142,12 @@ class InertiaProblem(SimulatedProblem):
         """
         if self.balance is not None:
             balance, inertia = self._diagnosed
-            return balance.regression(start.get("wheel_inertia", inertia), effects, (*self._uncertain, *unknowns))
+            added = replace(added, unknowns=(*self._uncertain, *added.unknowns))
+            return balance.regression(start.get("wheel_inertia", inertia), added)
         if self.swing is None:
             what = "a period alone is no time series to diagnose"
             raise InputError(Finding("inertia", what, "", "add 'runs' or a log"))
-        return self.swing.regression(effects, unknowns)
+        return self.swing.regression(added)
 
     @property
     def _uncertain(self) -> tuple[Unknown, ...]:
@@ -158,7 +158,7 @@ class InertiaProblem(SimulatedProblem):
             for q, prior in uncertain.items()
         )
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """The wheel's inertia from road, pendulum or both; effects enter the balance on the road.
 
         Raises
@@ -170,13 +170,13 @@ class InertiaProblem(SimulatedProblem):
         doubts: tuple[Finding, ...] = ()
         if balance is not None:
             gain = self.spec.settings.gain_std
-            road_at = partial(road_inertia, balance, self.known, gain.value if gain else 0.0, effects, unknowns)
+            road_at = partial(road_inertia, balance, self.known, gain.value if gain else 0.0, added)
 
             def shown(end: Solution) -> Result:
-                return inertia_result(road_at(end), None, self.findings, unknowns)
+                return inertia_result(road_at(end), None, self.findings, added.unknowns)
 
             try:
-                road = road_at(solve(balance.regression(balance.first_inertia, effects, unknowns)))
+                road = road_at(solve(balance.regression(balance.first_inertia, added)))
                 doubts = balance.doubted_inertia(road.solution.values["wheel_inertia"])
             except ResultError as error:
                 doubts = balance.negative_inertia() or error.findings
@@ -184,7 +184,7 @@ class InertiaProblem(SimulatedProblem):
                     raise unpublished(error, shown, doubts) from None
         recording = self.data.recording
         of_pendulum = (*(recording.findings if recording else ()), *(pendulum.findings if pendulum else ()))
-        return inertia_result(road, pendulum, (*self.findings, *doubts, *of_pendulum), unknowns)
+        return inertia_result(road, pendulum, (*self.findings, *doubts, *of_pendulum), added.unknowns)
 
 
 def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaProblem:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vdyn_cli.engine.model_builder import Correction
-from vdyn_cli.inference import Solution, Unknown
+from vdyn_cli.inference import Solution
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance
 
@@ -39,8 +39,7 @@ def road_inertia(
     balance: MomentBalance,
     known: Mapping[str, Given],
     gain_std: float,
-    effects: Sequence[Correction],
-    unknowns: Sequence[Unknown],
+    added: AddedEffects,
     solution: Solution,
 ) -> RoadInertia:
     """The wheel's inertia at a solution of the balance's regression.
@@ -49,9 +48,9 @@ def road_inertia(
     ----------
     known : the balance's wheel_mass (kg), wheel_radius (m), rolling_resistance, with their standard deviations.
     gain_std : standard deviation of the torque channel's gain against the force channels'.
-    effects, unknowns : corrections of the balance, and their unknowns.
+    added : corrections of the balance.
     """
-    slopes = balance.slopes(tuple(KNOWN), solution.values, solution.per_run, effects, unknowns)
+    slopes = balance.slopes(tuple(KNOWN), solution.values, solution.per_run, added)
     return RoadInertia(balance, solution, _budget(solution, known, slopes, gain_std))
 
 

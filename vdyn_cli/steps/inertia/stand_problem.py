@@ -17,6 +17,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.failure import no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
@@ -74,17 +75,15 @@ class StandProblem(SimulatedProblem):
         except ResultError:  # the diagnosis starts from here
             return self.balance.first_inertia
 
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over the runs, with effects in the wheel's balance."""
-        return self._balance(start).regression(start.get("wheel_inertia", self.first_inertia), effects, unknowns)
+        return self._balance(start).regression(start.get("wheel_inertia", self.first_inertia), added)
 
     def _balance(self, start: Mapping[str, float]) -> MomentBalance:
         drag = tuple(replace(u, start=start.get(u.name, u.start)) for u in self.balance.drag)
         return replace(self.balance, drag=drag)
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit inertia and bearing drag, with accepted effects in the balance.
 
         Raises
@@ -93,10 +92,10 @@ class StandProblem(SimulatedProblem):
         """
 
         def shown(solution: Solution) -> Result:
-            return stand_result(self.balance, solution, self.spec.settings, self.findings, unknowns)
+            return stand_result(self.balance, solution, self.spec.settings, self.findings, added.unknowns)
 
         try:
-            solution = solve(self.balance.regression(self.balance.first_inertia, effects, unknowns))
+            solution = solve(self.balance.regression(self.balance.first_inertia, added))
         except ResultError as error:
             raise unpublished(error, shown) from None
         return shown(solution)

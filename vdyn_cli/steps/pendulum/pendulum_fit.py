@@ -14,6 +14,7 @@ from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve, white
 from vdyn_cli.physics.models.pendulum import MODELS
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.fit_outcome import rms
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -102,8 +103,7 @@ class FreeSwing:
 
     def regression(
         self,
-        effects: Sequence[Correction] = (),
-        extra: Sequence[Unknown] = (),
+        added: AddedEffects = NO_EFFECTS,
         friction: Sequence[Unknown] = FRICTION,
     ) -> Regression:
         """The regression of period (s), damping (1/s) and the sensor's zero, shared, and of each part's start.
@@ -113,7 +113,6 @@ class FreeSwing:
 
         Parameters
         ----------
-        effects, extra : corrections of the pendulum's laws, and their unknowns.
         friction : unknowns of the friction in addition to viscous damping.
         """
         recording, guess, parts = self.recording, self.guess, self.parts
@@ -123,11 +122,11 @@ class FreeSwing:
             Unknown("damping", guess.damping, -10 / period, 10 / period, "1/s", nuisance=True),
             Unknown(ZEROS[channel], guess.zero, nuisance=True),
             *friction,
-            *extra,
+            *added.unknowns,
             Unknown("start.angle", 0.0, -np.pi, np.pi, "rad", per_run=True, nuisance=True),
             Unknown("start.angular_rate", 0.0, -1e3, 1e3, "rad/s", per_run=True, nuisance=True),
         )
-        simulator = recording.simulator(period, [u.name for u in unknowns], effects)
+        simulator = recording.simulator(period, [u.name for u in unknowns], added.effects)
         drives = [Drive(time[part], {}) for part in parts]
 
         def rows(part: int, theta: Array) -> Rows:

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference import Regression, Rows, Solution, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
 from vdyn_cli.steps.shaft.shaft_fit import ARRIVED, ShaftFit, unknowns_and_change
 
@@ -64,9 +65,10 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
     """
     start = fit.unknowns_at(linear)
     probed = _probed(fit, linear)
-    whole = replace(fit, extra=unbounded(probed))
-    corners = {u for effect in fit.effects if effect.probes for u in effect.unknowns}
-    held = {u.name: 0.0 for u in probed if u.name in corners and not u.start} | unknowns_of_profiles(fit.effects)
+    whole = replace(fit, added=unbounded(probed))
+    corners = {u for effect in fit.added.effects if effect.probes for u in effect.unknowns}
+    held = {u.name: 0.0 for u in probed.unknowns if u.name in corners and not u.start}
+    held |= unknowns_of_profiles(fit.added.effects)
 
     def step(at: Array) -> tuple[Array, float]:
         try:
@@ -75,28 +77,28 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
             return at, 0.0
         return unknowns_and_change(whole, at, solution)
 
-    first = start if probed == fit.extra else whole.fit_holding_effects(linear)[0]
+    first = start if probed == fit.added else whole.fit_holding_effects(linear)[0]
     return fit.frozen_regression(until_settled(step, first, ROUNDS, SETTLED).state, start)
 
 
-def _probed(fit: ShaftFit, linear: Solution) -> tuple[Unknown, ...]:
-    """The unknowns, started at the best-fitting probe of their effect where it fits clearly better than no effect."""
-    found = list(fit.extra)
+def _probed(fit: ShaftFit, linear: Solution) -> AddedEffects:
+    """The effects, each started at its best-fitting probe where that fits clearly better than no effect."""
+    found = list(fit.added.unknowns)
     names = [u.name for u in found]
-    for effect in fit.effects:
+    for effect in fit.added.effects:
         amplitude = next(iter(effect.unknowns))
         if not effect.probes or amplitude not in names:
             continue
         at = names.index(amplitude)
-        least = ShaftFit(fit.runs, (effect,)).fit_holding_effects(linear)[1] - CLEARLY
+        least = ShaftFit(fit.runs, AddedEffects((effect,))).fit_holding_effects(linear)[1] - CLEARLY
         most = max(float(np.ptp(run.twist)) for run in fit.runs) / 2
         resolved = PROBE_NOISE * max(run.twist_error(linear.values["shaft_stiffness"]) for run in fit.runs)
         for probe in (p for p in effect.probes[::PROBED] if resolved < p < most):
-            tried = replace(fit.extra[at], start=probe)
+            tried = replace(fit.added.unknowns[at], start=probe)
             try:
-                cost = ShaftFit(fit.runs, (effect,), (tried,)).fit_holding_effects(linear)[1]
+                cost = ShaftFit(fit.runs, AddedEffects((effect,), (tried,))).fit_holding_effects(linear)[1]
             except ResultError:
                 continue
             if cost < least:
                 least, found[at] = cost, tried
-    return tuple(found)
+    return replace(fit.added, unknowns=tuple(found))

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Unknown
+from vdyn_cli.inference import Regression
 from vdyn_cli.inference.uncertainty_budget import propagate
 from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -16,6 +16,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile
@@ -83,9 +84,7 @@ class ShaftProblem(SimulatedProblem):
         knot = 2 * TWIST_RATE / (KNOTS - 1)
         return all(RESOLVED * noise < knot for side in self.sides if side.runs for noise in side.rate_noise)
 
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over the logs of both sides, with effects in the shafts' law; drawings are priors of the bars.
 
         Raises
@@ -95,9 +94,9 @@ class ShaftProblem(SimulatedProblem):
         logged = [side for side in self.sides if side.runs]
         if not logged:
             raise InputError(Finding("shaft", "without a log there is no measurement to compare", "", "add 'runs'"))
-        return combined_regression({side.name: side.regression(effects, unknowns) for side in logged})
+        return combined_regression({side.name: side.regression(added) for side in logged})
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Stiffness of each side with a drawing or a test, and damping where it was logged.
 
         Each side is fitted separately, also with effects in the law. If an effect is in series with the bar, the
@@ -109,8 +108,8 @@ class ShaftProblem(SimulatedProblem):
         """
         sides = []
         for side in self.sides:
-            logged = side.logged(effects, unknowns) if side.runs else None
-            sides.append(compared_stiffness(side, logged, bool(logged and side.drawn_bar(effects))))
+            logged = side.logged(added) if side.runs else None
+            sides.append(compared_stiffness(side, logged, bool(logged and side.drawn_bar(added.effects))))
         return shaft_result(sides, (*self.findings, *(f for side in sides for f in side.findings), *self.log_findings))
 
 

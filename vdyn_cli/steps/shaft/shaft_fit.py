@@ -20,7 +20,6 @@ from functools import cached_property
 
 import numpy as np
 
-from vdyn_cli.effects import Effect
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.banded import whitened
@@ -29,6 +28,7 @@ from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.shaft.hessian import curvatures
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
@@ -53,13 +53,12 @@ class ShaftFit:
     Parameters
     ----------
     runs : all of the same shaft.
-    effects, extra : corrections of the shaft's law, and their unknowns, shared by all runs.
+    added : corrections of the shaft's law.
     bar : stiffness of the bar and its standard deviation, N m/rad, where it is known from elsewhere.
     """
 
     runs: tuple[ShaftReadings, ...]
-    effects: Sequence[Effect] = ()
-    extra: tuple[Unknown, ...] = ()
+    added: AddedEffects = NO_EFFECTS
     bar: tuple[float, float] | None = None
 
     @cached_property
@@ -70,7 +69,7 @@ class ShaftFit:
         """
         stiffness = _plain_stiffness(self.runs)
         twist = TWIST_ZERO if all(run.noise[1] < UNREAD_TWIST for run in self.runs) else UNREAD_TWIST
-        torque = (0.0, TORQUE_ZERO) if self.effects else None
+        torque = (0.0, TORQUE_ZERO) if self.added.effects else None
         damping = -stiffness, MOST_DAMPING * stiffness
         zeros = (
             Unknown("torque_zero", 0.0, unit="N m", prior=torque, per_run=True, nuisance=True),
@@ -80,8 +79,8 @@ class ShaftFit:
         return (
             Unknown("shaft_stiffness", stiffness, 0.02 * stiffness, 50 * stiffness, "N m/rad", self.bar),
             Unknown("shaft_damping", 1e-3 * stiffness, -stiffness, stiffness, "N m s/rad", physical=damping),
-            *self.extra,
-            *(zeros if self.effects else zeros[:2]),
+            *self.added.unknowns,
+            *(zeros if self.added.effects else zeros[:2]),
         )
 
     @cached_property
@@ -118,7 +117,7 @@ class ShaftFit:
         zeros = dict(solution.per_run)
         if "twist_zero" not in zeros:
             zeros["twist_zero"] = -zeros["torque_zero"] / solution.values["shaft_stiffness"]
-            zeros["torque_zero"] = np.zeros(len(self.runs)) if self.effects else zeros["torque_zero"]
+            zeros["torque_zero"] = np.zeros(len(self.runs)) if self.added.effects else zeros["torque_zero"]
         own = np.array([zeros[u.name] for u in self.regression.own])
         return np.concatenate([shared, own.T.ravel()])
 
@@ -142,7 +141,7 @@ class ShaftFit:
         ------
         ResultError : the fit fails, or the adjusted readings do not converge.
         """
-        solution = self._settled(linear) if self.effects else linear
+        solution = self._settled(linear) if self.added.effects else linear
         gauss, hessian = curvatures(self.regression, solution)
         scale = np.linalg.solve(hessian, gauss)
         return solution, scale @ solution.covariance @ scale.T
@@ -153,7 +152,7 @@ class ShaftFit:
         A search starts there; otherwise a corner of the law at a wrong twist would lead the fit astray.
         """
         at = self.unknowns_at(linear)
-        held, cost = {u.name: u.start for u in self.extra}, np.inf
+        held, cost = {u.name: u.start for u in self.added.unknowns}, np.inf
         for _ in range(FIRST_ROUNDS):
             solution = solve(restricted(self.frozen_regression(at), held), tolerance=ARRIVED)
             at, cost = self.unknowns_at(solution), solution.cost
@@ -236,7 +235,7 @@ class ShaftFit:
     def _simulator(self) -> Simulator:
         zeros = dict.fromkeys(("shaft_damping", "twist_zero", "rate_zero", "torque_zero"), 0.0)
         values = {"shaft_stiffness": self.unknowns[0].start, **zeros}
-        return Simulator(HALF_SHAFT, values, self._names, self.effects)
+        return Simulator(HALF_SHAFT, values, self._names, self.added.effects)
 
     def _simulated(self, drive: Drive, theta: Array) -> Simulated:
         """The law's torque at the unknowns ``theta``, with a twist zero of 0 where that is not an unknown."""

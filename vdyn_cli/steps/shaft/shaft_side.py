@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.effects import Effect
-from vdyn_cli.inference import Regression, Solution, Unknown, even_if_refused, white_level
+from vdyn_cli.inference import Regression, Solution, even_if_refused, white_level
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.shaft.combined_regression import regression_with_effects
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
@@ -83,7 +84,7 @@ class ShaftSide:
         ------
         ResultError : the fit without effects fails.
         """
-        fit = self._fit((), ())
+        fit = self._fit(NO_EFFECTS)
         at = fit.unknowns_at(even_if_refused(lambda: self.linear))
         rates = (fit.adjusted(k, fit.regression.local(at, k))[1] for k in range(len(self.runs)))
         return tuple(
@@ -97,21 +98,17 @@ class ShaftSide:
             return None
         return self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
 
-    def regression(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> Regression:
+    def regression(self, added: AddedEffects) -> Regression:
         """The regression over the logs of this side, rows in standard deviations, with effects in the law.
-
-        Parameters
-        ----------
-        unknowns : of the effects.
 
         Raises
         ------
         ResultError : the fit without effects has no solution, not even a refused one.
         """
-        fit = self._fit(effects, unknowns)
-        return regression_with_effects(fit, even_if_refused(lambda: self.linear)) if effects else fit.regression
+        fit = self._fit(added)
+        return regression_with_effects(fit, even_if_refused(lambda: self.linear)) if added.effects else fit.regression
 
-    def logged(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> LoggedShaft:
+    def logged(self, added: AddedEffects) -> LoggedShaft:
         """Fit the logs of this side; an error of the torque's gain changes stiffness and damping by the same factor.
 
         A torque that is logged late by d reads k phi(t - d), to first order k phi - k d phi': the damping is too small
@@ -121,7 +118,7 @@ class ShaftSide:
         ------
         ResultError : the logs do not determine a stiffness.
         """
-        fit = self._fit(effects, unknowns)
+        fit = self._fit(added)
         solution, covariance = fit.solve(self.linear)
         std = np.sqrt(np.diag(covariance)).tolist()
         stiffness = self._budget(solution, "shaft_stiffness", UNIT, std[0])
@@ -140,13 +137,13 @@ class ShaftSide:
         least = solution.classical_std
         amplitudes = {
             u.name: Given(solution.values[u.name], max(size, least[u.name]))
-            for u, size in zip(unknowns, std[2:], strict=True)
+            for u, size in zip(added.unknowns, std[2:], strict=True)
         }
         correlation = float(together / (stiffness.std * damping.std))
         return LoggedShaft(self.runs, twist, rate, torque, solution, stiffness, damping, correlation, amplitudes)
 
-    def _fit(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> ShaftFit:
-        return ShaftFit(self.runs, effects, tuple(unknowns), self.drawn_bar(effects))
+    def _fit(self, added: AddedEffects) -> ShaftFit:
+        return ShaftFit(self.runs, added, self.drawn_bar(added.effects))
 
     def _budget(self, solution: Solution, name: str, unit: str, std: float) -> Budget:
         value, of_data = solution.values[name], replace(scatter(solution, name, unit), std=std)

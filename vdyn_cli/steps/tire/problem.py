@@ -9,7 +9,7 @@ from functools import cached_property
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Solution, Unknown, solve
+from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -17,6 +17,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
 from vdyn_cli.steps.failure import UnpublishedError, unpublished
@@ -75,25 +76,23 @@ class TireProblem(SimulatedProblem):
         """The curve without effects."""
         return fitted_curve(self.fit)
 
-    def regression(
-        self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = (), start: Mapping[str, float] = NO_VALUES
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over all bins of all sweeps, with effects on the curve.
 
         Slips are projected onto the curve of the fit with all effects except profiles, where the sweeps determine it
-        (with priors on ``unknowns`` they always do), else onto the curve without effects.
+        (with priors on the unknowns of ``added`` they always do), else onto the curve without effects.
         """
         try:
             prior, values = self.baseline.fit.prior, self.baseline.solution.values
         except ResultError:  # the diagnosis starts from a typical tire
             prior, values = {**CAR_TIRES, **self.fit.prior}, NO_VALUES
-        fit = replace(self.fit, prior=prior, effects=effects, unknowns=tuple(unknowns))
+        fit = replace(self.fit, prior=prior, added=added)
         begin = {**fit.first_values, **values, **start}
         at: Mapping[str, float] = begin
-        if unknowns:
+        if added.unknowns:
             with suppress(ResultError):  # not determined: the slips stay on the curve without effects
-                profiles = unknowns_of_profiles(effects)
-                whole = replace(fit, unknowns=unbounded(unknowns)).regression(begin)
+                profiles = unknowns_of_profiles(added.effects)
+                whole = replace(fit, added=unbounded(added)).regression(begin)
                 at = {**profiles, **solve(restricted(whole, profiles)).values}
         return fit.regression(at, begin)
 
@@ -102,16 +101,15 @@ class TireProblem(SimulatedProblem):
         at = {**self.baseline.solution.values, **values}
         return {STIFFNESS: at["tire_B"] * at["tire_C"] * at["tire_D"]}
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit the curve, with accepted effects on it, and publish what the sweeps determine.
 
         Raises
         ------
         ResultError : the sweeps do not determine a curve; if all but one do, that sweep is named.
         """
-        if effects:
-            fit = replace(self.fit, effects=effects, unknowns=tuple(unknowns))
-            return tire_result(fitted_curve(fit), self.fit.prior, self.logs)
+        if added.effects:
+            return tire_result(fitted_curve(replace(self.fit, added=added)), self.fit.prior, self.logs)
         try:
             result = tire_result(self.baseline, self.fit.prior, self.logs)
         except ResultError as error:

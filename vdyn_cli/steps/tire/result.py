@@ -32,7 +32,7 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
     fit, solution = curve.fit, curve.solution
     points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
     slope, doubts = _slope(solution), tuple[str, ...]()
-    if not fit.effects:  # effects such as a relaxation length also act at small slips
+    if not fit.added.effects:  # effects such as a relaxation length also act at small slips
         slope, doubts = agreeing_with_data(slope, fit.sweeps, points)
     withheld = dict[str, str]()
     estimates, correlation, warnings = {STIFFNESS: slope}, {}, [*doubts]
@@ -62,7 +62,7 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
         (text.sweeps_table(fit.sweeps),),
         (*text.prior_notes(priors, solution), *peaks, *(f for log in logs for f in log.findings)),
-        amplitudes=effect_amplitudes(solution, fit.unknowns),
+        amplitudes=effect_amplitudes(solution, fit.added.unknowns),
         withheld=withheld,
         restate=restate,
     )

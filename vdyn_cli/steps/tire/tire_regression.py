@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints, nearest_points
@@ -53,7 +53,7 @@ class TireCurveProblem:
     ----------
     prior : (mean, standard deviation) of shape factors: stated, or a car tire's for sweeps that end before the peak.
     radius_std : relative standard deviation of the wheel radius from which the slip was computed; 0: exact.
-    effects, unknowns : corrections of the curve, and their unknowns.
+    added : corrections of the curve.
     scale : ratio of residual to sensor noise where the curve does not follow the sweeps, so that priors keep their
         weight.
     free : those of SHIFTS and BRAKING that are unknown.
@@ -63,8 +63,7 @@ class TireCurveProblem:
     sweeps: tuple[BinnedSweep, ...]
     prior: Mapping[str, tuple[float, float]]
     radius_std: float = 0.0
-    effects: Sequence[Correction] = ()
-    unknowns: tuple[Unknown, ...] = ()
+    added: AddedEffects = NO_EFFECTS
     scale: float = 1.0
     free: tuple[str, ...] = ()
     force_zero: float = 0.0
@@ -127,7 +126,7 @@ class TireCurveProblem:
         if self.radius_std > 0:
             prior = (0.0, self.radius_std)
             shape.append(Unknown("radius_error", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
-        unknowns = (*shape, *(replace(u, start=begin[u.name]) for u in self.unknowns))
+        unknowns = (*shape, *(replace(u, start=begin[u.name]) for u in self.added.unknowns))
         names = [u.name for u in unknowns]
         columns = [self._names.index(n) for n in names]
         points = [self.points(sweep, at) for sweep in self.sweeps]
@@ -177,7 +176,7 @@ class TireCurveProblem:
 
     @property
     def _names(self) -> tuple[str, ...]:
-        return (*SHAPE, *self.free, "radius_error", *(u.name for u in self.unknowns))
+        return (*SHAPE, *self.free, "radius_error", *(u.name for u in self.added.unknowns))
 
     @property
     def _driven(self) -> bool:
@@ -198,7 +197,7 @@ class TireCurveProblem:
         b = float(np.clip(slope / (1.5 * peak), 2.0, 40.0))
         shape = {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}
         shape |= {n: float(np.clip(mean, *RANGES[n])) for n, (mean, _) in self.prior.items()} | extra
-        return {**shape, "radius_error": 0.0, **{u.name: u.start for u in self.unknowns}}
+        return {**shape, "radius_error": 0.0, **{u.name: u.start for u in self.added.unknowns}}
 
     def _first_extra(self, slip: Array, friction: Array) -> dict[str, float]:
         """Start values of the shifts and of the excess in braking; 0 for those that are not unknown.
@@ -223,8 +222,8 @@ class TireCurveProblem:
     def _simulator(self) -> Simulator:
         values = {**self.first_values, "static_load": float(np.mean(np.concatenate([s.load for s in self.sweeps])))}
         if not self._driven:
-            return Simulator(SLIP_CURVE, values, self._names, self.effects)
-        return Simulator(TIRE_CURVE, {**values, "tire_relaxation_length": 0.0}, self._names, self.effects)
+            return Simulator(SLIP_CURVE, values, self._names, self.added.effects)
+        return Simulator(TIRE_CURVE, {**values, "tire_relaxation_length": 0.0}, self._names, self.added.effects)
 
     def _theta(self, values: Mapping[str, float]) -> Array:
         return np.array([values.get(n, self.first_values[n]) for n in self._names])

@@ -16,6 +16,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.failure import UnpublishedError
@@ -219,22 +220,17 @@ class ValidateProblem(SimulatedProblem):
         return coordinate_values(part, self.segmented[0])
 
     @cached_property
-    def coarse_error(self) -> Callable[[Sequence[Effect], Sequence[Unknown]], float] | None:
-        """(effects, unknowns) -> rms error of the speed, m/s, if the baseline is far off; else None.
+    def coarse_error(self) -> Callable[[AddedEffects], float] | None:
+        """added effects -> rms error of the speed, m/s, if the baseline is far off; else None.
 
         Far off: the simulation misses whole drives by far more than the parameters' uncertainty explains.
         """
         whitened = None if self.spec.settings.windows else whiten_drives(self.baseline)
         if whitened is None or not (missed_drives(whitened.setup) and beyond_band(bands(whitened))):
             return None
-        return lambda effects, unknowns: rms_speed_error(self.baseline.with_effects(effects, unknowns))
+        return lambda added: rms_speed_error(self.baseline.with_effects(added))
 
-    def regression(
-        self,
-        effects: Sequence[Effect] = (),
-        unknowns: Sequence[Unknown] = (),
-        start: Mapping[str, float] = NO_VALUES,
-    ) -> Regression:
+    def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The whitened regression of all outputs; its noise is estimated with the effects in the model.
 
         The shared unknowns are all parameters with a standard deviation, which is their prior. For a vehicle, ``start``
@@ -242,38 +238,36 @@ class ValidateProblem(SimulatedProblem):
         much damping.
         """
         base = _started(self, start if self.model.name == "vehicle" else NO_VALUES)
-        extended = base.with_effects(effects, unknowns)
-        if not tried_from_zero(effects, unknowns):
+        extended = base.with_effects(added)
+        if not tried_from_zero(added):
             return _whitened(self, extended, start=start)
         full = DifferentiableReference(extended)
         if not full.misfit:  # the effects explain the drives without play
             return full.whitened.regression
-        secants = likely_secants(effects, unknowns, self.likely_size)
+        secants = likely_secants(added, self.likely_size)
         return _whitened(self, replace(full.whitened.setup, secants=secants))
 
-    def chord_regression(
-        self, effects: Sequence[Effect], unknowns: Sequence[Unknown], start: Mapping[str, float]
-    ) -> Regression:
+    def chord_regression(self, added: AddedEffects, start: Mapping[str, float]) -> Regression:
         """The regression with the bare car's sensitivities to its parameters; exact ones for a mass on a road."""
         if self.model.name != "vehicle":
-            return self.regression(effects, unknowns, start)
-        extended = _started(self, start).with_effects(effects, unknowns)
+            return self.regression(added, start)
+        extended = _started(self, start).with_effects(added)
         return _whitened(self, replace(extended, chord=True))
 
-    def publish(self, effects: Sequence[Effect] = (), unknowns: Sequence[Unknown] = ()) -> Result:
+    def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Simulate the drives with the model, extended by these effects, and describe how well it predicts them.
 
         Raises
         ------
         UnpublishedError : the simulation misses whole drives; the error contains the result with its figures.
         """
-        setup = self.baseline.with_effects(effects, unknowns)
+        setup = self.baseline.with_effects(added)
         findings, amplitudes, fit, road = [*dropped_effects(self.model, self.known), *self.segmented[1]], {}, None, None
-        if unknowns:
-            covered = frozenset(n for e in effects for n in e.covers)
+        if added.unknowns:
+            covered = frozenset(n for e in added.effects for n in e.covers)
             fit = fit_effects(setup, partial(_whitened, self, covered=covered), self.reference)
             setup = fit.setup
-            amplitudes = effect_amplitudes(fit.solution, unknowns, fit.spreads)
+            amplitudes = effect_amplitudes(fit.solution, added.unknowns, fit.spreads)
             findings += fit.doubts
         whitened = shown = whiten_drives(setup)
         if fit is not None and on_open_road(self):
@@ -297,7 +291,7 @@ class ValidateProblem(SimulatedProblem):
         """
 
         def setup(size: float) -> SimulationSetup:
-            return self.baseline.with_effects((effect,), start(size))
+            return self.baseline.with_effects(AddedEffects((effect,), start(size)))
 
         if effect.name not in self._likely:
             least, *_, most = effect.probes

@@ -11,16 +11,16 @@ force is fitted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Simulated
-from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, approach, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Solution, approach, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_regression import (
     STEPS,
@@ -106,8 +106,7 @@ class RoadLoadFit:
 
 def fit_road_load(
     campaign: Campaign,
-    effects: Sequence[Correction] = (),
-    extra: Sequence[Unknown] = (),
+    added: AddedEffects = NO_EFFECTS,
     rounds: int = ROUNDS,
     base: Regression | None = None,
 ) -> RoadLoadFit:
@@ -115,7 +114,7 @@ def fit_road_load(
 
     Parameters
     ----------
-    effects, extra : corrections of the model's laws, and their unknowns, which are fitted with the campaign's.
+    added : effects, whose unknowns are fitted with the campaign's.
     rounds : most repetitions; plain least squares (``campaign.white``) needs none.
     base : the campaign's ``weighted_start``, if known; a fit without effects starts there.
 
@@ -123,7 +122,7 @@ def fit_road_load(
     ------
     ResultError : the data do not determine the unknowns, or a value lies at its bound.
     """
-    regression = initial_regression(campaign, effects, extra) if base is None or effects else base
+    regression = initial_regression(campaign, added) if base is None or added.effects else base
     if campaign.white and any(u.prior for u in regression.shared):
         regression = scaled_to_residuals(regression)
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
 from vdyn_cli.effects import Effect
-from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Unknown, approach
 from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.inference.restricted_likelihood import find_sizes, typical_sizes
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows, RowNoise
 from vdyn_cli.steps.coastdown.fit.simulated_runs import SimulatedRuns
@@ -31,15 +31,15 @@ STEPS = 6  # of a preliminary fit, whose values are not published
 ANY: Mapping[str, float] = MappingProxyType({})  # no limit of the noise
 
 
-def with_noise_of(known: Regression, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
+def with_noise_of(known: Regression, added: AddedEffects) -> Regression:
     """A regression with other effects, and the road, noise amplitudes and start values of a known one.
 
     Parameters
     ----------
-    known : regression of the same campaign. effects, extra : as in ``fit_road_load``.
+    known : regression of the same campaign.
     """
     base = rows_of(known)
-    regression = _at_center(initial_regression(base.campaign, effects, extra), base)
+    regression = _at_center(initial_regression(base.campaign, added), base)
     return starting_at(with_hill_prior(regression), {u.name: u.start for u in known.shared}, dict(known.run_starts))
 
 
@@ -62,7 +62,7 @@ def weighted_start(campaign: Campaign, near: Regression | None = None, most: Map
     ------
     ResultError : the model has no finite value at the start.
     """
-    regression = initial_regression(campaign, (), ())
+    regression = initial_regression(campaign)
     if near is not None:
         sizes, at = rows_of(near).noise.sizes, rows_of(near).noise.at
         begin = {u.name: u.start for u in near.shared if u.name not in set(rows_of(near).road)}
@@ -103,13 +103,9 @@ def transferred(regression: Regression, campaign: Campaign, values: Mapping[str,
     return replace(regression, runs=runs, rows=there, run_starts=starts)
 
 
-def initial_regression(campaign: Campaign, effects: Sequence[Correction], extra: Sequence[Unknown]) -> Regression:
-    """The regression with typical noise amplitudes, started at estimates from the decelerations.
-
-    Parameters
-    ----------
-    effects, extra : corrections of the model's laws, and their unknowns.
-    """
+def initial_regression(campaign: Campaign, added: AddedEffects = NO_EFFECTS) -> Regression:
+    """The regression with typical noise amplitudes, started at estimates from the decelerations."""
+    effects, extra = added.effects, added.unknowns
     hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
     hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
     campaign = replace(

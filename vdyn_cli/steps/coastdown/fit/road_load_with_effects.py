@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 from scipy.special import chdtrc
 
-from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Regression, Unknown, approach
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.restricted_likelihood import find_sizes, typical_sizes
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_fit import ROUNDS
 from vdyn_cli.steps.coastdown.fit.road_load_regression import (
@@ -32,12 +32,7 @@ SIZES_SETTLED = 0.05  # largest change of the logarithm of a noise amplitude in 
 IMPLAUSIBLE = 1e-3  # p value below which the baseline's road does not have the shown roughness
 
 
-def regression_with_effects(
-    campaign: Campaign,
-    effects: Sequence[Correction],
-    extra: Sequence[Unknown],
-    base: Regression | None,
-) -> Regression:
+def regression_with_effects(campaign: Campaign, added: AddedEffects, base: Regression | None) -> Regression:
     """The regression at the baseline's fit with candidate effects, and noise that does not absorb their signals.
 
     The noise amplitudes are estimated from the residuals of a fit of the baseline with all effects, regularized by
@@ -52,14 +47,13 @@ def regression_with_effects(
 
     Parameters
     ----------
-    effects, extra : corrections of the model's laws, and their unknowns.
     base : the campaign's ``weighted_start``, if known; it does not depend on ``shown_roughness``.
 
     Raises
     ------
     ResultError : the baseline cannot be fitted.
     """
-    regression = initial_regression(replace(campaign, zero_mean_slope=True), effects, extra)
+    regression = initial_regression(replace(campaign, zero_mean_slope=True), added)
     base = weighted_start(campaign) if base is None else base
     largest = _largest(campaign)
     if any(rows_of(base).noise.sizes.get(n, 0.0) > size for n, size in largest.items()):

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from vdyn_cli.effects import Effect, effect
+from vdyn_cli.effects import effect
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction, Law, Number, Signals
@@ -19,6 +19,7 @@ from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.car.prior import ParameterPrior, clipped_to_prior
 from vdyn_cli.steps.validate.car.sensors import Sensors, ideal_readings
 from vdyn_cli.steps.validate.car.unknowns import START, TORQUE_ZERO, UnknownVector
@@ -121,11 +122,11 @@ class SimulationSetup:
     secants: Mapping[str, float] = field(default_factory=dict)
     chord: bool = False
 
-    def with_effects(self, effects: Sequence[Effect], unknowns: Sequence[Unknown]) -> SimulationSetup:
+    def with_effects(self, added: AddedEffects) -> SimulationSetup:
         """The setup with further effects in the model."""
-        if not effects and not unknowns:
+        if not added:
             return self
-        return replace(self, added=(*self.added, *effects), extra=(*self.extra, *unknowns))
+        return replace(self, added=(*self.added, *added.effects), extra=(*self.extra, *added.unknowns))
 
     def moved_to(self, point: StartPoint) -> SimulationSetup:
         """The setup at another point."""
