@@ -115,4 +115,4 @@ def test_a_log_in_another_unit_belongs_to_its_logger_s_others(tmp_path: Path, bo
 def test_logs_of_two_loggers_that_cannot_be_matched_are_not(tmp_path: Path) -> None:
     found, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
     assert "loggers" not in description
-    assert "neither their clocks nor their names show which are of one" in found.text
+    assert "neither their clocks nor their names show" in found.text

@@ -135,7 +135,7 @@ def test_a_misspelled_name_of_two_columns_is_answered_with_both(tmp_path: Path) 
         (9, "0.7,1;2,ok", "got '1;2'"),
         (9, '0.7,"1,5",ok', "(got '1,5')\n    -> if all numbers have this format, add 'reading: {decimal: \",\"}'"),
         (9, "12:30:01,1,ok", "export the time as seconds, or times such as 10:23:11.5"),
-        (9, "0.7,1,ok,more", "1 row(s) longer than the header's 3 columns (line 9) (got 'more')"),
+        (9, "0.7,1,ok,more", "rows longer than the header's 3 columns (1: line 9) (got 'more')"),
         (9, "0,7,0,1,ok", "longer than the header's 3 columns"),
         (9, '0.7,1,"ok', "a quote that opens at this line is not closed"),
         (9, "0.7,0x10,ok", "got '0x10'"),

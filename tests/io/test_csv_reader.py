@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -186,7 +187,7 @@ def test_rows_between_header_and_numbers_are_skipped_aloud(tmp_path: Path) -> No
 def test_a_summary_below_the_data_is_left_out_aloud(tmp_path: Path, below: str) -> None:
     log = read(tmp_path, table(";") + below)
     check(log)
-    assert "below the data left out (line 5" in said(log)
+    assert re.search(r"left out: rows below the data \(\d: line 5", said(log))
 
 
 def test_blank_lines_and_an_end_mark_at_the_end_are_nothing_to_say(tmp_path: Path) -> None:
@@ -200,7 +201,7 @@ def test_blank_lines_between_rows_are_left_out_aloud(tmp_path: Path) -> None:
     lines = table().splitlines()
     log = read(tmp_path, "\n".join([*lines[:10], "", ",,", *lines[10:]]))
     check(log)
-    assert "2 row(s) without any mapped value left out (line 11, 12)" in said(log)
+    assert "left out: rows without any mapped value (2: line 11, 12)" in said(log)
 
 
 def test_a_last_line_that_is_cut_off_is_left_out_aloud(tmp_path: Path) -> None:

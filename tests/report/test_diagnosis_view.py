@@ -99,7 +99,7 @@ def test_one_reason_for_all_is_given_once() -> None:
     entry = EXAMPLE["not_testable"][0]
     other = {**entry, "effect": "speed_delay", "size": 0.1, "would_bias": {}}
     found = table(shown(not_testable=[entry, other]), "Effects not testable with these data")
-    assert found.columns == ("effect", "assumed size", "parameter bias")
+    assert found.columns == ("effect", "assumed amplitude", "parameter bias")
     assert "Reason for all of them: it scales all forces" in found.caption
     assert found.rows[1][-1] == "negligible"
 

@@ -8,7 +8,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="hills that the accelerometer measured",
     signature="The car loses speed wherever the accelerometer reads more than the rate of the speed.",
     alike=("grade_profile", "road_grade", "headwind"),
-    confirm="Drive the same road again, or back: the hills must appear at the same places, and agree with "
+    confirm="Drive the same road again, in either direction: the hills must be at the same places and agree with "
     "surveyed heights.",
     tags={"test_only", "driving"},
 )

@@ -52,7 +52,7 @@ TABLE = _named(
 )
 
 # Further quantities that a description of the vehicle or the test day may state.
-OTHERS = _named(
+STATED = _named(
     [
         Q("rotating_mass", "kg", "inertia of everything that turns, as mass at the tire contact", "mr", 0, 100_000),
         Q("sprung_mass", "kg", "mass carried by the springs", "Ms", 20, 60_000),
@@ -113,7 +113,7 @@ OTHERS = _named(
     ]
 )
 
-PARAMETERS = TABLE | OTHERS
+PARAMETERS = TABLE | STATED
 
 CHANNELS = _named(
     [

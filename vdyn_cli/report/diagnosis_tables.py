@@ -158,8 +158,10 @@ def detectable(entries: Sequence[Detectable]) -> TextTable | None:
     rows = [
         (effect_labels.bare(typography.prose(e.label)), effect_labels.amplitude(e.effect, e.amplitude)) for e in entries
     ]
-    caption = "The test finds an effect of this size in nine of ten such data sets. Smaller effects remain possible."
-    return _filled("Smallest effects these data could reveal", caption, ("effect", "size"), rows, (False, True))
+    caption = (
+        "The test finds an effect of this amplitude in nine of ten such data sets. Smaller effects remain possible."
+    )
+    return _filled("Smallest effects these data could reveal", caption, ("effect", "amplitude"), rows, (False, True))
 
 
 def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> TextTable | None:
@@ -179,12 +181,12 @@ def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> 
             (*row, _biases(e.would_bias, known) or ("negligible" if math.isfinite(e.size) else "not evaluated"))
         )
     caption = (
-        "These data cannot reveal such an effect. If it is present with the assumed size, the parameters have the bias"
-        " in the last column."
+        "These data cannot reveal such an effect. If it is present with the assumed amplitude, the parameters have the"
+        " bias in the last column."
     )
     if shared:
         caption += f" Reason for all of them: {reasons.pop()}."
-    columns = ("effect", "assumed size") + (() if shared else ("reason",)) + ("parameter bias",)
+    columns = ("effect", "assumed amplitude") + (() if shared else ("reason",)) + ("parameter bias",)
     return _table("Effects not testable with these data", caption, columns, rows, (False,) * len(columns))
 
 
@@ -206,7 +208,7 @@ def next_tests(entries: Sequence[NextTest], answered: bool) -> TextTable | None:
     ]
     caption = "These tests reveal the effects that the present data cannot reveal." if answered else ""
     if any(row[3] for row in rows):
-        apart = "the effect, at the size assumed below, differs from zero" if answered else "the effects differ"
+        apart = "the effect, with the amplitude assumed below, differs from zero" if answered else "the effects differ"
         caption += f" Expected t: by how many standard errors {apart}; 6 is safe, 2 is not."
     title = "Tests for the remaining effects" if answered else "Next test"
     separates = "separates" if any(len(e.separates) > 1 for e in entries) else "effect"

@@ -54,14 +54,17 @@ def _bell(x: Any, center: Any, width: Any) -> Any:
 
 LAW_FORMS: Mapping[str, LawForm] = {
     "line": LawForm(("slope",), ("value/x",), "slope x", lambda x, s, d: x),
-    "step": LawForm(("size",), ("value",), "size sign(x)", lambda x, s, d: _sense(x, d)),
-    "saturation": LawForm(("size", "width"), ("value", "x"), "size tanh(x / width)", lambda x, s, d: tanh(x / s[0])),
+    "step": LawForm(("amplitude",), ("value",), "amplitude sign(x)", lambda x, s, d: _sense(x, d)),
+    "saturation": LawForm(
+        ("amplitude", "width"), ("value", "x"), "amplitude tanh(x / width)", lambda x, s, d: tanh(x / s[0])
+    ),
     "power": LawForm(
-        ("size", "exponent"), ("value", ""), "size sign(x) |x / reference|^exponent",
+        ("amplitude", "exponent"), ("value", ""), "amplitude sign(x) |x / reference|^exponent",
         lambda x, s, d: _sense(x, d) * _power(x, s[0], d),
     ),
     "even_power": LawForm(
-        ("size", "exponent"), ("value", ""), "size |x / reference|^exponent", lambda x, s, d: _power(x, s[0], d)
+        ("amplitude", "exponent"), ("value", ""), "amplitude |x / reference|^exponent",
+        lambda x, s, d: _power(x, s[0], d),
     ),
     "knee": LawForm(
         ("slope", "onset"), ("value/x", "x"), "slope sign(x) max(|x| - onset, 0)",
@@ -74,11 +77,11 @@ LAW_FORMS: Mapping[str, LawForm] = {
         ("slope", "onset"), ("value/x", "x"), "slope min(x - onset, 0)", lambda x, s, d: -fmax(s[0] - x, 0.0)
     ),
     "bump": LawForm(
-        ("size", "center", "width"), ("value", "x", "x"), "size exp(-((x - center) / width)^2)",
+        ("amplitude", "center", "width"), ("value", "x", "x"), "amplitude exp(-((x - center) / width)^2)",
         lambda x, s, d: _bell(x, s[0], s[1]) - (_bell(0.0, s[0], s[1]) if d.anchored else 0.0),
     ),
     "periodic": LawForm(
-        ("size", "length", "shift"), ("value", "x", "x"), "size sin(2 pi (x - shift) / length)",
+        ("amplitude", "length", "shift"), ("value", "x", "x"), "amplitude sin(2 pi (x - shift) / length)",
         lambda x, s, d: sin(2 * np.pi * (x - s[1]) / s[0]) - (sin(-2 * np.pi * s[1] / s[0]) if d.anchored else 0.0),
     ),
 }  # fmt: skip

@@ -52,7 +52,7 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     good[bad_rows] = False
     findings: list[Finding] = []
     if again:
-        what = f"{len(again)} row(s) left out that repeat the header or its units (line {lines_of(again, line_of)})"
+        what = f"left out: rows that repeat the header or its units ({len(again)}: line {lines_of(again, line_of)})"
         findings.append(Finding(name, what))
     if numbers.unfinished and time.size:
         findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is incomplete and ignored"))
@@ -63,7 +63,7 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     below = below[: below.size - numbers.unfinished]
     summary = 0 < below.size <= _MOST_SUMMARY and numbers.complete
     if summary:
-        what = f"{below.size} row(s) below the data left out (line {lines_of(below, line_of)})"
+        what = f"left out: rows below the data ({below.size}: line {lines_of(below, line_of)})"
         findings.append(Finding(name, what, _first_text(bad, stop)))
     elif below.size:
         stop = time.size
@@ -76,7 +76,7 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
         findings.append(Finding(name, f"{numbers.infinite} infinite number(s) treated as missing values"))
     empty = np.setdiff1d(np.flatnonzero(blank[:stop]), again)
     if empty.size:
-        what = f"{empty.size} row(s) without any mapped value left out (line {lines_of(empty, line_of)})"
+        what = f"left out: rows without any mapped value ({empty.size}: line {lines_of(empty, line_of)})"
         findings.append(Finding(name, what))
     problems = _problems([c for c in bad if c.row < stop], numbers, layout, position, name)
     kept = np.flatnonzero(~blank[:stop]) if empty.size or again else None
@@ -146,7 +146,7 @@ def _problems(
     long = [c for c in bad if c.column == -1]
     if long:
         lines = lines_of([c.row for c in long], line_of)
-        what = f"{len(long)} row(s) longer than the header's {len(layout.header)} columns (line {lines})"
+        what = f"rows longer than the header's {len(layout.header)} columns ({len(long)}: line {lines})"
         remedy = "quote cells that contain the delimiter; if numbers have decimal commas, export with ';'"
         problems.append(Finding(f"{name}:{line_of(long[0].row)}", what, repr(long[0].text[:40]), remedy))
     return tuple(problems)

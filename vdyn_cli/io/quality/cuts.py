@@ -191,7 +191,7 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
         span = f"at {at}" if longest.samples == 1 else f"from {at} to {moment(longest.stop)} s"
         what = f"{longest.why}, {span} ({TESTS[test]})"
         if len(rows) > 1:
-            what += f", and {len(rows) - 1} more such"
+            what += f", and {len(rows) - 1} more of this kind"
         keep = f"{{channel: {channel}, from: {longest.start:.15g} s, to: {longest.stop:.15g} s}}"
         if decision == "kept":
             remedy = "remove 'keep' or 'cuts' from the run to cut it"

@@ -112,7 +112,7 @@ def _radius_findings(pairs: Sequence[TiedPair]) -> Iterator[Finding]:
         if any(p.good for p in same):
             continue
         gains = [p.gain for p in same if p.gain is not None]
-        what = f"{first} is {float(np.median(gains)):.3f} times {second} in {len(same)} of {len(same)} runs"
+        what = f"{first} is {float(np.median(gains)):.3f} times {second} in all {len(same)} runs that show it"
         remedy = "correct wheel_radius, or the scale of one of the two speeds"
         yield Finding(f"{first.removesuffix(TIMES_RADIUS)} and {second}", what, "", remedy, doubt=True)
 

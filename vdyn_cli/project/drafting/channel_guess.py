@@ -304,7 +304,7 @@ def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) ->
     elif not quantity.unit:
         return "?", "the file states no unit: '' for a plain number, or %"
     else:
-        return "?", f"the file states no unit ({quantity.unit} is vdyn's)"
+        return "?", f"the file states no unit (vdyn computes in {quantity.unit})"
     try:
         to_si(1.0, unit, quantity.unit)
     except UnitError:

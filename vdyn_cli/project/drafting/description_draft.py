@@ -27,8 +27,9 @@ from vdyn_cli.steps import Step
 from vdyn_cli.steps.step_definition import named_channels
 
 _UNMATCHED = (
-    "the logs look like those of several loggers, but neither their clocks nor their names show which are of one",
-    "run: give the files of a run the same number, such as can_1.csv and gps_1.csv, and run init again",
+    "the logs look like those of several loggers, but neither their clocks nor their names show",
+    "which of them belong to one run: give the files of a run the same number, such as can_1.csv and gps_1.csv,",
+    "and run init again",
 )
 _HEAD = "# A first description by 'vdyn init'. \"?\" marks values that the logs do not contain: write them there."
 

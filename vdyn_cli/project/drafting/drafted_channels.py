@@ -39,7 +39,8 @@ def channel_lines(
             undecided.append(channel)
         elif missing:
             lines.append(
-                f"  # {channel}: a different column, or none, in {', '.join(missing[:3])}: map it without these"
+                f"  # {channel}: another column, or none, in {', '.join(missing[:3])}: describe these logs "
+                "in a file of their own to map it"
             )
         elif guess.why != NO_NAME:
             lines.append(f"  # {channel}: {guess.why}")

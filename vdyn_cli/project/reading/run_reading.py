@@ -189,7 +189,7 @@ def _segments_outside(run: Run, log: Log, source: YamlSource, at: Location) -> I
             if inside < 1:
                 what = f"'{key}': the segment contains no sample of {log.name}"
                 got = f"{moment(one.start.value)} s to {moment(one.stop.value)} s"
-                remedy = f"choose it between {moment(log.time[0])} s and {moment(log.time[-1])} s"
+                remedy = f"write a time between {moment(log.time[0])} s and {moment(log.time[-1])} s"
                 yield Finding(source.where((*at, key, k)), what, got, remedy)
 
 

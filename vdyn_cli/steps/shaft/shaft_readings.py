@@ -183,7 +183,7 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
         samples = np.count_nonzero(np.all([np.isfinite(log[name]) for name in used], axis=0))
         if samples < FEWEST_SAMPLES:
             what = f"has {samples} samples with readings in every channel: {FEWEST_SAMPLES} are needed"
-            findings.append(Finding(log.name, what, "", "log longer or faster, or leave the run out"))
+            findings.append(Finding(log.name, what, "", "log longer or at a higher rate, or leave the run out"))
             continue
         readings = ShaftReadings.of(log, ratio)
         doubts = [*speed_ratio_doubts(log, ratio), *_too_gentle(readings), *_wrong_sign(readings, "twist" in log)]

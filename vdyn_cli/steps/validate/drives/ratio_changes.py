@@ -32,7 +32,7 @@ LEAST_NOISE = 0.005  # m/s^2: gusts of 0.3 m/s change the drag of a car by as mu
 ROUNDS = 8  # of finding pieces and the coefficients common to all
 WIDEST = 12.0  # ratio of the lowest gear to the highest: 4 to 6 in cars, 12 in trucks
 ONCE = 3  # levels, above which a drive must return to some of them
-MOSTLY = 0.7  # share of the driving time in known levels: shifts disturb the rest
+LEAST_KNOWN = 0.7  # share of the driving time in known levels: shifts disturb the rest
 MAIN_SHARE = 0.2  # within which a ratio may be the stated one: errors of mass, torque and radius together
 
 
@@ -125,7 +125,7 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
         return RatioChange(mask)
     near = np.any(np.abs(found.ratio[:, None] / levels - 1.0) <= STEP_POLICY.unequal_share, axis=1)
     geared = levels.max() > (1.0 + MAIN_SHARE) * levels.min()
-    alike = geared and found.driven[near].sum() >= MOSTLY * found.driven.sum()
+    alike = geared and found.driven[near].sum() >= LEAST_KNOWN * found.driven.sum()
     if not (found.certain or alike):
         return RatioChange(mask)
     factor = found.ratio / usual

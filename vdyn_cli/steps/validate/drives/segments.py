@@ -28,7 +28,7 @@ ModelName = Literal["vehicle", "road_load"]
 FEWEST = 50  # samples of a drive
 FEWEST_DIFFERENCED = 8  # samples that are needed to estimate the noise from third differences
 LONGEST_GAP = 5.0  # longest gap of the clock, in median spacings
-MOSTLY = 0.5  # share of the rows with values, below which an input comes from a slower logger
+MOSTLY_FILLED = 0.5  # share of rows with values, below which an input comes from a slower logger
 END = 0.1  # share of a spacing: a sample this close to an end of the segment counts as that end
 SLOWEST = 1.0  # m/s, below which the road load model is not valid
 CREEPING = 2.0  # m/s, below which rows are not used: tread damping and brake friction dominate
@@ -177,7 +177,7 @@ def _problems(log: Log) -> list[Finding]:
     """Findings why a log cannot be simulated."""
     if log.time.size < FEWEST:
         what = f"has {log.time.size} rows: at least {FEWEST} are needed"
-        return [Finding(log.name, what, remedy="log longer or faster, or leave the run out")]
+        return [Finding(log.name, what, remedy="log longer or at a higher rate, or leave the run out")]
     found = []
     steps = np.diff(log.time)
     hole = int(np.argmax(steps))
@@ -211,7 +211,7 @@ def _gaps(log: Log, name: str) -> list[Finding]:
     usual = float(np.median(np.diff(at)))
     inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
     missing = np.flatnonzero(~there[inside]) + inside.start
-    if (missing.size and there.mean() > MOSTLY) or np.max(np.diff(at)) > 3 * usual + 0.02:
+    if (missing.size and there.mean() > MOSTLY_FILLED) or np.max(np.diff(at)) > 3 * usual + 0.02:
         gap = int(np.argmax(np.diff(at)))
         what = f"no values from {at[gap]:.2f} to {at[gap + 1]:.2f} s"
         if missing.size:

@@ -19,7 +19,7 @@ from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
 FEWEST = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
-OTHERS = 2  # fewest other drives, so that a median is not the value of a single one
+FEWEST_OTHERS = 2  # fewest other drives, so that a median is not the value of a single one
 MEDIAN = np.pi / 2.0  # variance of a median over that of a mean, of a normal distribution
 
 
@@ -36,7 +36,7 @@ def unequal_drives(
     found = [_acceleration_per_torque(*drive) for drive in drives]
     for k, (name, own) in enumerate(zip(names, found, strict=True)):
         others = np.array([other for j, other in enumerate(found) if j != k and other is not None])
-        if own is None or len(others) < OTHERS:
+        if own is None or len(others) < FEWEST_OTHERS:
             continue
         usual = float(np.median(others[:, 0]))
         ratio, common = usual / own[0], MEDIAN * np.mean(others[:, 1] ** 2) / len(others)
