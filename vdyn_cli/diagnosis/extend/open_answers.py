@@ -45,15 +45,14 @@ def with_open_answers(
     extension : its result is widened, else that of the baseline, ``base``. problem : publishes the other answers.
     """
     result, answer, learned = extension.result or base, judgment.answer, strategy.model.setup.learned
-    if extension.open and not result.parameters:
-        return _beside_others(result, list(extension.answers.values())[1:])
-    if not result.parameters or judgment.verdict == "not_testable":
-        return result
-    if judgment.verdict == "adequate" and (extension.result is not None or judgment.immaterial is not None):
+    if not result.parameters:
+        return _beside_others(result, list(extension.answers.values())[1:]) if extension.open else result
+    if judgment.verdict == "not_testable":
         return result
     widening = _Widening(strategy, problem, base, result)
     if judgment.verdict == "adequate":
-        return widening.averaged(judgment.base)
+        decided = extension.result is not None or judgment.immaterial is not None
+        return result if decided else widening.averaged(judgment.base)
     if judgment.verdict == "ambiguous" or extension.open:
         found, others = widening.published(judgment.possible, known=extension.answers)
         return widening.including(found if extension.open else [widening.baseline(), *found], others)

@@ -7,6 +7,7 @@ the limit, the effects are named, alone or beside the answer; else a note states
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import erfc, sqrt
 
@@ -18,6 +19,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import Limits, finding_size
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.quantities.diagnosis import Verdict
 
 
 def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits) -> Judgment:
@@ -27,7 +29,7 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
     """
     if not strategy.prior_values or not (judgment.answers or judgment.verdict == "adequate"):
         return judgment
-    answer, several = judgment.answer, len(judgment.answers) > 1
+    several = len(judgment.answers) > 1
     if several and (judgment.size is None or not judgment.size.change <= limits.noise):
         return judgment  # latencies change predictions by less
     fitted = judgment.answers[0].fitted if judgment.answers else judgment.base
@@ -43,20 +45,27 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
         return judgment
     # The error need not matter more than the least of the answers that these data cannot discriminate does.
     size = min((finding_size(strategy, fitted, one.fitted) for one in answers), key=lambda one: one.change)
-    noted = replace(judgment, absorbed=best)
-    if not (size.plain and size.change > limits.output):
-        return noted
-    if answer is None:
-        found = judgment.detection
+    matters = size.plain and size.change > limits.output
+    if matters and not judgment.answers:
         chance = erfc(max(_deviation(strategy.model, t) for t in tried) / sqrt(2.0))
-        found = replace(found, p_value=min(found.p_value, max(chance, found.scores.smallest_p())))
-        verdict = replace(judgment, verdict="ambiguous" if len(answers) > 1 else "data_fault", detection=found)
-        return replace(
-            verdict, answers=answers, tried=(*judgment.tried, *tried), size=size, material=True, immaterial=None
-        )
+        return _named_alone(replace(judgment, tried=(*judgment.tried, *tried), size=size), answers, chance)
+    named = _named_beside(strategy, judgment, best) if matters else None
+    return named or replace(judgment, absorbed=best)
+
+
+def _named_alone(judgment: Judgment, answers: Sequence[CandidateModel], chance: float) -> Judgment:
+    """The judgment with sensor errors as the only answers; ``chance`` is the p value of the most significant one."""
+    found = judgment.detection
+    found = replace(found, p_value=min(found.p_value, max(chance, found.scores.smallest_p())))
+    verdict: Verdict = "ambiguous" if len(answers) > 1 else "data_fault"
+    return replace(judgment, verdict=verdict, answers=tuple(answers), detection=found, material=True, immaterial=None)
+
+
+def _named_beside(strategy: Strategy, judgment: Judgment, best: CandidateModel) -> Judgment | None:
+    """The judgment with the answer extended by a sensor error; None where held-out runs are not predicted better."""
     gain = held_out_gain(strategy, judgment.base, best.fitted, Selection(best.effects, judgment.base))
     if gain is not None and (gain.worse or not gain.positive):
-        return noted
+        return None
     size = finding_size(strategy, judgment.base, best.fitted)
     return replace(judgment, answers=(best,), tried=(*judgment.tried, best), gain=gain, size=size)
 
