@@ -13,7 +13,7 @@ import yaml
 from tests.effects.recovered import given as stated
 from tests.plant import bump as plant
 from tests.plant.obstacle import Bump
-from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
+from tests.plant.vehicle import REFERENCE, Vehicle, random_vehicle
 from tests.plant.write_csv import csv_bytes
 from vdyn_cli.effects.asymmetric_damping import asymmetric_damping
 from vdyn_cli.effects.suspension_friction import suspension_friction
@@ -21,7 +21,6 @@ from vdyn_cli.effects.tire_damping import tire_damping
 from vdyn_cli.inference import Unknown, solve
 from vdyn_cli.physics.models.half_car import SOUGHT
 from vdyn_cli.project.inputs import gather
-from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
@@ -278,115 +277,6 @@ def test_a_car_that_was_loaded_otherwise_is_noticed() -> None:
     heavier = known().updated(stated({"sprung_mass": VEHICLE.sprung_mass + 60.0}))
     findings = run(given=heavier).findings
     assert [f.where for f in findings if "at rest above the load" in f.what] == ["front_load", "rear_load"]
-
-
-def scaled(name: str, factor: float, offset: float = 0.0) -> Callable[[Log], Log]:
-    return lambda log: log.with_channels(**{name: log[name] * factor + offset})
-
-
-def swapped(log: Log) -> Log:
-    return log.with_channels(front_load=log["rear_load"], rear_load=log["front_load"])
-
-
-def thinner(log: Log) -> Log:
-    return Log(log.name, log.time[::10], {n: log[n][::10] for n in log.channels})
-
-
-WRONG = {
-    "upside-down load": (scaled("front_load", -1), "negative axle load", "sign: -1"),
-    "load in kN": (scaled("rear_load", 1e-3), "not the axle's load at rest", "kN"),
-    "one wheel's load": (scaled("front_load", 0.5), "not the axle's load at rest", "load of one wheel"),
-    "load without weight": (scaled("front_load", 1, -VEHICLE.front_load), "load at rest", "zero the sensor without"),
-    "axles swapped": (swapped, "rear axle meets the bump before", "swap"),
-    "acceleration down": (scaled("vertical_acceleration", -1), "opposite sign to the loads", "sign: -1"),
-    "acceleration in g": (scaled("vertical_acceleration", 1 / GRAVITY), "times that of a typical car", "unit g"),
-    "nose-down pitch rate": (scaled("pitch_rate", -1), "positive nose-up", "sign: -1"),
-    "pitch rate in degrees": (scaled("pitch_rate", 57.3), "times that of a typical car", "deg/s"),
-    "dead channel": (scaled("pitch_rate", 0), "never changes", "leave the channel out"),
-    "speed in km/h": (scaled("speed", 3.6), "after the front axle", "km/h"),
-    "speed taken for km/h": (scaled("speed", 1 / 3.6), "after the front axle", "km/h"),
-    "standing": (scaled("speed", 0), "almost at rest", "unit"),
-    "reversing": (scaled("speed", -1), "reverses", "sign: -1"),
-    "no speed": (scaled("speed", np.nan), "no reading", ""),
-    "no bump": (lambda log: log.between(0.0, 0.4), "shows no bump", "time window"),
-    "too slow": (thinner, "sampled too slowly", "500"),
-    "too short": (lambda log: log.between(0.0, 0.05), "fewer than 50 samples", ""),
-}
-
-
-@pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_with_a_log_is_said_for_every_run(name: str) -> None:
-    change, what, remedy = WRONG[name]
-    with pytest.raises(InputError, match=what) as caught:
-        run(changed(change))
-    assert remedy in str(caught.value)
-    assert {f.where.split(",")[0] for f in caught.value.findings} == {log.name for log in LOGS}
-
-
-def test_a_bump_of_another_size_is_noticed() -> None:
-    with pytest.raises(InputError, match="times as much as for a typical car"):
-        run(how=spec(bump={"height": 0.007, "width": 0.48}))
-
-
-def test_gravity_in_the_acceleration_is_taken_off() -> None:
-    result = run(changed(scaled("vertical_acceleration", 1, GRAVITY)))
-    assert any("at rest: gravity is included and subtracted" in f.what for f in result.findings)
-    near(result)
-
-
-def test_a_run_in_the_air_is_left_out_and_a_campaign_in_the_air_refused() -> None:
-    log, crossing = LOGS[0], plant.runs(SEED)[0]
-    late = log.time - (crossing.distance + VEHICLE.wheelbase) / crossing.speed
-    hanging = log.with_channels(rear_load=np.where((late > 0.3) & (late < 0.85), 3.0, log["rear_load"]))
-    result = run((hanging, *LOGS[1:]))
-    assert len(result.fit.runs) == 3
-    assert any("off the road" in f.what for f in result.findings)
-    with pytest.raises(InputError, match="off the road"):
-        run(logs(bump=Bump(0.4, 0.5)), spec(bump={"height": 0.4, "width": 0.5}))
-
-
-def test_distances_that_contradict_the_wheelbase_are_refused() -> None:
-    with pytest.raises(InputError, match="is not the wheelbase"):
-        run(how=spec(runs={"distance_front": 3.0, "distance_rear": 5.0}))
-
-
-def test_what_is_missing_or_contradicts_itself_is_said() -> None:
-    with pytest.raises(InputError) as caught:
-        STEP.estimate(SPEC, BumpData(LOGS), Parameters())
-    for name in ("mass", "wheelbase", "cg_to_front", "pitch_inertia", "unsprung_mass_front", "unsprung_mass_rear"):
-        assert name in str(caught.value)
-    two = known().updated(stated({"mass": VEHICLE.mass + 100.0}))
-    with pytest.raises(InputError, match="contradict each other"):
-        run(given=two)
-    with pytest.raises(InputError, match="no crossing"):
-        run(())
-    with pytest.raises(InputError, match="wheel_mass"):
-        run(how=spec(load_sensor="hub"))
-
-
-@pytest.mark.parametrize(
-    ("bump", "says"),
-    [
-        ({}, "needs 'height' and 'width'"),
-        ({"height": 0.07}, "needs 'height' and 'width'"),
-        ({"profile": "x.csv"}, "belong together"),
-        ({"shape": "profile", "height": 0.07, "width": 0.4}, "belong together"),
-        ({"shape": "profile", "profile": "x.csv", "height": 0.07}, "its own size"),
-        ({"shape": "profile", "profile": "nowhere.csv"}, "nowhere.csv"),
-        ({"height": "70 kg", "width": 0.4}, "not a unit of length"),
-        ({"height": 70, "width": 0.4}, "physical"),
-    ],
-)
-def test_a_bump_that_cannot_be_is_refused(bump: dict[str, object], says: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        gather(STEP, described(tmp_path, bump=bump))
-    assert says in str(caught.value)
-
-
-def test_a_flat_profile_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "bump.csv").write_text("distance [m],height [m]\n0,0\n0.1,0\n0.2,0.0001\n", encoding="utf-8")
-    with pytest.raises(InputError, match="not the profile of a bump"):
-        gather(STEP, described(tmp_path, bump={"shape": "profile", "profile": "bump.csv"}))
 
 
 def test_effects_linearized_one_by_one_have_the_columns_of_all_at_once() -> None:
