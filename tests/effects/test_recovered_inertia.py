@@ -16,7 +16,7 @@ from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.inertia.problem import DIAGNOSED_WINDOW, InertiaData, prepare
+from vdyn_cli.steps.inertia.problem import WINDOWS, InertiaData, prepare
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
@@ -87,7 +87,7 @@ def test_torque_and_radius_in_doubt_together_do_not_shrink_the_residual() -> Non
 def test_the_door_finds_the_same() -> None:
     """Over the same windows: the diagnosis looks through short ones, in which a clock's offset shows."""
     hidden = Hidden("clock_offset", 0.03)
-    settings = {"torque_zero": 1.0, "force_zero": 10.0, "window": f"{DIAGNOSED_WINDOW} s"}
+    settings = {"torque_zero": 1.0, "force_zero": 10.0, "window": f"{WINDOWS[0]} s"}
     spec = InertiaSpec.model_validate({"test": "inertia", "settings": settings})
     problem = prepare(spec, data(hidden, 1.0), KNOWN)
     found = solve(problem.regression(added(hidden.effect)))

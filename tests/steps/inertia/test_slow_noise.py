@@ -13,6 +13,7 @@ from tests.plant.vehicle import random_vehicle
 from tests.steps.inertia.test_inertia import SPEC, changed, known, logs
 from vdyn_cli.effects.wheel_mass import wheel_mass
 from vdyn_cli.inference import Unknown, solve
+from vdyn_cli.inference.banded import whitened
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.inertia.moment_balance import drive_windows
@@ -37,6 +38,22 @@ def pitching(log: Log, seed: int) -> Log:
     return colored(log, "acceleration", SLOW, 1.0, seed)
 
 
+def test_the_covariance_of_impulses_is_that_of_the_integrated_samples() -> None:
+    run = drive_windows(logs(VEHICLE, 5)[0], 0.12, plant.known(VEHICLE))
+    inertia, moment, size = 1.3, 7.0, run.log.time.size
+    steps = np.diff(run.log.time)
+    integral, gained = (np.zeros((run.first.size, size)) for _ in range(2))
+    for k, (first, last) in enumerate(zip(run.first, run.last, strict=True)):
+        for i in range(first, last):
+            integral[k, i : i + 2] += steps[i] / 2
+        gained[k, last], gained[k, first] = 1.0, -1.0
+    noise = run.noise
+    exact = (noise.torque**2 + (moment * noise.acceleration) ** 2) * integral @ integral.T
+    exact += (inertia * noise.speed) ** 2 * gained @ gained.T
+    rows = whitened(noise.factor(inertia, moment), np.eye(run.first.size))
+    assert rows @ exact @ rows.T == pytest.approx(np.eye(run.first.size), abs=1e-9)
+
+
 def test_white_noise_stays_as_the_samples_have_it() -> None:
     wheel = plant.known(VEHICLE)
     runs = [drive_windows(log, 0.25, wheel) for log in logs(VEHICLE, 5)]
@@ -49,7 +66,7 @@ def test_slow_noise_of_the_torque_is_in_the_noise_of_the_impulses() -> None:
     runs = [drive_windows(log, 0.25, wheel) for log in drives]
     added = 2.0 * (2 * 0.05 / 0.25 * (1 - 0.05 / 0.25 * (1 - np.exp(-5.0)))) ** 0.5  # of a window's mean, N m
     for before, after in zip(runs, with_scatter(runs, wheel), strict=True):
-        spread = float(np.median(after.noise.spread)) / 0.25
+        spread = float(np.median(after.noise.squares)) ** 0.5 / 0.25
         found = (after.noise.torque**2 - before.noise.torque**2) ** 0.5 * spread
         assert found == pytest.approx(added, rel=0.35)
 
@@ -70,14 +87,14 @@ def test_slow_noise_of_the_acceleration_is_found_against_the_wheel() -> None:
     runs = [drive_windows(log, 0.25, plant.known(HEAVY)) for log in drives]
     of_blocks = SLOW * (2 * np.exp(-1.0)) ** 0.5  # standard deviation of a mean over 1 s
     for before, after in zip(runs, with_slow_acceleration(runs, drives, plant.known(HEAVY)), strict=True):
-        added = np.sqrt(after.noise.carried - before.noise.carried) / after.duration
+        added = np.sqrt(after.noise.slow - before.noise.slow) / after.duration
         assert added == pytest.approx(of_blocks, rel=0.35)
 
 
 def test_a_quiet_accelerometer_stays_quiet() -> None:
     runs = [drive_windows(log, 0.25, plant.known(HEAVY)) for log in logs(HEAVY, 5)]
     for run in with_slow_acceleration(runs, logs(HEAVY, 5), plant.known(HEAVY)):
-        assert np.max(np.sqrt(run.noise.carried) / run.duration) < 0.015
+        assert np.max(np.sqrt(run.noise.acceleration**2 * run.noise.squares + run.noise.slow) / run.duration) < 0.015
 
 
 def test_a_run_too_short_for_blocks_stays_as_it_is() -> None:

@@ -80,28 +80,33 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
     gaps is as long as a window.
     """
     inputs = model.inputs
-    time, speed = log.time, log["wheel_speed"]
-    good = np.all([np.isfinite(log[name]) for name in inputs], axis=0) & (np.abs(speed) > STANDSTILL)
+    time = log.time
+    good = np.all([np.isfinite(log[name]) for name in inputs], axis=0) & (np.abs(log["wheel_speed"]) > STANDSTILL)
     step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
     whole = good[1:] & good[:-1] & (np.diff(time) < GAP * step)  # intervals that may be integrated
     first, last = _edges(whole, max(round(width / step), 2))
     filled = {n: np.interp(time, time[good], log[n][good]) if good.any() else np.zeros(time.size) for n in inputs}
     log = log.with_channels(**filled)
-    if first.size == 0:
-        nothing = np.zeros(0)
-        return DriveWindows(log, first, last, nothing, WindowNoise(1.0, 1.0, nothing, nothing, nothing.astype(bool)))
-    squares = np.concatenate([[0.0], np.cumsum(np.convolve(np.diff(time), [0.5, 0.5]) ** 2)])
-    spread = np.sqrt(squares[last] - squares[first])
-    of_car = white_level(log["acceleration"][good], time[good]) if "acceleration" in log else 0.0
-    noise = WindowNoise(
-        white_level(_net_torque(log, {**wheel, "wheel_mass": 0.0})[good], time[good]),
-        white_level(speed[good], time[good]),
-        spread,
-        (of_car * spread) ** 2,
-        last[:-1] == first[1:],
-    )
     gained = np.asarray(log["wheel_speed"][last] - log["wheel_speed"][first])
-    return DriveWindows(log, first, last, gained, noise)
+    return DriveWindows(log, first, last, gained, _noise(log, wheel, good, first, last))
+
+
+def _noise(log: Log, wheel: Mapping[str, float], good: NDArray[np.bool_], first: Index, last: Index) -> WindowNoise:
+    """Noise of the windows from ``first`` to ``last`` by the white noise of the ``good`` samples."""
+    nothing = np.zeros(first.size)
+    if first.size == 0:
+        return WindowNoise(1.0, 0.0, 1.0, nothing, nothing, nothing)
+    time, half = log.time, np.diff(log.time) / 2
+    inside = np.concatenate([[0.0], np.cumsum(np.convolve(half, [1.0, 1.0]) ** 2)])
+    squares = inside[last] - inside[first + 1] + half[first] ** 2 + half[last - 1] ** 2
+    return WindowNoise(
+        white_level(_net_torque(log, {**wheel, "wheel_mass": 0.0})[good], time[good]),
+        white_level(log["acceleration"][good], time[good]) if "acceleration" in log else 0.0,
+        white_level(log["wheel_speed"][good], time[good]),
+        squares,
+        np.where(last[:-1] == first[1:], half[last[:-1] - 1] * half[first[1:]], 0.0),
+        nothing,
+    )
 
 
 def impulses(run: DriveWindows, wheel: Mapping[str, float]) -> Array:
@@ -261,7 +266,7 @@ class MomentBalance:
             larger[0] += scale
             weighed_residual = weighed(factor, residual)
             adjusted = np.outer(apparent * run.noise.speed_covariance(weighed_residual), larger)
-            adjusted += np.outer(moment * run.noise.carried * weighed_residual, heavier)
+            adjusted += np.outer(moment * run.noise.acceleration_covariance(weighed_residual), heavier)
             return Rows(residual, whitened(factor, slopes * scale - adjusted), time=run.middle)
 
         return Regression(every, tuple(run.log.name for run in self.runs), rows)

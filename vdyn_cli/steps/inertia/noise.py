@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.banded import factored
 from vdyn_cli.quantities.arrays import Array
@@ -13,21 +12,24 @@ from vdyn_cli.quantities.arrays import Array
 
 @dataclass(frozen=True)
 class WindowNoise:
-    """Noise of one run's windows.
+    """Noise of one run's windows. Torque and acceleration are integrated over a window by the trapezoidal rule.
 
     Parameters
     ----------
-    torque, speed : standard deviations of a sample of the net torque (N m) and of the wheel's speed (rad/s).
-    spread : (w,), s, root of the sum of squares of the samples' weights in each window's integral.
-    carried : (w,), (m/s)^2, variance of the accelerometer's integral over each window.
-    adjoining : (w - 1,), whether a window's last sample is the next one's first.
+    torque, acceleration, speed : standard deviations of a sample of the net torque (N m), of the accelerometer (m/s^2)
+        and of the wheel's speed (rad/s).
+    squares : (w,), s^2, sum of squares of the samples' weights in each window's integral.
+    shared : (w - 1,), s^2, product of the two weights of the sample that adjacent windows share; 0 where a gap
+        separates them.
+    slow : (w,), (m/s)^2, variance of the accelerometer's integral by errors that last longer than a sample.
     """
 
     torque: float
+    acceleration: float
     speed: float
-    spread: Array
-    carried: Array
-    adjoining: NDArray[np.bool_]
+    squares: Array
+    shared: Array
+    slow: Array
 
     def variance(self, inertia: float, moment: float) -> Array:
         """Variance of each window's impulse, (w,) (N m s)^2, by torque, acceleration and two readings of the speed.
@@ -36,26 +38,40 @@ class WindowNoise:
         ----------
         inertia : kg m^2. moment : kg m, mass times radius of the wheel, the factor of the acceleration.
         """
-        of_torque = (self.torque * self.spread) ** 2 + moment**2 * self.carried
-        return np.asarray(of_torque + 2.0 * (inertia * self.speed) ** 2)
+        of_forces = self._sampled(moment) * self.squares + moment**2 * self.slow
+        return np.asarray(of_forces + 2.0 * (inertia * self.speed) ** 2)
+
+    def _sampled(self, moment: float) -> float:
+        """Variance of a sample of torque and acceleration together, (N m)^2."""
+        return self.torque**2 + (moment * self.acceleration) ** 2
 
     def factor(self, inertia: float, moment: float) -> Array:
         """Banded Cholesky factor, (2, w), of the covariance of the windows' impulses, (N m s)^2.
 
-        Adjacent windows share one reading of the speed, whose error has opposite signs in them.
+        Adjacent windows share one sample. The error of its speed has opposite signs in them, the errors of its torque
+        and acceleration the same sign.
 
         Parameters
         ----------
         inertia : kg m^2. moment : kg m, mass times radius of the wheel, the factor of the acceleration.
         """
-        band = np.zeros((2, self.spread.size))
+        band = np.zeros((2, self.squares.size))
         band[0] = self.variance(inertia, moment)
-        band[1, :-1] = np.where(self.adjoining, -((inertia * self.speed) ** 2), 0.0)
+        of_sample = self._sampled(moment) * self.shared - (inertia * self.speed) ** 2
+        band[1, :-1] = np.where(self.shared > 0.0, of_sample, 0.0)
         return factored(band)
 
     def speed_covariance(self, vector: Array) -> Array:
         """Covariance of the speeds gained, (rad/s)^2, times a vector, both (w,)."""
+        adjoining = self.shared > 0.0
         total = 2 * vector
-        total[:-1] -= self.adjoining * vector[1:]
-        total[1:] -= self.adjoining * vector[:-1]
+        total[:-1] -= adjoining * vector[1:]
+        total[1:] -= adjoining * vector[:-1]
         return np.asarray(self.speed**2 * total)
+
+    def acceleration_covariance(self, vector: Array) -> Array:
+        """Covariance of the accelerometer's integrals, (m/s)^2, times a vector, both (w,)."""
+        total = self.squares * vector
+        total[:-1] += self.shared * vector[1:]
+        total[1:] += self.shared * vector[:-1]
+        return np.asarray(self.acceleration**2 * total + self.slow * vector)

@@ -14,6 +14,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, drive_windows, impulses
 
 THIRD_OF_DIFFERENCES = 3.5  # var(d3 (w_k+1 - w_k)) / 20 of white noise w: 70 / 20
+SHARED = -1.5  # var(d3 w) / 20 by the covariance of adjacent w: 2 (-3 - 9 - 3) / 20
 # Least relative excess of the variance over that of the samples' noise, in units of (2 / n)^0.5: two standard errors of
 # a variance from the median of overlapping third differences.
 LEAST_EXCESS = 5.0
@@ -23,6 +24,15 @@ TINY = 1e-12  # (rad/s)^2
 BLOCK = 1.0
 ROWS_PER_UNKNOWN = 5  # at least, so that the median residual is one of noise
 NORMAL = 1.4826  # standard deviation over median of absolute values of a normal distribution
+
+
+def with_shared_noise(runs: Sequence[DriveWindows]) -> tuple[DriveWindows, ...]:
+    """The runs with one level of the samples' noise, the root mean square of theirs: they have the same sensors."""
+    levels = np.array([(run.noise.torque, run.noise.acceleration, run.noise.speed) for run in runs])
+    torque, acceleration, speed = np.sqrt(np.mean(levels**2, axis=0)).tolist()
+    return tuple(
+        replace(run, noise=replace(run.noise, torque=torque, acceleration=acceleration, speed=speed)) for run in runs
+    )
 
 
 def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tuple[DriveWindows, ...]:
@@ -51,8 +61,9 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
             continue
         change, effort = np.diff(run.gained, 3), np.diff(torque, 3)
         inertia = float(change @ effort / max(float(change @ change), TINY))
-        sampled = (run.noise.torque * float(np.median(run.noise.spread))) ** 2
-        of_car = moment**2 * float(np.median(run.noise.carried))
+        weights = float(np.median(run.noise.squares)) + SHARED * float(np.median(run.noise.shared))
+        sampled = run.noise.torque**2 * weights
+        of_car = (moment * run.noise.acceleration) ** 2 * weights
         usual = sampled + of_car + THIRD_OF_DIFFERENCES * (inertia * run.noise.speed) ** 2
         whitened.append((torque - inertia * run.gained) / usual**0.5)
         of_torque.append(sampled / usual)
@@ -90,25 +101,24 @@ def with_slow_acceleration(
     for k, block in enumerate(blocks):
         own = np.zeros((block.first.size, len(blocks)))
         own[:, k] = block.duration
-        columns.append(np.column_stack([_gained_by_car(block), *_slips(block, wheel), own]))
+        columns.append(np.column_stack([_integral(block, "acceleration"), *_slips(block, wheel), own]))
         gained.append(radius * block.gained)
     matrix, right = np.concatenate(columns), np.concatenate(gained)
     if count < ROWS_PER_UNKNOWN * matrix.shape[1]:
         return tuple(runs)
     left = right - matrix @ np.linalg.lstsq(matrix, right)[0]
-    white = np.concatenate([2.0 * (radius * b.noise.speed) ** 2 + b.noise.carried for b in blocks])
+    white = np.concatenate(
+        [2.0 * (radius * b.noise.speed) ** 2 + b.noise.acceleration**2 * b.noise.squares for b in blocks]
+    )
     shown = (NORMAL * float(np.median(np.abs(left)))) ** 2 * count / (count - matrix.shape[1])
     slow = max(shown - float(np.median(white)), 0.0) / BLOCK**2  # (m/s^2)^2
-    return tuple(
-        replace(run, noise=replace(run.noise, carried=run.noise.carried + slow * run.duration**2)) for run in runs
-    )
+    return tuple(replace(run, noise=replace(run.noise, slow=slow * run.duration**2)) for run in runs)
 
 
-def _gained_by_car(block: DriveWindows) -> Array:
-    """Integral of the accelerometer over each block, (w,) m/s."""
-    a, time = block.log["acceleration"], block.log.time
-    speed = cumulative_integral(time, a)
-    return np.asarray(speed[block.last] - speed[block.first])
+def _integral(run: DriveWindows, channel: str) -> Array:
+    """Integral of a channel over each window, (w,), in its unit times s."""
+    integral = cumulative_integral(run.log.time, run.log[channel])
+    return np.asarray(integral[run.last] - integral[run.first])
 
 
 def _slips(block: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, Array]:
@@ -118,3 +128,29 @@ def _slips(block: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, Arra
     linear = wheel["wheel_radius"] * log["wheel_speed"] * share
     curved = linear * np.abs(share)
     return linear[block.last] - linear[block.first], curved[block.last] - curved[block.first]
+
+
+def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], widths: Sequence[float], most: float) -> float:
+    """The shortest of the ``widths`` of windows, s, in which the wheel's speed tells inertia from radius and mass.
+
+    The wheel's acceleration is nearly proportional to that of the car, which acts on radius and mass. Only the rest of
+    the speed gained, by the tire's slip, discriminates between them. With a share n of noise in the variance of that
+    rest, an error x of the ratio of the noises' variances biases the inertia by x n / (1 - n).
+
+    Parameters
+    ----------
+    logs : of the runs. wheel : as of :func:`drive_windows`. widths : s, ascending.
+    most : the share n that is allowed; the last width where none keeps it.
+    """
+    for width in widths:
+        left = noise = 0.0
+        for run in (drive_windows(log, width, wheel) for log in logs):
+            columns = [_integral(run, name) for name in ("hub_force_x", "acceleration", "hub_force_z")]
+            matrix = np.column_stack([*columns, run.duration])
+            if run.first.size > ROWS_PER_UNKNOWN * matrix.shape[1]:
+                rest = run.gained - matrix @ np.linalg.lstsq(matrix, run.gained)[0]
+                left += float(rest @ rest)
+                noise += 2.0 * run.noise.speed**2 * (rest.size - matrix.shape[1])
+        if noise < most * left:
+            return width
+    return widths[-1]
