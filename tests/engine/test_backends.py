@@ -100,20 +100,19 @@ def evaluate(function, x, y, backend):
     return found.outputs["y"], found.sensitivities["y"]
 
 
-@pytest.mark.parametrize("name", ONE)
-def test_functions_of_one_number(name):
-    function, slope, where = ONE[name]
-    check(lambda x, y: function(x), [(x, 0.0) for x in where], lambda x, y: (slope(x), 0.0))
+def of_two(one):
+    """A function of one number, its slope and its places as a function of two that ignores the second."""
+    function, slope, where = one
+    return lambda x, y: function(x), lambda x, y: (slope(x), 0.0), [(x, 0.0) for x in where]
 
 
-@pytest.mark.parametrize("name", TWO)
-def test_functions_of_two_numbers(name):
-    function, slopes, where = TWO[name]
-    check(function, list(where), slopes)
+CASES = {**{f"{name} of one": of_two(one) for name, one in ONE.items()}, **TWO}
 
 
-def check(function, where, slopes):
-    x, y = np.array(where).T
+@pytest.mark.parametrize("name", CASES)
+def test_functions_have_the_same_values_and_slopes_in_every_backend(name):
+    function, slopes, where = CASES[name]
+    x, y = np.array(list(where)).T
     value, slope = evaluate(function, x, y, "llvm")
     same_value, same_slope = evaluate(function, x, y, "vm")
     assert np.array_equal(value, same_value)

@@ -57,17 +57,14 @@ def damaged(data: bytes, change: Change) -> bytes:
     return b"".join(parts[kind])
 
 
-def read(path: Path, data: bytes, clock: str = "strict") -> None:
+def is_read_or_refused(path: Path, data: bytes, clock: str = "strict") -> bool:
+    """Whether the bytes give a log without infinite numbers, or an error whose findings state place and fact."""
     path.write_bytes(data)
     try:
         log = read_csv(path, COLUMNS, ReadOptions(clock=clock))  # type: ignore[arg-type]
     except InputError as error:
-        assert error.findings  # noqa: PT017  (a log is as good an outcome as this error)
-        assert all(f.where and f.what for f in error.findings)  # noqa: PT017
-    else:
-        assert log.time.size >= 2
-        assert np.isfinite(log.time).all()
-        assert not np.isinf(log["speed"]).any()
+        return bool(error.findings) and all(f.where and f.what for f in error.findings)
+    return log.time.size >= 2 and bool(np.isfinite(log.time).all()) and not np.isinf(log["speed"]).any()
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)
@@ -80,16 +77,16 @@ def test_random_damage(path: Path, changes: list[Change], dress: str, clock: str
     data = dressed(dress)
     for change in changes:
         data = damaged(data, change)
-    read(path, data, clock)
+    assert is_read_or_refused(path, data, clock)
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(data=anything)
 def test_any_bytes(path: Path, data: bytes) -> None:
-    read(path, data)
+    assert is_read_or_refused(path, data)
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(data=anything)
 def test_any_bytes_below_a_good_header(path: Path, data: bytes) -> None:
-    read(path, b"t,v [m/s]\n" + data)
+    assert is_read_or_refused(path, b"t,v [m/s]\n" + data)

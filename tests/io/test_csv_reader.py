@@ -40,10 +40,12 @@ def read(folder: Path, content: bytes | str, columns: dict[str, Column] = COLUMN
     return read_csv(path, columns, ReadOptions(**options))  # type: ignore[arg-type]
 
 
-def check(log: Log) -> None:
-    np.testing.assert_allclose(log.time, TIME, atol=1e-12)
-    np.testing.assert_allclose(log["speed"], SPEED / 3.6, rtol=1e-12)
-    np.testing.assert_allclose(log["torque"], -TORQUE, rtol=1e-12)
+def largest_error(log: Log) -> float:
+    """The largest relative error of time, speed and torque; infinite where rows are missing."""
+    pairs = (log.time, TIME), (log["speed"], SPEED / 3.6), (log["torque"], -TORQUE)
+    if any(read.shape != true.shape for read, true in pairs):
+        return float("inf")
+    return max(float(np.max(np.abs(read - true) / np.maximum(np.abs(true), 1.0))) for read, true in pairs)
 
 
 def said(log: Log) -> str:
@@ -58,7 +60,7 @@ def test_delimiters_decimal_marks_and_line_ends_are_recognised(
     tmp_path: Path, delimiter: str, decimal: str, newline: str
 ) -> None:
     log = read(tmp_path, table(delimiter, decimal, newline))
-    check(log)
+    assert largest_error(log) < 1e-12
     assert log.findings == ()
     assert log.name == "run.csv"
 
@@ -80,13 +82,13 @@ def test_an_encoding_can_be_given(tmp_path: Path) -> None:
 
 
 def test_gzip_is_recognised_by_its_content(tmp_path: Path) -> None:
-    check(read(tmp_path, gzip.compress(table().encode())))
+    assert largest_error(read(tmp_path, gzip.compress(table().encode()))) < 1e-12
 
 
 def test_quoted_decimal_commas_in_a_comma_separated_file(tmp_path: Path) -> None:
     header, *lines = table("|", ",").splitlines()
     quoted = ['"' + line.replace("|", '","') + '"' for line in lines]
-    check(read(tmp_path, "\n".join([header.replace("|", ","), *quoted])))
+    assert largest_error(read(tmp_path, "\n".join([header.replace("|", ","), *quoted]))) < 1e-12
 
 
 def test_whole_numbers_at_first_and_decimal_commas_later(tmp_path: Path) -> None:
@@ -108,7 +110,7 @@ def test_thousands_separators_are_removed_and_said(tmp_path: Path, mark: str, se
 def test_a_units_row_is_read_and_agrees(tmp_path: Path) -> None:
     header, rest = table().split("\n", 1)
     log = read(tmp_path, f"{header}\ns,km/h,Nm\n{rest}")
-    check(log)
+    assert largest_error(log) < 1e-12
     assert log.findings == ()
 
 
@@ -155,13 +157,13 @@ def test_brackets_that_hold_no_contradicting_unit_are_no_finding(tmp_path: Path,
 
 def test_lines_before_the_header_are_passed_over(tmp_path: Path) -> None:
     head = 'Bench 7;Version 2,1\nDriver: "unknown" 5" wheels\nDate;12.05.2024 10:00\nSpeed, GPS [km/h];is mapped\n\n'
-    check(read(tmp_path, head + table(";")))
+    assert largest_error(read(tmp_path, head + table(";"))) < 1e-12
 
 
 def test_a_long_preamble_and_a_given_header_row(tmp_path: Path) -> None:
     preamble = "".join(f"channel {i};rate 100 Hz;range {i}\n" for i in range(300))
-    check(read(tmp_path, preamble + table(";")))
-    check(read(tmp_path, preamble + table(";"), header_row=301, delimiter=";", decimal="."))
+    assert largest_error(read(tmp_path, preamble + table(";"))) < 1e-12
+    assert largest_error(read(tmp_path, preamble + table(";"), header_row=301, delimiter=";", decimal=".")) < 1e-12
 
 
 def test_a_header_written_as_a_comment(tmp_path: Path) -> None:
@@ -173,40 +175,40 @@ def test_a_header_written_as_a_comment(tmp_path: Path) -> None:
 def test_a_quoted_header_may_run_over_a_line_end(tmp_path: Path) -> None:
     content = table(";").replace('"Torque [Nm]"', '"Torque\r\n[Nm]"')
     log = read(tmp_path, content)
-    check(log)
+    assert largest_error(log) < 1e-12
 
 
 def test_rows_between_header_and_numbers_are_skipped_aloud(tmp_path: Path) -> None:
     header, rest = table(";").split("\n", 1)
     log = read(tmp_path, f"{header}\ns;km/h;Nm\nclock;CAN 1;rig\n{rest}")
-    check(log)
+    assert largest_error(log) < 1e-12
     assert "run.csv:3: row between header and numbers skipped (got 'clock;CAN 1;rig')" in said(log)
 
 
 @pytest.mark.parametrize("below", ["\nMean;50,1;0,2\nMax;55;1\n", "Mean: 50.1\n", ";;\n\n;50.1;0.2\n"])
 def test_a_summary_below_the_data_is_left_out_aloud(tmp_path: Path, below: str) -> None:
     log = read(tmp_path, table(";") + below)
-    check(log)
+    assert largest_error(log) < 1e-12
     assert re.search(r"left out: rows below the data \(\d: line 5", said(log))
 
 
 def test_blank_lines_and_an_end_mark_at_the_end_are_nothing_to_say(tmp_path: Path) -> None:
     for end in ("\n\n", "\x1a", "\r\n\x1a"):
         log = read(tmp_path, table() + end)
-        check(log)
+        assert largest_error(log) < 1e-12
         assert log.findings == ()
 
 
 def test_blank_lines_between_rows_are_left_out_aloud(tmp_path: Path) -> None:
     lines = table().splitlines()
     log = read(tmp_path, "\n".join([*lines[:10], "", ",,", *lines[10:]]))
-    check(log)
+    assert largest_error(log) < 1e-12
     assert "left out: rows without any mapped value (2: line 11, 12)" in said(log)
 
 
 def test_a_last_line_that_is_cut_off_is_left_out_aloud(tmp_path: Path) -> None:
     log = read(tmp_path, table() + "0.5000,4")
-    check(log)
+    assert largest_error(log) < 1e-12
     assert "run.csv:52: the last line is incomplete and ignored" in said(log)
 
 
@@ -250,8 +252,8 @@ def test_repeated_headers_are_told_apart_by_number(tmp_path: Path) -> None:
 def test_blocks_are_joined_without_a_seam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = csv_source.open_source
     monkeypatch.setattr("vdyn_cli.io.csv.csv_reader.open_source", lambda path, encoding: opened(path, encoding, 700))
-    check(read(tmp_path, table(newline="\r\n")))
-    check(read(tmp_path, table(";").encode("utf-16")))
+    assert largest_error(read(tmp_path, table(newline="\r\n"))) < 1e-12
+    assert largest_error(read(tmp_path, table(";").encode("utf-16"))) < 1e-12
 
 
 def test_real_trips_of_an_electric_car(shared_data: Path) -> None:

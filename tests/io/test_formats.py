@@ -15,7 +15,6 @@ from vdyn_cli.description.spec_loading import load_spec
 from vdyn_cli.io.formats.log_formats import read_log, readers
 from vdyn_cli.io.reader import Browsable, Column, Reader, ReadOptions
 from vdyn_cli.quantities.errors import InputError
-from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps import load_step
 
 LOGS = ("coast_1", "bump_1", "drive_1", "slip_1", "tip_in", "wheel_1", "launch_1")
@@ -40,13 +39,6 @@ def mapping_of(root: Path, log: str) -> dict[str, Column]:
     return {n: Column(c.column, c.unit, step.channels()[n].unit, c.sign) for n, c in spec.channels.items()}
 
 
-def same(log: Log, other: Log) -> None:
-    assert np.array_equal(log.time, other.time)
-    assert set(log.channels) == set(other.channels)
-    for name in log.channels:
-        assert np.array_equal(log[name], other[name], equal_nan=True), name
-
-
 @pytest.mark.parametrize("kind", FORMATS)
 @pytest.mark.parametrize("log", LOGS)
 def test_every_format_reads_as_its_csv(kind: str, log: str, root: Path, tmp_path: Path) -> None:
@@ -67,7 +59,10 @@ def test_every_format_reads_as_its_csv(kind: str, log: str, root: Path, tmp_path
         for n, c in mapping.items()
     }
     found = read_log(path, columns)
-    same(found, expected)
+    assert np.array_equal(found.time, expected.time)
+    assert set(found.channels) == set(expected.channels)
+    for name in found.channels:
+        assert np.array_equal(found[name], expected[name], equal_nan=True), name
 
 
 @pytest.mark.parametrize("kind", FORMATS)

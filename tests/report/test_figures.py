@@ -203,12 +203,12 @@ def test_the_residual_after_the_extension_is_enlarged_where_it_mended_much() -> 
 
 @pytest.mark.parametrize("used", [np.zeros(300, dtype=bool), np.arange(300) > 100])
 def test_samples_that_were_not_used(used: np.ndarray) -> None:
-    drawn(runs(2, used=used))
+    assert drawn(runs(2, used=used))
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3])
 def test_runs_of_hardly_any_samples(n: int) -> None:
-    drawn(runs(2, n))
+    assert drawn(runs(2, n))
 
 
 def test_runs_without_a_known_sample_beside_good_ones() -> None:
@@ -216,14 +216,14 @@ def test_runs_without_a_known_sample_beside_good_ones() -> None:
     no_x = runs(1, x=np.full(300, np.nan), run="no x")
     svg = drawn(runs(1) + nothing + no_x)
     assert "nothing" in texts(svg)
-    drawn(nothing)
-    drawn(no_x, noise=float("nan"))
+    assert drawn(nothing)
+    assert drawn(no_x, noise=float("nan"))
 
 
 def test_an_x_that_goes_to_and_fro_is_drawn_as_points() -> None:
     for c in examples.tire().comparisons[:1]:
         assert not channel_traces([c], 0.012, "")[0].traces[0].rising
-        drawn((c,))
+        assert drawn((c,))
 
 
 def test_half_a_million_samples_a_run() -> None:

@@ -192,30 +192,30 @@ def nasty_diagnosis() -> Diagnosis:
     )
 
 
-def harmless(page: str) -> None:
+def harmless(page: str) -> bool:
+    """Whether the page shows the hostile texts as text, without a script, an image, or a handler of events."""
     page.encode("utf-8")
     outline = Outline(page)
-    for tag, attributes in outline.tags:
-        assert tag not in ("script", "img")
-        assert not [name for name in attributes if name.startswith("on")]
-    assert "{{7*7}}" in page
-    assert "<script>alert(1)</script>" in outline.text
+    tags = {tag for tag, _ in outline.tags}
+    handlers = [name for _, attributes in outline.tags for name in attributes if name.startswith("on")]
+    shown = "{{7*7}}" in page and "<script>alert(1)</script>" in outline.text
+    return shown and not handlers and not tags & {"script", "img"}
 
 
 def test_no_text_becomes_a_tag() -> None:
     provenance = Provenance({NASTY: NASTY}, {NASTY: NASTY, "title": NASTY}, {NASTY: NASTY}, NASTY)
     record = StepRecord(replace(nasty(), diagnosis=nasty_diagnosis()), provenance)  # type: ignore[arg-type]
     rendered = html.render(record)
-    harmless(rendered.page)
+    assert harmless(rendered.page)
     finding = Finding(NASTY, NASTY, NASTY, NASTY)
     refused = replace(record.result, refused=(finding,), parameters=Parameters())
-    harmless(html.render(StepRecord(refused, provenance)).page)  # type: ignore[arg-type]
+    assert harmless(html.render(StepRecord(refused, provenance)).page)  # type: ignore[arg-type]
     outcomes = (
         StepOutcome(NASTY, "done", record, rendered.section),
         StepOutcome("b", "failed", reason=NASTY, problems=(finding,), exit_code=1),
     )
     missing = dict.fromkeys(TABLE, NASTY)
-    harmless(html.render_pipeline(ParameterSet(NASTY, record.result.parameters, missing, outcomes, provenance)))
+    assert harmless(html.render_pipeline(ParameterSet(NASTY, record.result.parameters, missing, outcomes, provenance)))
 
 
 def test_a_withheld_parameter_is_shown_with_the_reason() -> None:

@@ -173,7 +173,7 @@ def test_the_noise_of_a_gyro_has_no_sign() -> None:
     log, noise = logs(vehicle, 1)[0], np.random.default_rng(0)
     for _ in range(100):
         still = log.with_channels(pitch_rate=0.01 * noise.standard_normal(log.time.size))
-        ready_runs(SPEC, (still,))
+        assert len(ready_runs(SPEC, (still,))) == 1
 
 
 def test_a_pitch_hidden_by_its_noise_is_taken_proportional_to_the_acceleration() -> None:
