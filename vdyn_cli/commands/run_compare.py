@@ -14,7 +14,7 @@ from vdyn_cli.quantities.result_schema import ComparisonDocument
 
 
 def run_compare(old: Path, new: Path, as_json: bool) -> tuple[str, int]:
-    """The comparison as text, and the exit code: 0 no parameter moved, 1 at least one did.
+    """The comparison as text, and the exit code: 0 no parameter changed, 1 at least one did.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def comparison_lines(document: ComparisonDocument) -> Iterator[str]:
     """The text for a terminal, the conclusion first."""
     yield document.sentence
     yield ""
-    header = ("parameter", "unit", "old", "new", "difference", "standard error", "z", "moved")
+    header = ("parameter", "unit", "old", "new", "difference", "standard error", "z", "changed")
     rows = []
     for one in document.parameters:
         half = 2.0 * one.standard_error

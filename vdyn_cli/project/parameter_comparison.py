@@ -15,12 +15,12 @@ from vdyn_cli.quantities.result_schema import ComparedEntry, ComparisonDocument
 _ROUNDING = 1e-9  # relative difference of two numbers that are the same except for their last digits
 ASSUMED = (
     "The errors of both files are taken as independent: standard error of the difference = sqrt(old^2 + new^2), each "
-    "from the end of the 95 % interval on the side of the other value. Moved: the difference exceeds 1.96 standard "
+    "from the end of the 95 % interval on the side of the other value. Changed: the difference exceeds 1.96 standard "
     "errors, which happens to one in 20 parameters by chance."
 )
 _SHARED = (
     " {}{} of the input files {} in both: if their errors are shared, the true standard error is smaller, and a "
-    "parameter that counts as not moved may have moved."
+    "parameter that counts as not changed may have changed."
 )
 
 
@@ -104,8 +104,8 @@ def _facing(estimate: Estimate, toward: float) -> float:
 def _sentence(rows: list[ComparedEntry], moved: list[str]) -> str:
     if not moved:
         return f"No parameter changed significantly ({len(rows)} compared)."
-    verb = "parameter" if len(moved) == 1 else "parameters"
-    return f"{len(moved)} of {len(rows)} {verb} changed significantly: {', '.join(moved)}."
+    noun = "parameter" if len(moved) == 1 else "parameters"
+    return f"{len(moved)} of {len(rows)} {noun} changed significantly: {', '.join(moved)}."
 
 
 def _digests(document: ParameterDocument) -> Iterable[str]:
