@@ -106,9 +106,8 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     if spec is None:
         raise InputError(*in_file_order([*problems, *missing_logs(source)], source.path.name))
     step, known_files = step.of(spec), tuple(known_files)
-    unreadable = wrong_channels(step, spec, source, described.dropped)
+    unreadable, repeats = wrong_channels(step, spec, source, described.dropped), repeated_entries(spec, source)
     problems += [*unreadable, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
-    repeats = repeated_entries(spec, source)
     problems += [*repeats, *wrong_segments(spec, source)]
     files = dict(source.digests)
     stated = given_parameters(spec.vehicle).updated(given_air(spec.environment))
@@ -118,20 +117,21 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     made = attempt(problems, scalings, step, spec, known) or ()
     road = attempt(problems, surveyed_road, spec, source, files)
     unreadable += problems[before:]
-    read = [attempt(problems, read_run, step, spec, source, i, files) for i in range(len(spec.runs))]
+    attempts = {i: attempt(problems, read_run, step, spec, source, i, files) for i in range(len(spec.runs))}
+    read = {i: one for i, one in attempts.items() if one is not None}
     ready = partial(ready_log, step, constants, made, road)
-    clocks = tuple(clock for one in read if one is not None for clock in one[1])
-    cut = tuple(replace(one[0], log=ready(one[0].log)) for one in read if one is not None)
+    clocks = tuple(clock for _, differences in read.values() for clock in differences)
+    cut = tuple(replace(one, log=ready(one.log)) for one, _ in read.values())
     if not unreadable:
         cut = tuple(one for one in cut if attempt(problems, within_physical_limits, step, one.log) is not None)
     cut = with_pair_warnings(clocks, cut)
     logs = tuple(one.log for one in cut)
-    places = [source.where(("runs", i)) for i, one in enumerate(read) if one is not None]
-    problems += repeated_runs(logs, places) if len(places) == len(logs) and not repeats else []
+    if len(read) == len(logs) and not repeats:
+        problems += repeated_runs(logs, [source.where(("runs", i)) for i in read])
     if not unreadable:
         problems += [*_wrong_units(step, spec, logs), *road_findings(road, spec, logs)]
     unsplit = cut
-    there = [run for run, one in zip(spec.runs, read, strict=True) if one is not None]
+    there = [spec.runs[i] for i in read]
     if len(logs) == len(spec.runs):
         spec, cut = split_runs(step, spec, cut, ready)
         logs, there = tuple(one.log for one in cut), spec.runs

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def finite(values: Array) -> Array:
-    """The values as a flat array of doubles, with infinities replaced by NaN."""
+    """The values of any shape as a flat array (n,) of doubles, with infinities replaced by NaN."""
     array = np.asarray(values, dtype=np.float64).ravel()
     return np.where(np.isfinite(array), array, np.nan)
 

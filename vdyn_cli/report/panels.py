@@ -133,7 +133,7 @@ def run_trace(one: Comparison, factor: float) -> RunTrace:
 
 
 def rms(values: Array) -> float:
-    """Root mean square of the finite values, NaN without any."""
+    """Root mean square of the finite values (n,), NaN without any."""
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
 

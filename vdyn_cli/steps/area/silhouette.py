@@ -39,7 +39,7 @@ class Silhouette:
 
 
 def otsu(gray: Array) -> float:
-    """Otsu's threshold: the gray level that maximizes the variance between the two classes.
+    """Otsu's threshold: the level of gray (rows, columns) that maximizes the variance between the two classes.
 
     Source: Otsu, IEEE Trans. SMC 9 (1979) 62.
     """

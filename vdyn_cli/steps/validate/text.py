@@ -76,7 +76,7 @@ def windows_sentence(found: WindowEnds) -> str:
 
 
 def replaced_drives(missed: float) -> str:
-    """What windows do not answer, where they replace drives with this rms error of the speed, m/s; empty for 0."""
+    """The sentence on windows instead of drives, whose rms error of the speed is ``missed``, m/s; empty for 0."""
     if not missed:
         return ""
     return (
