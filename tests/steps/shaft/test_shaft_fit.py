@@ -19,7 +19,7 @@ from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
-from vdyn_cli.steps.added_effects import AddedEffects
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.shaft.sections import (
     compliance,
     drawing_budget,
@@ -193,7 +193,7 @@ def test_the_noise_of_an_unread_rate_holds_what_the_torque_leaves_in_it(noise: f
     known = known.with_channels(shaft_torque=known["shaft_torque"] + more)
     side = ShaftSide("left", (ShaftReadings.of(known, 1.0),), (), None, None, 0.0, Given(0.0))
     (stated,) = side.rate_noise
-    (rate,) = side.logged((), ()).rate
+    (rate,) = side.logged(NO_EFFECTS).rate
     assert stated == pytest.approx(np.std(rate - true["motor_speed"] + true["wheel_speed"]), rel=0.35)
 
 
