@@ -1,0 +1,265 @@
+"""The table in the rows of a text log: quoting, the header, and where the numbers begin."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from itertools import pairwise, zip_longest
+from typing import Literal
+
+from vdyn_cli.io.clocks.written_times import is_day_or_minute, is_instant
+from vdyn_cli.io.csv.csv_cells import is_number, is_written, tidy
+from vdyn_cli.io.file_units import is_unit, unit_text
+from vdyn_cli.io.reader import ReadOptions
+from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED
+
+_MOST_HEADS = 5  # rows of text above the numbers among which the header is searched
+_MOST_BLOCKS = 10  # of rows of numbers, such as lap times among settings, above which a header is searched
+_FEWEST_COUNTED = 3  # columns; a row "1, 2" may be a sample
+EXAMINED_ROWS = 200  # rows examined for the decimal mark
+_JUDGED = 30  # rows at the end of the head that show which columns hold numbers; a preamble is seldom that long
+_LONGEST_RECORD = 8  # lines of a row; more are joined by a stray quote, such as that of 5" wheels
+# Name, unit, range and rate in one cell of the header.
+_BARRED = re.compile(r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}')
+_UNNAMED = "Unnamed: 0"  # the name by pandas of a column without one
+
+
+@dataclass(frozen=True)
+class CsvRow:
+    """A row: the number of its first line, counted from 1, and its cells."""
+
+    line: int
+    fields: list[str]
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """A table as it results with one delimiter.
+
+    Parameters
+    ----------
+    header : names of the columns. header_line : number of its line, 0 without a header.
+    between : rows between header and numbers, decoded. above : cells of the row above the header.
+    barred : units in the cells of the header, after a bar. numbers : rows of data.
+    mapped : positions of the wanted columns. hits : number of wanted columns in the header.
+    score : share of rows as wide as the header, plus share of cells with numbers.
+    """
+
+    delimiter: str
+    header: list[str]
+    between: list[CsvRow]
+    above: list[str]
+    barred: list[str]
+    numbers: list[CsvRow]
+    header_line: int
+    mapped: tuple[int, ...]
+    hits: int
+    score: float
+
+
+def ways_to_quote(lines: Sequence[str], delimiter: str) -> list[list[CsvRow]]:
+    """Rows in which quoted cells may contain line ends; if any do, also rows in which a quote is an ordinary
+    character, since two stray quotes in the head of a file look like one long cell."""
+    quoted, longest = _records(lines, delimiter, csv.QUOTE_MINIMAL)
+    if longest == 1:
+        return [quoted]
+    plain = _records(lines, delimiter, csv.QUOTE_NONE)[0]
+    return [quoted, plain] if longest <= _LONGEST_RECORD else [plain]
+
+
+def table_with_header(
+    delimiter: str, records: list[CsvRow], encoding: str, wanted: Sequence[str], options: ReadOptions
+) -> CsvTable | None:
+    """The table that results with this delimiter; None if there is none."""
+    cells = [_names(r.fields, encoding, wanted) for r in records]
+    hits = [len(set(wanted).intersection(row)) for row in cells]
+    if options.header_row is not None:
+        at = next((i for i, r in enumerate(records) if r.line == options.header_row), None)
+    elif any(hits):
+        at = hits.index(max(hits))
+    else:
+        at = _likely_header(records, cells, wanted)
+    if at is None:
+        return None
+    header = cells[at]
+    if header[0] in ("#", "%") and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
+        header = header[1:]  # a header written as a comment
+    # A table of split times may begin with levels that no vehicle passed.
+    clock = header.index(wanted[0]) if wanted and wanted[0] in header and options.split_times is None else None
+    start = _first_of_numbers(records, at + 1, len(header), clock)
+    if start is None or len(header) < 2:
+        return None
+    between = [CsvRow(r.line, [decoded(f, encoding) for f in r.fields]) for r in records[at + 1 : start]]
+    numbers = records[start:]
+    if between and len(between[0].fields) == len(numbers[0].fields) and holds_units(between[0].fields):
+        header = [*header, *between[0].fields[len(header) :]]  # columns named only in the units row
+    shares = [_share_of_numbers(r.fields) for r in numbers[:30]]
+    fitting = sum(len(r.fields) == len(header) for r in numbers[:30]) / len(shares)
+    mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
+    score = fitting + sum(shares) / len(shares)
+    above = cells[at - 1] if at > 0 and len(cells[at - 1]) == len(header) else []
+    own = [_BARRED.fullmatch(decoded(f, encoding)) for f in records[at].fields]
+    barred = [unit_text(m[2]) if m else "" for m in own]
+    return CsvTable(delimiter, header, between, above, barred, numbers, records[at].line, mapped, hits[at], score)
+
+
+def _first_of_numbers(records: Sequence[CsvRow], after: int, width: int, clock: int | None) -> int | None:
+    """The index of the first row of data from ``after`` on, below a row that numbers the columns; None without any."""
+    below, columns = range(after, len(records)), numeric_columns(records)
+    start = next((i for i in below if is_numbers(records[i].fields, columns, clock)), None)
+    if start is None:  # the clock may be text, which gets a specific message
+        start = next((i for i in below if is_numbers(records[i].fields, columns)), None)
+    if start is None:
+        return None
+    if _counts_columns(records[start].fields, width) and start + 1 < len(records):
+        start += 1
+    while start + 1 < len(records) and not any(map(is_written, records[start].fields)):
+        start += 1
+    return start
+
+
+def table_without_header(choices: Sequence[tuple[str, list[CsvRow]]], wanted: Sequence[str]) -> CsvTable | None:
+    """A table that begins with numbers, its columns named by number; None if other names are wanted."""
+    tables: list[tuple[float, int, str, list[CsvRow]]] = []
+    for delimiter, records in choices:
+        first = [r for r in records if any(map(is_written, r.fields))][:EXAMINED_ROWS]
+        columns = numeric_columns(records)
+        widths = {len(r.fields) for r in first}
+        if len(first) > 1 and len(widths) == 1 and widths != {1} and all(is_numbers(r.fields, columns) for r in first):
+            least = min(_share_of_numbers(r.fields) for r in first)
+            tables.append((least, widths.pop(), delimiter, records))
+    if not tables:
+        return None
+    share, width, delimiter, records = max(tables, key=lambda t: t[:2])
+    header = [f"column {i + 1}" for i in range(width)]
+    mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
+    if wanted and not mapped:
+        return None
+    return CsvTable(delimiter, header, [], [], [""] * width, records, 0, mapped, len(mapped), share)
+
+
+def numeric_columns(records: Sequence[CsvRow]) -> list[int]:
+    """The columns with numbers in most written cells of the last rows; the others hold text, such as a message name."""
+    columns = zip_longest(*(r.fields for r in records[-_JUDGED:]), fillvalue="")
+    return [i for i, cells in enumerate(columns) if _share_of_numbers(cells) > 0.5]
+
+
+def is_numbers(fields: Sequence[str], columns: Sequence[int], clock: int | None = None) -> bool:
+    """Whether a row is data: a number in the clock, most of its cells, or two ``columns`` that usually hold numbers."""
+    if clock is not None:
+        return clock < len(fields) and is_value(fields[clock])
+    if _share_of_numbers(fields) > 0.5:
+        return True
+    own = [fields[i] for i in columns if i < len(fields)]
+    return _share_of_numbers(own) > 0.5 and sum(map(is_value, own)) > 1
+
+
+def is_value(cell: str) -> bool:
+    """Whether a cell holds a number, a time of day, a date, or minutes and seconds."""
+    return is_number(cell) or is_instant(cell) or is_day_or_minute(cell)
+
+
+def holds_units(fields: Sequence[str], share: float = 0.5) -> bool:
+    """Whether at least this share of the written cells are units."""
+    written = [unit_text(f) for f in fields if is_written(f)]
+    known = sum(is_unit(f) for f in written)
+    return known > 0 and known >= share * len(written)
+
+
+def decoded(cell: str, encoding: str) -> str:
+    """The text of a cell that was read as Latin-1, without blanks around it and without a byte order mark."""
+    return tidy(cell.encode("latin-1").decode(encoding, "replace").removeprefix("\ufeff"))
+
+
+def _records(lines: Sequence[str], delimiter: str, quoting: Literal[0, 3]) -> tuple[list[CsvRow], int]:
+    """Rows with their first lines, and the number of lines of the longest row; no rows if a quote is not closed."""
+    reader = csv.reader(
+        (line.strip(" ") if delimiter == " " else line for line in lines),
+        delimiter=delimiter,
+        skipinitialspace=delimiter == " ",
+        quoting=quoting,
+    )
+    records, line, longest = [], 1, 1
+    try:
+        for fields in reader:
+            records.append(CsvRow(line, fields))
+            longest = max(longest, reader.line_num + 1 - line)
+            line = reader.line_num + 1
+    except csv.Error:
+        return [], _LONGEST_RECORD + 1
+    return records, longest
+
+
+def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[str]:
+    """The cells as column names; empty for a row that begins with a number, so that data are not decoded."""
+    if not fields or is_value(fields[0]):
+        return []
+    names = [decoded(f, encoding) for f in fields]
+    names = [m[1] if (m := _BARRED.fullmatch(name)) else name for name in names]
+    if not names[0] and any(names):
+        names[0] = _UNNAMED
+    if names[0] not in wanted and len(names[0]) > 1:
+        names[0] = names[0].lstrip("#%").strip()
+    return names
+
+
+def _likely_header(records: list[CsvRow], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
+    """The index of the text row above the numbers that resembles the wanted names most, or else has most names.
+
+    Settings above a table also contain numbers; the table's rows have the most frequent number of cells.
+    """
+    columns = numeric_columns(records)
+    rows = [i for i, r in enumerate(records) if len(r.fields) > 1 and is_numbers(r.fields, columns)]
+    widths = Counter(len(records[i].fields) for i in rows)
+    usual = max(widths, key=lambda w: widths[w], default=0)
+    numeric = set(rows)
+    written = [i for i, r in enumerate(records) if any(map(is_written, r.fields))]
+    begins = [i for above, i in pairwise([-1, *written]) if i in numeric and above not in numeric]
+    below = dict(pairwise(written))
+    begins = [i for i in begins if below.get(i, i) in numeric] or begins
+    firsts = [i for i in begins if len(records[i].fields) == usual][:_MOST_BLOCKS]
+    firsts += [next(i for i in rows if len(records[i].fields) in (usual, n)) for n in widths]
+    headers = (_header_above(first, records, cells, wanted) for first in dict.fromkeys(firsts))
+    return next((at for at in headers if at is not None), None)
+
+
+def _header_above(first: int, records: list[CsvRow], cells: list[list[str]], wanted: Sequence[str]) -> int | None:
+    """The index of the header of the table whose numbers begin at row ``first``; None if there is none."""
+    width = len(records[first].fields)
+    rows: list[int] = []
+    for i in range(first - 1, -1, -1):
+        if not any(map(is_written, records[i].fields)):
+            continue  # some loggers write empty lines between header, units and numbers
+        if not cells[i] or len(rows) == _MOST_HEADS:
+            break
+        if abs(len(cells[i]) - width) > 1 or (len(cells[i]) < width and any(map(is_number, cells[i]))):
+            if rows and holds_units(cells[rows[-1]]) and width / 2 < len(cells[i]) < width:
+                rows.append(i)  # the units row names further columns
+            break
+        rows.append(i)
+    names = [i for i in rows if not holds_units(cells[i])] or rows
+
+    def likeness(i: int) -> tuple[float, int, int]:
+        named = {cell for cell in cells[i] if is_written(cell)}
+        return sum(_resemblance(w, cells[i]) for w in wanted), len(named), -sum(map(is_unit, named))
+
+    return max(names, key=likeness, default=None)
+
+
+def _resemblance(name: str, cells: Sequence[str]) -> float:
+    some = (cell[:LONGEST_NAME].lower() for cell in cells[:MOST_COMPARED])
+    return max(SequenceMatcher(None, name[:LONGEST_NAME].lower(), cell).ratio() for cell in some)
+
+
+def _counts_columns(fields: Sequence[str], width: int) -> bool:
+    """Whether a row below the header numbers the columns: 1, 2, 3 and so on."""
+    return len(fields) >= max(width, _FEWEST_COUNTED) and all(f.strip() == str(i + 1) for i, f in enumerate(fields))
+
+
+def _share_of_numbers(fields: Sequence[str]) -> float:
+    written = [f for f in fields if is_written(f)]
+    return sum(map(is_value, written)) / len(written) if written else 0.0
