@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.commands.drafts import draft, table
+from tests.commands.drafts import WAVE, draft, table
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.reader import ChannelInfo
 from vdyn_cli.project.drafting.run_direction import logged_directions
@@ -207,3 +207,12 @@ def facts(column: str, ends: tuple[float, float]) -> ChannelFacts:
 def test_names_of_headings_and_positions_are_known(columns_: tuple[str, ...], tells: bool) -> None:
     (found,) = logged_directions([[facts(name, (0.0, 0.01)) for name in columns_]])
     assert found.direction == ("out" if tells else "")
+
+
+@pytest.mark.parametrize("falls", [True, False], ids=["coast-downs", "drives"])
+def test_the_drafted_windows_of_logs_with_a_torque_are_those_of_the_test(falls: bool, tmp_path: Path) -> None:
+    """Of a drive only the driven parts: where the torque is below zero, the brakes may be applied, too."""
+    time = np.arange(600) * 0.1
+    speed = 80.0 - time if falls else 50.0 + 20.0 * WAVE
+    log = table(tmp_path / "run.csv", Time_s=time, **{"Speed_km/h": speed, "Motor Torque_Nm": 0.1 * WAVE})
+    assert draft("coastdown", log)[1]["settings"]["windows"] == ("auto" if falls else "powered")

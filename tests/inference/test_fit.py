@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -240,3 +241,17 @@ def test_given_blocks_are_kept_and_channels_are_cut_by_time() -> None:
     straight = solve(regression)
     assert mixed.std == pytest.approx(straight.std, rel=1e-6)
     assert mixed.n_units == straight.n_units
+
+
+def test_parts_of_a_run_are_one_unit() -> None:
+    """A run in two parts has the interval of the whole run, not that of twice as many runs."""
+    rng = np.random.default_rng(3)
+    design = [np.column_stack([np.ones(20), TIME[:20]]) for _ in range(8)]
+    data = [d @ [1.0, 2.0] + rng.standard_normal() + 0.1 * rng.standard_normal(20) for d in design]
+    unknowns = (Unknown("a", 0.0), Unknown("b", 0.0))
+    whole = solve(linear(design, data, unknowns), units="run")
+    halves = linear([h for d in design for h in np.split(d, 2)], [h for d in data for h in np.split(d, 2)], unknowns)
+    parts = solve(replace(halves, origins=tuple(np.arange(16) // 2)), units="run")
+    assert parts.n_units == 8
+    assert parts.std == pytest.approx(whole.std)
+    assert parts.interval95["a"] == pytest.approx(whole.interval95["a"])

@@ -158,7 +158,7 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
 
 def _insufficient(strategy: Strategy, found: Detection) -> str:
     """Why these data are insufficient for a diagnosis; empty where they suffice."""
-    setup, runs, system = strategy.model.setup, strategy.model.runs, found.system
+    setup, runs, system = strategy.model.setup, len(strategy.model.regression.runs), found.system
     if runs < setup.fewest_runs:
         verb = "s are" if runs > 1 else " is"
         return f"{runs} {setup.run}{verb} too few to separate an effect from noise (needed: {setup.fewest_runs})"

@@ -101,6 +101,7 @@ class Regression:
     log_noise : log |L| of the noise covariance L L', which makes the costs of regressions with different noise models
         comparable: -log likelihood = cost + log |L| + constant.
     reached : cost reached from another start; a fit that does not predict a lower one ends unconverged.
+    origins : (runs,), label of the independent run of which each is a part; empty: each is independent.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -110,6 +111,13 @@ class Regression:
     narrow: Callable[[Sequence[str]], Callable[[int, Array], Rows]] | None = None
     log_noise: float = 0.0
     reached: float = np.inf
+    origins: tuple[int, ...] = ()
+
+    @cached_property
+    def wholes(self) -> tuple[tuple[int, ...], ...]:
+        """For each independent run, the indices of its parts in ``runs``."""
+        of = self.origins or tuple(range(len(self.runs)))
+        return tuple(tuple(k for k, one in enumerate(of) if one == label) for label in dict.fromkeys(of))
 
     @cached_property
     def shared(self) -> tuple[Unknown, ...]:

@@ -19,8 +19,8 @@ class Unit:
 
     Parameters
     ----------
-    run, block : index of the run, label of the block within it (0 where the run is the unit).
-    factor : (k + 1, k + 1), QR factor of its rows [own | shared | residual], without priors.
+    run, block : index of the run, label of the block within it; where the run is the unit, of its first part, and 0.
+    factor : (h, k + 1), QR factor of its rows [own | shared | residual], of each part, without priors.
     change : (s,), change of the shared unknowns when the unit is left out.
     """
 

@@ -107,9 +107,11 @@ def _smallest_effective(solved: Solved, effective: Array, count: int) -> float:
 
 
 def _enough_runs(solved: Solved) -> bool:
-    if len(solved.regression.runs) < FEWEST_RUNS:
+    wholes = solved.regression.wholes
+    if len(wholes) < FEWEST_RUNS:
         return False
-    information = np.sum((solved.reduced.runs[:, :, :-1] @ solved.covariance) ** 2, axis=1)
+    parts = np.sum((solved.reduced.runs[:, :, :-1] @ solved.covariance) ** 2, axis=1)
+    information = np.array([np.sum(parts[list(run)], axis=0) for run in wholes])
     return _smallest_effective(solved, intervals.effective_number(information), len(information)) >= FEWEST_EFFECTIVE
 
 
@@ -139,12 +141,17 @@ def _with_priors(solved: Solved, kind: Kind, found: intervals.Spread) -> tuple[A
 
 def _unit_factor(solved: Solved, unit: Unit, kind: Kind) -> UnitFactor:
     if kind == "run":
-        return UnitFactor(unit.run, solved.reduced.runs[unit.run], np.zeros((0, 0)), np.zeros((0, solved.s)))
+        parts = next(parts for parts in solved.regression.wholes if unit.run in parts)
+        rows = np.vstack([solved.reduced.runs[part] for part in parts])
+        return UnitFactor(unit.run, rows, np.zeros((0, 0)), np.zeros((0, solved.s)))
     return UnitFactor(unit.run, unit.factor, solved.own[unit.run], solved.follow[unit.run])
 
 
 def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...]]:
-    """Second pass over the runs, at the solution: QR factor of each unit, and residuals."""
+    """Second pass over the runs, at the solution: QR factor of each unit, and residuals.
+
+    Where the run is the unit, its parts are one unit, because they have the same wind and tires.
+    """
     regression, s = solved.regression, solved.s
     units: list[Unit] = []
     residuals = []
@@ -152,6 +159,7 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...]]:
     for run in range(len(regression.runs)):
         rows = regression.rows(run, regression.local(solved.point.x, run))
         matrix = matrix_of(rows, s)
+        residuals.append(rows.residual)
         if kind == "run":
             labels = np.zeros(len(matrix), dtype=np.int64)
         elif rows.block is not None:
@@ -160,7 +168,9 @@ def _units(solved: Solved, kind: Kind) -> tuple[list[Unit], tuple[Array, ...]]:
             labels = _cut(solved, run, rows, matrix, counts[run])
         for label in range(int(labels.max(initial=-1)) + 1):
             units.append(Unit(run, label, qr_factor(matrix[labels == label]), np.zeros(s)))
-        residuals.append(rows.residual)
+    if kind == "run":
+        factors = (np.vstack([units[part].factor for part in parts]) for parts in regression.wholes)
+        units = [Unit(parts[0], 0, f, np.zeros(s)) for parts, f in zip(regression.wholes, factors, strict=True)]
     return units, tuple(residuals)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 
 if TYPE_CHECKING:
@@ -99,6 +100,12 @@ class FitSummary:
     interval_units: int = 0
     held_out_rms: float | None = None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def run_count(self) -> int:
+        """Number of runs; the parts of one log count once, and a log that is listed twice counts twice."""
+        parts = {log_of(name) for name in self.runs if log_of(name) != name}
+        return len(parts) + sum(log_of(name) == name for name in self.runs)
 
     @property
     def misfit(self) -> str:

@@ -47,7 +47,7 @@ def chips(fit: FitSummary, findings: int, slug: str, gained: bool, doubted: bool
         out.append(Chip("held-out rms", typography.significant(fit.held_out_rms, 2), shown, "runs not used in the fit"))
     if fit.runs:
         note = typography.count(len(fit.unknowns), "unknown") + " estimated" if fit.unknowns else ""
-        out.append(Chip("runs", str(len(fit.runs)), "", note))
+        out.append(Chip("runs", str(fit.run_count), "", note))
     if fit.interval_units:
         kind = typography.count(fit.interval_units, fit.interval_unit or "unit").partition(" ")[2]
         out.append(Chip("intervals from", str(fit.interval_units), kind, "independent units"))

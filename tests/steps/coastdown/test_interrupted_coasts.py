@@ -7,7 +7,7 @@ import pytest
 
 from tests.messy_cases import prepared
 from tests.plant.messy_day import Case, Run, drawn_day, drive
-from vdyn_cli.steps.coastdown.coasts.segments import log_of
+from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 
 DAY = drive(3, drawn_day("clean", 3))
@@ -43,7 +43,9 @@ def test_both_parts_of_an_interrupted_coast_are_used(lost: list[tuple[float, flo
 
 @pytest.mark.slow
 def test_the_sentence_counts_runs_and_parts() -> None:
-    assert "from 8 runs in 9 parts" in day(range(1, 2), [(1.5, 1.0)]).publish().sentence
+    result = day(range(1, 2), [(1.5, 1.0)]).publish()
+    assert "from 8 runs in 9 parts" in result.sentence
+    assert (result.fit.run_count, result.fit.interval_units) == (8, 8)
 
 
 def test_a_stop_for_traffic_in_all_runs_is_cut_from_all() -> None:

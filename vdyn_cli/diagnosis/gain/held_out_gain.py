@@ -238,12 +238,21 @@ def _error(
     step = {n: value - point[n] for n, value in values.items()}
     start = _start(at.runs) if as_measured else None
     if run >= 0:
-        return _error_of_run(at.runs, run, step, None if start is None else start[run])
+        parts = at.runs.regression.wholes[run]
+        return _together([_error_of_run(at.runs, k, step, None if start is None else start[k]) for k in parts])
     left = system.y - system.of(list(step)) @ np.array(list(step.values()))
     mine = system.of(system.own)
     left = left - mine @ (least_squares(mine[~rows], left[~rows], DEPENDENT) if start is None else start.ravel())
     count = float(np.sum(system.counts[np.unique(system.label[rows])]))
     return _HeldOutError(float(left[rows] @ left[rows]), count)
+
+
+def _together(parts: Sequence[_HeldOutError]) -> _HeldOutError:
+    """The error of all parts of a run; without a prediction if there are several."""
+    if len(parts) == 1:
+        return parts[0]
+    sums = {n: sum(getattr(p, n) for p in parts) for n in ("squares", "rows", "plain", "plain_rows")}
+    return _HeldOutError(**sums)
 
 
 def _start(runs: LinearizedRuns) -> Array:

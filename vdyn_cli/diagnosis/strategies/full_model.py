@@ -75,8 +75,8 @@ class FullModel:
 
     @property
     def runs(self) -> int:
-        """Number of runs."""
-        return len(self.regression.runs)
+        """Number of independent runs."""
+        return len(self.regression.wholes)
 
     @property
     def nuisances(self) -> frozenset[str]:

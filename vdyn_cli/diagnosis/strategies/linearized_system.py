@@ -184,10 +184,12 @@ def linearized_system(linear: LinearizedRuns) -> LinearizedSystem:
     """Cut the rows into units and compress each to its QR factor; every prior is one unit.
 
     The units are the runs from ``runs_as_units`` of them on, with their own unknowns eliminated; else blocks of time.
+    Parts of a run are one run.
     """
     regression = linear.regression
-    runs = len(regression.runs)
-    kind: Literal["run", "block"] = "run" if runs >= POLICY.runs_as_units else "block"
+    runs, wholes = len(regression.runs), regression.wholes
+    whole_of = {part: k for k, run in enumerate(wholes) for part in run}
+    kind: Literal["run", "block"] = "run" if len(wholes) >= POLICY.runs_as_units else "block"
     s, m = len(regression.shared), len(regression.own)
     names = [u.name for u in regression.shared]
     if kind == "block":
@@ -201,11 +203,11 @@ def linearized_system(linear: LinearizedRuns) -> LinearizedSystem:
         known = np.column_stack([known[:, :m], np.zeros((len(known), s)), -known[:, -1]])
         if kind == "run":
             parts.append(qr_factor(np.vstack([matrix, known]))[m:, m:])
-            owner.append((k, rows.count))
+            owner.append((whole_of[k], rows.count))
             continue
         for i, block in enumerate(blocks_of(rows, matrix, blocks_within(rows, each))):
             parts.append(_spread(qr_factor(matrix[block]), s, m, k, runs))
-            owner.append((k, len(block) if rows.block_counts is None else int(rows.block_counts[i])))
+            owner.append((whole_of[k], len(block) if rows.block_counts is None else int(rows.block_counts[i])))
         for row in known:
             parts.append(_spread(row[None], s, m, k, runs))
             owner.append((-1, 1))
@@ -216,7 +218,8 @@ def linearized_system(linear: LinearizedRuns) -> LinearizedSystem:
     stacked = np.vstack(parts)
     label = np.repeat(np.arange(len(parts), dtype=np.int64), [len(p) for p in parts])
     run, count = np.array(owner, dtype=np.int64).T
-    return LinearizedSystem(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, kind)
+    system = LinearizedSystem(tuple(names), stacked[:, :-1], stacked[:, -1], label, run, count, "block")
+    return system if kind == "block" else system.by_run()
 
 
 def column_groups(names: Mapping[str, Sequence[str]]) -> dict[str, NDArray[np.int64]]:

@@ -202,5 +202,7 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
             still = test == "frozen" and channel in (EVERY, *VARYING)  # a working sensor never does
             remedy = f"no action needed. To use these samples, add 'keep: [{keep}]' to the run"
             if still:
-                remedy = "no action for this log; look for the fault in sensor, connector or logger before the next run"
+                remedy = (
+                    "look for the fault in sensor, connector or logger before the next run; the rest of the log is used"
+                )
             yield Finding(where, what, "", remedy)

@@ -188,7 +188,8 @@ def _checked(
     repeat = [track.rejected[index]] if index in track.rejected else []
     if lost > CHECK.most_lost:
         worst = max((f for f in cuts if f.channel in (*needed, EVERY)), key=lambda f: f.samples)
-        repeat.append(f"{100 * lost:.0f} % of the evaluated {span[1] - span[0]:.0f} s are cut: {_flag_text(worst)}")
+        of = "evaluated" if index in track.evaluated else "logged"
+        repeat.append(f"{100 * lost:.0f} % of the {of} {span[1] - span[0]:.0f} s are cut: {_flag_text(worst)}")
     repeat += [_text(f) for f in one.log.findings if f.fault]
     repeat += [
         f"{f.channel} is saturated: {f.why} ({f.samples} samples); set the sensor's range"

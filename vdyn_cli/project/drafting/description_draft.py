@@ -16,7 +16,7 @@ from vdyn_cli.io.files import distinct_names
 from vdyn_cli.project.drafting.channel_guess import guess_channels
 from vdyn_cli.project.drafting.drafted_channels import channel_line, quoted
 from vdyn_cli.project.drafting.drafted_runs import relative_path, runs_of_loggers, runs_of_one_logger
-from vdyn_cli.project.drafting.left_out_logs import GuessedLog
+from vdyn_cli.project.drafting.left_out_logs import GuessedLog, are_drives
 from vdyn_cli.project.drafting.logger_runs import logger_runs, unmatched
 from vdyn_cli.project.drafting.run_conditions import air_during, run_conditions
 from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions
@@ -168,7 +168,8 @@ def _drives(
     if key and not key.startswith("side") and not decided:
         body.append(f"  # not decided by the logs, for each run: {key}")
         undecided.append(f"{key.split(':')[0]} of each run")
-    body += parts.get("SETTINGS", "").splitlines()
+    driven = "DRIVE" in parts and are_drives(made.kept, parts["FALLING"], parts["DRIVE"], made.mapped)
+    body += parts.get("SETTINGS_OF_DRIVES" if driven else "SETTINGS", "").splitlines()
     return body, tuple(dict.fromkeys(made.mapped)), tuple(undecided)
 
 

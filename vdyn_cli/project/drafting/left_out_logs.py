@@ -156,6 +156,14 @@ def _values(log: GuessedLog) -> frozenset[tuple[float, ...]]:
     return frozenset(tuple(float(f"{x:.6g}") for x in one) for one in every)
 
 
+def are_drives(logs: Sequence[GuessedLog], falling: str, drive: Collection[str], mapped: Collection[str]) -> bool:
+    """Whether a channel that drives the car is mapped, and a log is not mainly one fall of the speed."""
+    if not set(drive) & set(mapped):
+        return False
+    speeds = (log.guesses[falling].facts for log in logs)
+    return any(s is not None and s.longest_fall < 0.5 * (s.info.span[1] - s.info.span[0]) for s in speeds)
+
+
 def _no_coast(facts: ChannelFacts | None) -> str:
     if facts is None:
         return ""

@@ -24,11 +24,17 @@ environment:
   temperature: "?"          # of the air, such as 24 degC
   pressure: "?"             # of the air at the track, not reduced to sea level, such as 98.9 kPa
 """
-SETTINGS = """\
+_SETTINGS = """\
 settings:                   # speed_window: [70 km/h, 25 km/h] limits the fitted part
-  windows: auto             # powered: ordinary drives with a measured drive, only where it is above zero
-  # road: {profile: FILE}    # surveyed positions and elevations or grades of the road, where position is logged
+  {windows}
+  # road: {{profile: FILE}}    # surveyed positions and elevations or grades of the road, where position is logged
 """
+SETTINGS = _SETTINGS.format(
+    windows="windows: auto             # powered: ordinary drives with a measured drive, only where it is above zero"
+)
+SETTINGS_OF_DRIVES = _SETTINGS.format(  # where it is below zero, the brakes may be applied, too
+    windows="windows: powered          # only where the measured drive is above zero; auto: all of the drive"
+)
 RUN = "direction: out or back"
 FALLING = "speed"  # must fall in a log without a drive signal, or the log is not a coast-down
 _LARGEST_TABLE = 1 << 16  # bytes: 100 levels and times of 100 runs; a larger file is not read twice

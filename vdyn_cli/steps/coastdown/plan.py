@@ -114,7 +114,7 @@ def _pair(campaign: Campaign, one: _PlannedCoast, values: Mapping[str, float]) -
     levels = {n: share * float(np.mean([level[n] for level in driven])) for n in driven[0]}
     return replace(
         campaign,
-        runs=tuple(_run(campaign, one, at, heading) for heading in (1.0, -1.0)),
+        runs=tuple(replace(_run(campaign, one, at, (1.0, -1.0)[k]), origin=k) for k in range(2)),
         levels=(levels, levels),
         shifts=(),
     )

@@ -16,6 +16,7 @@ from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Result
@@ -192,7 +193,11 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     runs = [_road_run(spec, s, float(sloped[s.run].time[0]), drive, given) for s in segments]
     starts = run_starts(spec.runs, sloped)
     driven = _driven_before(sloped, segments)
-    runs = [replace(r, start=starts[s.run], before=d) for r, s, d in zip(runs, segments, driven, strict=True)]
+    origins = _origins(sloped)
+    runs = [
+        replace(r, start=starts[s.run], before=d, origin=origins[s.run])
+        for r, s, d in zip(runs, segments, driven, strict=True)
+    ]
     if use == "none":
         runs = [replace(r, acceleration=None) for r in runs]
     elif zeros:
@@ -308,6 +313,12 @@ def _road_run(
         place=first_place(log.time, log["speed"], log["position"], run.heading) if "position" in log else None,
         split=segment.split,
     )
+
+
+def _origins(logs: Sequence[Log]) -> list[int]:
+    """For each log, the index of the first log of the same run: long cuts split a run into logs with its name."""
+    whole = [log_of(log.name) for log in logs]
+    return [whole.index(name) if name != log.name else k for k, (name, log) in enumerate(zip(whole, logs, strict=True))]
 
 
 def _driven_before(logs: Sequence[Log], segments: Sequence[CoastSegment]) -> list[float]:

@@ -143,7 +143,8 @@ def _extra(answer: RoadLoadAnswer) -> dict[str, Any]:
         },
         "accuracy": _accuracy(answer.times),
         "rejected": [
-            {"run": r.run, "from_s": r.start, "to_s": r.stop, "why": r.why} for r in answer.selection.rejected
+            {"run": r.run, "from_s": r.start, "to_s": r.stop, "length_s": r.seconds, "why": r.why}
+            for r in answer.selection.rejected
         ],
         "separation": {"now": _as_dict(now), "wider": _as_dict(wider), "words": answer.separation},
         "noise": dict(answer.fit.sizes),

@@ -188,9 +188,9 @@ def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
 
 def rejections(rejected: Sequence[RejectedSegment]) -> Table:
     """Table of the parts that were left out, with reasons."""
-    rows = tuple((r.run, f"{r.start:.1f}", f"{r.stop:.1f}", r.why) for r in rejected)
+    rows = tuple((r.run, f"{r.start:.1f}", f"{r.stop:.1f}", f"{r.seconds:.1f}", r.why) for r in rejected)
     caption = "Times are those of the log. The fit does not use these parts."
-    return Table("rejected", "Left out", ("run", "from [s]", "to [s]", "why"), rows, caption)
+    return Table("rejected", "Left out", ("run", "from [s]", "to [s]", "left out [s]", "why"), rows, caption)
 
 
 def _with_interval(value: float, interval: tuple[float, float]) -> str:

@@ -23,8 +23,9 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, falling_speed, paired_runs
 from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
 
@@ -95,6 +96,16 @@ class CampaignCoasts:
         )
         return self.segments[worst.run].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust"
 
+    def step(self) -> tuple[int, str] | None:
+        """The run from which on the mean deceleration is another one than before, and the fact; None without one."""
+        found = self.decelerations()
+        step = None if found is None else resistance_step(found, self.heading)
+        if found is None or step is None or abs(step.force) < STEP_POLICY.material_run_force * float(np.mean(found)):
+            return None
+        share, way = 100 * abs(step.force) / float(np.mean(found)), "higher" if step.force > 0 else "lower"
+        fact = f"from this run on the deceleration is {share:.1f} % {way} than before (p = {step.p_value:.1g})"
+        return self.segments[step.run].run, fact
+
     def balance(self, names: Sequence[str]) -> CoastBalance:
         """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""
         found, directions = self.decelerations(), self.directions
@@ -127,7 +138,7 @@ class CampaignCoasts:
             limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
             sentences=[],
         )
-        return balance.model_copy(update={"sentences": _sentences(balance)})
+        return balance.model_copy(update={"sentences": _sentences(balance, self.step() is not None)})
 
     def _runs(self, names: Sequence[str], found: Array | None) -> list[RunDeceleration]:
         place = {s.run: i for i, s in enumerate(self.segments)}
@@ -204,8 +215,8 @@ def _mean_of_directions(found: Array, heading: Array) -> float:
     return float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
 
 
-def _sentences(b: CoastBalance) -> list[str]:
-    """Sentences on balance, order, warm-up and wind."""
+def _sentences(b: CoastBalance, stepped: bool) -> list[str]:
+    """Sentences on balance, order, warm-up and wind; ``stepped``: the trend is a step from one run to the next."""
     lines = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
     if not b.out and not b.back:
         what = "no run states its direction: a wind or a slope is collinear with resistance"
@@ -225,7 +236,8 @@ def _sentences(b: CoastBalance) -> list[str]:
             f"{100 * b.trend_half:.1f} %"
         )
         warm = " (tires still warming up: drive longer before the first run)" if b.trend < 0 else " (wind or load)"
-        lines.append(text + (warm if sure else ", not significant"))
+        cause = " (a step: see the notes on the runs)" if stepped else warm
+        lines.append(text + (cause if sure else ", not significant"))
     if b.difference is not None and b.difference_half is not None:
         slope = 100.0 * b.difference / (2.0 * GRAVITY)
         sure = abs(b.difference) > b.difference_half

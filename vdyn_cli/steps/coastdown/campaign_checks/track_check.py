@@ -20,6 +20,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
     coast_segment,
     longest_of_runs,
 )
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
@@ -60,7 +61,9 @@ def track_check(
         if k is not None and all(s.run != k for s in kept):
             rejected.setdefault(k, one.why)
         elif k is not None and not one.usual:
-            parts.setdefault(k, []).append(f"{one.start:.0f} to {one.stop:.0f} s would be left out: {one.why}")
+            of = "" if one.length is None else f"{one.length:.0f} s of "
+            what = f"{of}{one.start:.0f} to {one.stop:.0f} s would be left out: {one.why}"
+            parts.setdefault(k, []).append(what)
     if problem.campaign.drive != "coasting":
         return TrackCheck(rejected, evaluated, left_out=parts)
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
@@ -68,8 +71,10 @@ def track_check(
     worst = coasts.outlier()
     if worst is not None:
         rejected[worst[0]] = worst[1]
-    findings = (*position_direction_findings(runs, whole), *partial_coasts(coasts.segments, whole))
-    return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]), parts, findings)
+    findings = [*position_direction_findings(runs, whole), *partial_coasts(coasts.segments, whole)]
+    if worst is None and (step := coasts.step()) is not None:  # an outlier at one end of the day resembles a step
+        findings.append(Finding(whole[step[0]].name, step[1], remedy=CHANGED, doubt=True))
+    return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]), parts, tuple(findings))
 
 
 def partial_coasts(segments: Sequence[CoastSegment], whole: Sequence[Log]) -> Iterator[Finding]:

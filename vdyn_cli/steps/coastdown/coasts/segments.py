@@ -6,7 +6,6 @@ parts with drive torque are used.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -60,7 +59,8 @@ class CoastSegment:
 class RejectedSegment:
     """A part of a run that is left out: ``start`` and ``stop`` in s of the log's clock, and why.
 
-    ``usual``: as in every test, so that it is listed and not reported.
+    ``usual``: as in every test, so that it is listed and not reported. ``length``: s, of what is left out between
+    start and stop; None: all of it.
     """
 
     run: str
@@ -68,6 +68,12 @@ class RejectedSegment:
     stop: float
     why: str
     usual: bool = False
+    length: float | None = None
+
+    @property
+    def seconds(self) -> float:
+        """Duration of what is left out."""
+        return self.stop - self.start if self.length is None else self.length
 
 
 class NoSegmentError(ResultError):
@@ -228,11 +234,6 @@ def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
     """First and last index of every group of successive equal labels."""
     begins = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
     return list(zip(begins.tolist(), (np.r_[begins[1:], label.size] - 1).tolist(), strict=True))
-
-
-def log_of(name: str) -> str:
-    """The name of the log of a run or segment, without the times of a part."""
-    return re.sub(r", [\d.]+ to [\d.]+ s$", "", name)
 
 
 def longest_of_runs(segments: Sequence[CoastSegment]) -> tuple[CoastSegment, ...]:

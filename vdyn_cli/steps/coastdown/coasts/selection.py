@@ -201,9 +201,9 @@ def _summed(log: Log, left: list[RejectedSegment]) -> list[RejectedSegment]:
     """Short parts of one log combined into one entry, because an open road has many."""
     if len(left) < FEWEST_LISTED:
         return left
-    total = sum(r.stop - r.start for r in left)
+    total = sum(r.seconds for r in left)
     why = f"{len(left)} parts ({total:.0f} s in total) are {left[0].why}"
-    return [RejectedSegment(log.name, left[0].start, left[-1].stop, why)]
+    return [RejectedSegment(log.name, left[0].start, left[-1].stop, why, length=total)]
 
 
 def _calm(segments: Sequence[CoastSegment], limit: float) -> tuple[list[CoastSegment], list[RejectedSegment]]:

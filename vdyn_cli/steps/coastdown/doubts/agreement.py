@@ -185,9 +185,9 @@ def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     if len(fit.campaign.runs) < 2:
         return found
-    for k, run in enumerate(fit.campaign.runs):
+    for k in sorted({u.run for u in solution.units}):  # the parts of a run are one unit, of the first of them
         change = sum((u.change for u in solution.units if u.run == k), np.zeros(len(solution.names)))
-        found[run.name] = {n: float(change[i]) for i, n in shared}
+        found[fit.campaign.runs[k].name] = {n: float(change[i]) for i, n in shared}
     return found
 
 

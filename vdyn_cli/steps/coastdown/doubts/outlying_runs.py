@@ -15,6 +15,13 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
+# Runs after which 63 % of the warming of tires is done: it takes 5 to 20 min, and a run with its return 2 to 10 min.
+WARMING = (0.5, 1.0, 2.0, 4.0)
+CHANGED = (  # the remedy for a step from one run to the next
+    "check what changed before this run (load, trailer, tire pressure, roof box, windows, wet road); if something did, "
+    "describe the runs before and after the change in two files"
+)
+
 
 @dataclass(frozen=True)
 class OutlyingRun:
@@ -60,11 +67,12 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
 
 
 def resistance_step(force: Array, heading: Array) -> OutlyingRun | None:
-    """The run from which on the force is larger than in the runs before it, if that is significant.
+    """The run from which on the force is another one than in the runs before it, if that is significant.
 
     A mean, the direction and a step before run k are fitted, with at least two runs on either side; the largest t of
-    an upward step over all k is tested at ``outlier_level`` (Bonferroni). None where a linear trend over the order
-    fits about as well (cooling, rising wind). Downward steps are not tested, because warming tires cause them.
+    a step over all k is tested at ``outlier_level`` (Bonferroni). None where a gradual change over the order fits
+    about as well: a linear trend (cooling, rising wind), or the exponential approach of warming tires. Since tires
+    warm up on every day, a downward step must also be significant beside each of these (``step_beside_warming``).
 
     Parameters
     ----------
@@ -77,14 +85,22 @@ def resistance_step(force: Array, heading: Array) -> OutlyingRun | None:
     left = n - base.shape[1] - 1
     if left < STEP_POLICY.outlier_degrees:
         return None
-    steady, _, _ = _added(base, np.arange(n, dtype=np.float64), force)
+    order = np.arange(n, dtype=np.float64)
+    changes = (order, *(np.exp(-order / k) for k in WARMING))
+    gradual = min(_added(base, one, force)[0] for one in changes)
     steps = {k: _added(base, (np.arange(n) >= k).astype(np.float64), force) for k in range(2, n - 1)}
     first = min(steps, key=lambda k: steps[k][0])
     squares, size, leverage = steps[first]
-    if size <= 0.0 or steady < STEP_POLICY.step_ratio * squares:
+    if gradual < STEP_POLICY.step_ratio * squares:
         return None
     std = np.sqrt(squares / left / leverage)
-    p_value = min(1.0, len(steps) * float(stdtr(left, -size / std))) if std > 0.0 else 0.0
+    p_value = min(1.0, 2.0 * len(steps) * float(stdtr(left, -abs(size) / std))) if std > 0.0 else 0.0
+    if size < 0.0 and left > 1:
+        downward = (order >= first).astype(np.float64)
+        beside = [_added(np.column_stack([base, one]), downward, force) for one in changes]
+        t = max(step / np.sqrt(rest / (left - 1) / own) for rest, step, own in beside)
+        if float(stdtr(left - 1, t)) > 0.5 * STEP_POLICY.step_beside_warming:
+            return None
     return OutlyingRun(first, size, p_value) if p_value < STEP_POLICY.outlier_level else None
 
 

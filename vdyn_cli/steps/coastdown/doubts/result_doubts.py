@@ -6,10 +6,10 @@ import numpy as np
 
 from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.parameters import Estimate
-from vdyn_cli.steps.coastdown.coasts.segments import log_of
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED, outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
 from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -82,13 +82,10 @@ def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
     runs, found = answer.fit.campaign.runs, []
     forces, headings = run_forces(answer.fit)[0], np.array([r.heading for r in runs])
     least = STEP_POLICY.material_run_force * float(answer.load.force(answer.quoted))
-    if (step := resistance_step(forces, headings)) is not None and step.force > least:
-        what = f"from this run on the resistance is {step.force:.0f} N higher than before (p = {step.p_value:.1g})"
-        remedy = (
-            "check what changed before this run (load, tire pressure, roof box, windows, wet road); "
-            "if something did, describe the runs before and after the change in two files"
-        )
-        found.append(Finding(runs[step.run].name, what, remedy=remedy, doubt=True))
+    if (step := resistance_step(forces, headings)) is not None and abs(step.force) > least:
+        way, size = "higher" if step.force > 0 else "lower", abs(step.force)
+        what = f"from this run on the resistance is {size:.0f} N {way} than before (p = {step.p_value:.1g})"
+        found.append(Finding(runs[step.run].name, what, remedy=CHANGED, doubt=True))
     if (outlier := outlying_run(forces, headings)) is not None and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"

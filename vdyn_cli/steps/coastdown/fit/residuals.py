@@ -89,8 +89,8 @@ def held_out_rms(fit: RoadLoadFit) -> float | None:
     Only the start speed is fitted to the run itself. None with fewer than ``FEWEST_FOLDS`` or more than ``MOST_FOLDS``
     runs, where the speed is not fitted, or where the other runs do not determine the unknowns.
     """
-    count = len(fit.campaign.runs)
-    if not FEWEST_FOLDS <= count <= MOST_FOLDS or not fit.campaign.speed_fitted:
+    count, independent = len(fit.campaign.runs), len({r.origin for r in fit.campaign.runs})
+    if independent < FEWEST_FOLDS or count > MOST_FOLDS or not fit.campaign.speed_fitted:
         return None
     squares, samples = 0.0, 0
     for run in range(count):
@@ -104,10 +104,14 @@ def held_out_rms(fit: RoadLoadFit) -> float | None:
 
 def _predicted(fit: RoadLoadFit, run: int) -> Array:
     """The run's speed (n,) m/s with parameters fitted to the other runs; that fit starts at the one to all runs."""
-    full, others = fit.regression, [k for k in range(len(fit.campaign.runs)) if k != run]
+    full = fit.regression
+    others = [k for k, one in enumerate(fit.campaign.runs) if one.origin != fit.campaign.runs[run].origin]
     starts = {name: values[others] for name, values in full.run_starts.items()}
     names = tuple(full.runs[k] for k in others)
-    rest = replace(full, runs=names, rows=lambda k, theta: full.rows(others[k], theta), run_starts=starts)
+    origins = tuple(fit.campaign.runs[k].origin for k in others)
+    rest = replace(
+        full, runs=names, rows=lambda k, theta: full.rows(others[k], theta), run_starts=starts, origins=origins
+    )
     values = solve(rest, units="run", tolerance=TOLERANCE).values
     theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
     for _ in range(2):

@@ -100,7 +100,8 @@ def transferred(regression: Regression, campaign: Campaign, values: Mapping[str,
     there = replace(rows, runs=SimulatedRuns(campaign, rows.runs.simulator), center=level).weighted(
         rows.noise.sizes, at
     )
-    return replace(regression, runs=runs, rows=there, run_starts=starts)
+    origins = tuple(r.origin for r in campaign.runs)
+    return replace(regression, runs=runs, rows=there, run_starts=starts, origins=origins)
 
 
 def initial_regression(campaign: Campaign, added: AddedEffects = NO_EFFECTS) -> Regression:
@@ -137,7 +138,8 @@ def initial_regression(campaign: Campaign, added: AddedEffects = NO_EFFECTS) -> 
     starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
     own = (Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True),) if campaign.speed_fitted else ()
     names = tuple(r.name for r in campaign.runs)
-    return with_hill_prior(Regression((*unknowns, *own), names, rows, {START: starts} if own else {}))
+    origins = tuple(r.origin for r in campaign.runs)
+    return with_hill_prior(Regression((*unknowns, *own), names, rows, {START: starts} if own else {}, origins=origins))
 
 
 def with_hill_prior(regression: Regression) -> Regression:

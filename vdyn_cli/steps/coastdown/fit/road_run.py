@@ -35,6 +35,7 @@ class RoadRun:
     before : m, driven before the first row, since the first fitted part of the log began.
     place : m, road coordinate at the first row; None where it is unknown.
     split : whether the log is a table of split times, whose rows are too sparse to show the noise of the speed.
+    origin : index of the driven run of which this one is a part.
     slope_error : (n, r), factor of the covariance of the error of the grade; None where no error is known.
     """
 
@@ -53,6 +54,7 @@ class RoadRun:
     before: float = 0.0
     place: float | None = None
     split: bool = False
+    origin: int = 0
     slope_error: Array | None = None
 
     @cached_property
