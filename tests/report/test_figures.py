@@ -14,7 +14,7 @@ from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.report import comparison, residual_map
 from vdyn_cli.report.canvas import ticks
 from vdyn_cli.report.figures import figure_svg
-from vdyn_cli.report.panels import MOST, channel_traces, drawn_traces, lay_out, rms
+from vdyn_cli.report.panels import MOST_PANELS, channel_traces, drawn_traces, lay_out, rms
 
 
 def choices(name: str) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def test_runs_stand_side_by_side_under_their_names() -> None:
 def test_many_runs_are_chosen_by_their_error() -> None:
     comparisons = runs(40)
     picked = [t.run for t in drawn_traces(channel_traces(comparisons, 0.01, "m/s")[0].traces)]
-    assert len(picked) == MOST
+    assert len(picked) == MOST_PANELS
     assert {"r0", "r1", "r38", "r39"} <= set(picked)
     assert "smallest, middle and largest" in comparison.caption(channel_traces(comparisons, 0.01, "m/s")[0])
     assert len(drawn(comparisons)) < 400_000

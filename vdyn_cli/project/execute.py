@@ -144,7 +144,7 @@ def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
 
 
 def _wrong_units(inputs: Inputs) -> tuple[Finding, ...]:
-    """Units that contradict the logs' own: told before what follows from them."""
+    """Units that contradict the logs' own: reported before what follows from them."""
     return wrong_units(f for log in inputs.logs for f in log.findings)
 
 

@@ -50,7 +50,7 @@ _SPELLINGS = (
     "kilogram_meter_squared = kilogram * meter ** 2 = kgm2",
 )
 
-LONGEST = 100  # characters of a quantity: a number of full precision, its deviation, and a unit have some 90
+LONGEST_QUANTITY = 100  # characters of a quantity: a number of full precision, its deviation, and a unit have some 90
 _BY_KIND = {
     **{("mb", "Pa"): "mbar", ("c", "K"): "degC", ("f", "K"): "degF"},
     **{("g", "m/s^2"): "g_0", ("lb", "N"): "lbf", ("lbs", "N"): "lbf", ("kn", "N"): "kN", ("nm", "N m"): "N*m"},
@@ -103,7 +103,7 @@ def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
     """The same as ``_scale``, from the unit library."""
     # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions; "lb" of a
     # force is pound-force.
-    text = _BY_KIND.get((unit[: unit_grammar.LONGEST].strip().lower(), si_unit), unit)
+    text = _BY_KIND.get((unit[: unit_grammar.LONGEST_UNIT].strip().lower(), si_unit), unit)
     text = unit_grammar.written_products(text)
     if wrong := unit_grammar.why_no_unit(text):
         raise UnitError(f"'{unit[:40]}' {wrong}")
@@ -184,7 +184,7 @@ def parse(text: str | float, si_unit: str) -> Given:
     if isinstance(text, (int, float)) and not isinstance(text, bool):
         return _finite(text, 0.0, str(text))
     text = str(text)
-    match = _MEASURED.match(text) if len(text) <= LONGEST else None
+    match = _MEASURED.match(text) if len(text) <= LONGEST_QUANTITY else None
     if match is None:
         raise UnitError(f"'{text[:40]}' is not a number with a unit, such as '1 {si_unit}'")
     number, spread, unit = match.groups()

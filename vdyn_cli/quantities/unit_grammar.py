@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-LONGEST = 40  # characters; "kilogram * meter ** 2 / second ** 2" has 35
+LONGEST_UNIT = 40  # characters; "kilogram * meter ** 2 / second ** 2" has 35
 MOST_EXPONENTS = 200.0  # product of all exponents: kg^2 m^4/s^6 has 48, and 1e9 to the 200th is done in microseconds
 DEEPEST = 3  # nested brackets
 
@@ -45,8 +45,8 @@ def why_no_unit(text: str) -> str:
     Accepts names, numbers of up to nine digits as factors, ``*``, ``/`` and brackets, and one-digit exponents of names
     and brackets whose product is at most 200. Everything else is refused without being evaluated.
     """
-    if len(text) > LONGEST:
-        return f"is not a unit: it has more than {LONGEST} characters"
+    if len(text) > LONGEST_UNIT:
+        return f"is not a unit: it has more than {LONGEST_UNIT} characters"
     text = plain_powers(text)
     at, depth, exponents, before = 0, 0, 1.0, ""
     while text[at:].strip():

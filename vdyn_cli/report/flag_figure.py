@@ -29,7 +29,7 @@ from vdyn_cli.report.canvas import (
     to_svg,
 )
 
-MOST = 12  # runs in one figure, which then fits on a printed page
+MOST_RUNS = 12  # runs in one figure, which then fits on a printed page
 _WIDTH, _LEFT, _TRACE, _STRIP, _TICKS = 1150.0, 190.0, 64.0, 14.0, 34.0  # px
 _NAME = 24  # characters shown of a run's or a channel's name
 _KEYS = (
@@ -78,7 +78,7 @@ def flag_figures(runs: Sequence[CutLog], units: Mapping[str, str]) -> list[str]:
     ----------
     units : unit in which each channel's numbers are shown, from the description; SI for others.
     """
-    return [_figure(runs[k : k + MOST], k, units) for k in range(0, len(runs), MOST)]
+    return [_figure(runs[k : k + MOST_RUNS], k, units) for k in range(0, len(runs), MOST_RUNS)]
 
 
 def _figure(runs: Sequence[CutLog], first: int, units: Mapping[str, str]) -> str:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from vdyn_cli.quantities.arrays import Array
 
-MOST = 12  # panels in a row: each is then about 90 px wide, enough to see the shape of a run
+MOST_PANELS = 12  # panels in a row: each is then about 90 px wide, enough to see the shape of a run
 _GAP = 10.0  # px between panels
 
 
@@ -144,13 +144,13 @@ def judged_residual(one: RunTrace) -> Array:
 
 
 def drawn_traces(traces: Sequence[RunTrace]) -> tuple[RunTrace, ...]:
-    """The runs to draw, in order: all, or, of more than MOST, those with the smallest, middle and largest rms."""
+    """The runs to draw, in order: all, or, of more than MOST_PANELS, those of smallest, middle and largest rms."""
     drawable = [i for i, t in enumerate(traces) if np.isfinite(t.x).any()]
-    if len(drawable) <= MOST:
+    if len(drawable) <= MOST_PANELS:
         return tuple(traces[i] for i in drawable)
     sizes = np.nan_to_num(np.array([rms(judged_residual(traces[i])) for i in drawable]), nan=-1.0)
     ranked = np.argsort(sizes, kind="stable")
-    third = MOST // 3
+    third = MOST_PANELS // 3
     middle = (len(ranked) - third) // 2
     picks = {*ranked[:third].tolist(), *ranked[middle : middle + third].tolist(), *ranked[-third:].tolist()}
     return tuple(traces[drawable[i]] for i in sorted(picks))

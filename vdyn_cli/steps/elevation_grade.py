@@ -29,7 +29,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
 NODE = 20.0  # m between the nodes, as the knots of a road: a coasting car passes them in a bin of 2 s
-FEWEST, MOST = 8, 400  # nodes of a run; longer runs have longer nodes
+FEWEST_NODES, MOST_NODES = 8, 400  # nodes of a run; longer runs have longer nodes
 SLOPES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.04)  # standard deviations of the slope: from a test track to a pass
 UNKNOWN_HEIGHT = 1e3  # m, prior standard deviation of the elevation at the first node, which is not known
 OFTEN = 3.0  # changes of an elevation per node length, above which it flickers: a slope of 15 % in steps of 1 m
@@ -54,7 +54,7 @@ class _Track:
     @cached_property
     def nodes(self) -> Array:
         """Distances of the slope's nodes, (m,), m."""
-        return np.linspace(0.0, self.distance[-1], int(np.clip(self.distance[-1] / NODE, FEWEST, MOST)) + 1)
+        return np.linspace(0.0, self.distance[-1], int(np.clip(self.distance[-1] / NODE, FEWEST_NODES, MOST_NODES)) + 1)
 
     @cached_property
     def rise(self) -> Array:
@@ -130,12 +130,12 @@ def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[
 def _track(log: Log) -> _Track | None:
     """The elevations of a run; None where it covers too few nodes or has too few elevation samples."""
     good = np.isfinite(log["speed"])
-    if good.sum() < FEWEST:
+    if good.sum() < FEWEST_NODES:
         return None
     speed = np.abs(filled(log.time, log["speed"]))
     distance = cumulative_integral(log.time, speed)
     measured = np.isfinite(log["elevation"])
-    if distance[-1] < FEWEST * NODE or measured.sum() < FEWEST:
+    if distance[-1] < FEWEST_NODES * NODE or measured.sum() < FEWEST_NODES:
         return None
     height, at = log["elevation"][measured], distance[measured]
     noise = white_level(height, log.time[measured])
@@ -161,9 +161,9 @@ def _changes(height: Array, at: Array, step: float) -> tuple[Array, Array, Array
     as one observation.
     """
     begin = np.flatnonzero(np.diff(height)) + 1
-    stretches = np.split(np.arange(height.size), begin)
-    middle = np.array([at[s].mean() for s in stretches])
-    level = np.array([height[s[0]] for s in stretches])
+    segments = np.split(np.arange(height.size), begin)
+    middle = np.array([at[s].mean() for s in segments])
+    level = np.array([height[s[0]] for s in segments])
     where = 0.5 * (at[begin] + at[begin - 1])
     halfway = 0.5 * (height[begin] + height[begin - 1])
     far = np.abs(height[begin] - height[begin - 1])  # a jump over many steps leaves the elevation between them open

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
-FEWEST = 20  # samples of a run: no step evaluates fewer
+FEWEST_SAMPLES = 20  # samples of a run: no step evaluates fewer
 
 if TYPE_CHECKING:
     from vdyn_cli.description.description_model import Description
@@ -61,12 +61,12 @@ class DayRequest:
 
         Raises
         ------
-        InputError : fewer than ``FEWEST`` samples.
+        InputError : fewer than ``FEWEST_SAMPLES`` samples.
         """
         rate = self.at["rate"]
         count = round(duration * rate) + 1
-        if count < FEWEST:
-            what = f"a run of {duration:.3g} s at {rate:.3g} Hz has {count} samples, fewer than {FEWEST}"
+        if count < FEWEST_SAMPLES:
+            what = f"a run of {duration:.3g} s at {rate:.3g} Hz has {count} samples, fewer than {FEWEST_SAMPLES}"
             raise InputError(Finding("plan", what, remedy="plan with a higher rate, or with longer runs"))
         return np.arange(count) / rate
 

@@ -21,7 +21,7 @@ from vdyn_cli.steps.learned_effect import LAW_FORMS, learned_effect
 
 RIDGE = 1e-9  # share of the mean variance of a curve's points, added so that their covariance can be inverted
 ROOM = 3.0  # bounds of a formula's shape parameter in the fit: its value times and divided by this
-MOST = 20.0  # bounds of an amplitude in the fit: +- this times its value or its plausible size
+AMPLITUDE_BOUND = 20.0  # bounds of an amplitude in the fit: +- this times its value or its plausible size
 
 
 @dataclass(frozen=True)
@@ -173,14 +173,14 @@ def learned(finding: PartFinding, form: FittedForm | None, others: Sequence[str]
             basis, sizes = _directions(finding, part, curve)
             names = tuple(f"{prefix}_{j + 1}" for j in range(len(sizes)))
             curves.append(_definition(part, "table", names, curve, basis))
-            most = MOST * max(part.size, float(np.max(np.abs(sizes), initial=0.0)))
+            most = AMPLITUDE_BOUND * max(part.size, float(np.max(np.abs(sizes), initial=0.0)))
             starts |= {n: (v, -most, most) for n, v in zip(names, sizes.tolist(), strict=True)}
             continue
         coefficients = LAW_FORMS[form.form].coefficients
         names = tuple(f"{prefix}_{c}" for c in coefficients)
         curves.append(_definition(part, form.form, names, curve))
         for j, (n, v) in enumerate(zip(names, form.values[k], strict=True)):
-            low, high = (-MOST * abs(v), MOST * abs(v)) if not j else sorted((v / ROOM, v * ROOM))
+            low, high = (-AMPLITUDE_BOUND * abs(v), AMPLITUDE_BOUND * abs(v)) if not j else sorted((v / ROOM, v * ROOM))
             starts[n] = (v, low, high)
     tags = _tags(finding.parts[0])
     law = LawDefinition(

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.log import Log
 
 LEAST_HELD = 1.5  # rows per value on average: below, more than half of the values last one row
-FEWEST = 30  # changes, at least
+FEWEST_CHANGES = 30  # changes, at least
 REGULAR = 0.8  # share of the changes that must come after the median number of rows
 JITTERING = 5  # rows per value, from which a change may come one row earlier or later
 LEVELS = 16  # distinct values; a channel with no more is a switch or a gear
@@ -29,7 +29,7 @@ def held_rows(values: Array) -> Rows | None:
     """
     first = np.r_[0, np.flatnonzero(values[1:] != values[:-1]) + 1]
     length = np.diff(first, append=values.size)
-    if length.size < FEWEST or length.size * LEAST_HELD > values.size:
+    if length.size < FEWEST_CHANGES or length.size * LEAST_HELD > values.size:
         return None
     usual = int(np.median(length))
     near = np.abs(length - usual) <= (usual >= JITTERING)

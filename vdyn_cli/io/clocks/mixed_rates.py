@@ -10,7 +10,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.log import Log, LogSource
 
-_FEWEST = 4  # values, least number that shows a rate
+_FEWEST_VALUES = 4  # values, least number that shows a rate
 _REGULAR = 0.9  # share of the steps that must equal the median step: random blanks leave steps of all lengths
 _NEAR = 0.25  # of the median step, tolerance: bus messages are this regular
 _BETWEEN = 0.25  # runs of blanks per value: fewer are dropouts, and one is a gap
@@ -23,7 +23,7 @@ def slower_rows(time: Array, values: Array) -> Rows | None:
     a slower rate.
     """
     written = np.isfinite(values)
-    if written.all() or np.count_nonzero(written) < _FEWEST:
+    if written.all() or np.count_nonzero(written) < _FEWEST_VALUES:
         return None
     rows = np.flatnonzero(written)
     steps = np.diff(rows)

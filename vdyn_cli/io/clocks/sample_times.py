@@ -17,7 +17,7 @@ from vdyn_cli.quantities.log import Log
 LineOf = Callable[[int], int]
 
 _MOST_DROPPED = 0.2  # of the rows; a column with more errors is not a clock
-SHORTEST, LONGEST = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
+SHORTEST_LOG, LONGEST_LOG = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
 FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; one sample a minute shows no motion
 MOST_ACCELERATION = 60.0  # m/s^2, the bound of the channel 'acceleration': six times that of a tire on a dry road
 _MOST_LINES = 4  # line numbers listed in a message
@@ -163,8 +163,8 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
 def impossible_clock(log: Log) -> Iterator[Finding]:
     """A finding if no log of a road vehicle can have this clock, so that its unit is wrong.
 
-    Duration or mean step is outside ``SHORTEST`` to ``LONGEST`` or ``FINEST`` to ``COARSEST``, s, or the speed changes
-    by more than ``MOST_ACCELERATION`` times the duration.
+    Duration or mean step is outside ``SHORTEST_LOG`` to ``LONGEST_LOG`` or ``FINEST`` to ``COARSEST``, s, or the speed
+    changes by more than ``MOST_ACCELERATION`` times the duration.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def impossible_clock(log: Log) -> Iterator[Finding]:
     """
     duration, where = log.duration, f"{log.name}, channel 'time'"
     usual = duration / max(log.time.size - 1, 1)
-    limits = (("the log lasts", duration, SHORTEST, LONGEST), ("the mean step is", usual, FINEST, COARSEST))
+    limits = (("the log lasts", duration, SHORTEST_LOG, LONGEST_LOG), ("the mean step is", usual, FINEST, COARSEST))
     for what, value, low, high in limits:
         if not low <= value <= high:
             got = f"{what} {value:.3g} s; a road test has {low:g} to {high:g} s"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 
-_LONGEST = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
+_LONGEST_TIME = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
 _DAY = 86400.0  # s
 _LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
 _CHUNK = 100_000
@@ -37,13 +37,13 @@ FORMS = "seconds, or times such as 10:23:11.5, 2026-05-01 10:23:11.5 or 01-May-2
 
 def is_instant(cell: str) -> bool:
     """Whether a cell is a time: ``10:23:11.5``, ``2026-05-01 10:23``, ``0 days 10:23:11.5``, minutes ``83:11.5``."""
-    plain = cell.strip() if len(cell) <= _LONGEST and ":" in cell else ""
+    plain = cell.strip() if len(cell) <= _LONGEST_TIME and ":" in cell else ""
     return any(form.fullmatch(plain) for form in (_INSTANT, _MINUTES, _YEAR_LAST))
 
 
 def is_day_or_minute(cell: str) -> bool:
     """Whether a cell is only a date, or only hours and minutes: part of a time, not a name."""
-    return len(cell) <= _LONGEST and _DAY_OR_MINUTE.fullmatch(cell.strip()) is not None
+    return len(cell) <= _LONGEST_TIME and _DAY_OR_MINUTE.fullmatch(cell.strip()) is not None
 
 
 def written_seconds(cells: NDArray[np.object_]) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-LONGEST = 400  # characters of a cell that can be a number: the longest float64 in plain digits has some 330
+LONGEST_NUMBER = 400  # characters of a cell that can be a number: the longest float64 in plain digits has some 330
 
 NOT_WRITTEN = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "<na>", "-nan"})
 
@@ -37,12 +37,12 @@ def is_written(text: str) -> bool:
 
 def is_number(text: str) -> bool:
     """Whether a cell is a number, with either decimal mark."""
-    return len(text) <= LONGEST and _NUMBER.fullmatch(text.strip()) is not None
+    return len(text) <= LONGEST_NUMBER and _NUMBER.fullmatch(text.strip()) is not None
 
 
 def decimal_mark(text: str) -> str:
     """The decimal mark of a number; empty for a whole number or no number."""
-    match = _NUMBER.fullmatch(text.strip()) if len(text) <= LONGEST else None
+    match = _NUMBER.fullmatch(text.strip()) if len(text) <= LONGEST_NUMBER else None
     if match is None:
         return ""
     return "." if match["dot"] else "," if match["comma"] else ""
@@ -54,7 +54,7 @@ def number_of(text: str, decimal: str) -> tuple[float | None, bool]:
     ambiguous.
     """
     text = _SIGN_APART.sub("", text.strip())
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_NUMBER:
         return None, False
     separator = "," if decimal == "." else "."
     grouped = _GROUPED[decimal].fullmatch(text) is not None

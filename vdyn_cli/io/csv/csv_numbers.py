@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.clocks.written_times import since_first, written_seconds
-from vdyn_cli.io.csv.csv_cells import LONGEST, NOT_WRITTEN, is_written, number_of
+from vdyn_cli.io.csv.csv_cells import LONGEST_NUMBER, NOT_WRITTEN, is_written, number_of
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -258,7 +258,7 @@ def _holds(cell: object) -> bool:
 
 
 def _shown(cell: object, encoding: str) -> str:
-    return str(cell)[:LONGEST].encode("latin-1", "replace").decode(encoding, "replace").strip()
+    return str(cell)[:LONGEST_NUMBER].encode("latin-1", "replace").decode(encoding, "replace").strip()
 
 
 def _converted(cells: NDArray[np.object_], decimal: str) -> tuple[Array, list[int], int]:

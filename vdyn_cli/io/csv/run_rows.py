@@ -20,7 +20,7 @@ _DELIMITERS = ";\t|,"
 _LEVEL = re.compile(
     r"\s*v?\s*(\d+(?:[.,]\d+)?)\s*(km/h|kph|mph|m/s)?\s*", re.IGNORECASE
 )  # a speed as the header of a column
-_FEWEST = 2  # levels
+_FEWEST_LEVELS = 2  # levels
 
 
 def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels) -> CsvSource:
@@ -44,7 +44,7 @@ def runs_as_columns(source: CsvSource, first: bytes, name: str, levels: Levels) 
         for at, head in enumerate(rows):
             heads = {i: m[1] for i, cell in enumerate(head) if i and (m := _LEVEL.fullmatch(cell))}
             runs = [row for row in rows[at + 1 :] if len(row) == len(head)]
-            if len(heads) < _FEWEST or not runs or _LEVEL.fullmatch(head[0]):
+            if len(heads) < _FEWEST_LEVELS or not runs or _LEVEL.fullmatch(head[0]):
                 continue
             table = [[head[0].strip(), *(row[0].strip() for row in runs)]]
             table += [[level, *(row[i].strip() for row in runs)] for i, level in heads.items()]

@@ -18,7 +18,7 @@ from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.unit_mistakes import ACCELERATION_MISTAKES, usual_mistake
 
-FEWEST = 3  # windows
+FEWEST_WINDOWS = 3  # windows
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def acceleration_gain(change: Array, gained: Array) -> AccelerationGain | None:
     ----------
     change, gained : (n,) m/s, change of the speed and integral of the acceleration in each window.
     """
-    if change.size < FEWEST or not np.ptp(change) > 0.0 or not np.ptp(gained) > 0.0:
+    if change.size < FEWEST_WINDOWS or not np.ptp(change) > 0.0 or not np.ptp(gained) > 0.0:
         return None
     x, y = change - change.mean(), gained - gained.mean()
     xx, yy, xy = float(x @ x), float(y @ y), float(x @ y)

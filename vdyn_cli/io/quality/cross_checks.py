@@ -20,7 +20,7 @@ INTERVAL = 1.0  # s over which accelerations are compared
 AXLES = (("wheel_speed_fl", "wheel_speed_fr"), ("wheel_speed_rl", "wheel_speed_rr"))
 SIDES = (*AXLES, ("shaft_torque_left", "shaft_torque_right"))
 LEAST_WHEEL_SPEED = 5.0  # rad/s, above which wheel speeds are compared
-FEWEST = 100  # samples
+FEWEST_SAMPLES = 100  # samples
 
 
 def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log:
@@ -92,7 +92,7 @@ def _apart(log: Log, left: str, right: str) -> list[Finding]:
     """The finding that the wheels of an axle do not turn equally fast, except in bends."""
     a, b = log[left], log[right]
     moving = np.isfinite(a) & np.isfinite(b) & (np.maximum(np.abs(a), np.abs(b)) > LEAST_WHEEL_SPEED)
-    if np.count_nonzero(moving) < FEWEST:
+    if np.count_nonzero(moving) < FEWEST_SAMPLES:
         return []
     a, b = np.abs(a[moving]), np.abs(b[moving])
     differ = np.abs(a - b) > QUALITY.bend_speeds * np.maximum(a, b)

@@ -19,7 +19,7 @@ from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding
 
-FEWEST = 20  # samples with both channels
+FEWEST_SAMPLES = 20  # samples with both channels
 BINS = 20  # of a run, over which the residual is averaged: reduces the noise of the position, keeps curvature
 LATEST = 3.0  # s, largest delay between a receiver's speed and position; more is a curved path
 CURVED = 0.1  # of |g - 1| times the distance: a larger residual means a position along another line, not a gain
@@ -52,15 +52,15 @@ class CommonGain:
 def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
     """The gain g of one run, by least squares of the module's equation.
 
-    None for fewer than ``FEWEST`` samples, a short distance, a delay above ``LATEST``, or a residual that is curved
-    over the distance, so that the gain is not constant.
+    None for fewer than ``FEWEST_SAMPLES`` samples, a short distance, a delay above ``LATEST``, or a residual that is
+    curved over the distance, so that the gain is not constant.
 
     Parameters
     ----------
     time, speed, position : (n,) s, m/s, m; NaN where a sample is missing.
     """
     good = np.isfinite(speed) & np.isfinite(position)
-    if np.count_nonzero(good) < FEWEST:
+    if np.count_nonzero(good) < FEWEST_SAMPLES:
         return None
     time, speed, place = time[good], np.abs(speed[good]), position[good]
     driven = cumulative_integral(time, speed)

@@ -32,7 +32,7 @@ from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.quantity import from_si
 from vdyn_cli.quantities.vocabulary import CHANNELS, COMMANDS, VARYING, WHEEL_SPEEDS
 
-_FEWEST = 50  # samples; a channel with fewer is not tested
+_FEWEST_SAMPLES = 50  # samples; a channel with fewer is not tested
 SPEEDS = ("speed", "vehicle_speed", "wheel_speed", *WHEEL_SPEEDS)
 _LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
 _BESIDE = 5.0  # readings between a step of a speed and standstill, before or after it
@@ -151,7 +151,7 @@ def flags(log: Log, units: Mapping[str, str] | None = None) -> LogFlags:
     """
     known = {n: (units or {}).get(n, CHANNELS[n].unit) for n in log.channels if n in CHANNELS}
     sampled = [_sampled(log, name, known.get(name, "")) for name in log.channels]
-    sampled = [s for s in sampled if s.rows.size >= _FEWEST]
+    sampled = [s for s in sampled if s.rows.size >= _FEWEST_SAMPLES]
     together = _together(log, sampled)
     found = list(together)
     taken = np.zeros(log.time.size, dtype=bool)
@@ -278,7 +278,7 @@ def _contradicted(channel: _Sampled, marked: Mask, log: Log) -> Iterator[tuple[i
 def _clock_gaps(log: Log) -> Iterator[Fault]:
     """The first sample after each gap or jump of the clock, which cannot be distinguished."""
     steps = np.diff(log.time)
-    if steps.size < _FEWEST:
+    if steps.size < _FEWEST_SAMPLES:
         return
     usual = float(np.median(steps))
     scatter = float(np.ptp(np.quantile(steps, (0.05, 0.95))))

@@ -9,7 +9,7 @@ from vdyn_cli.quantities.arrays import Array, Rows
 
 _BLOCK = 16  # samples over which the local level of deviations is estimated
 _LEVEL = 5  # samples on either side of a step
-_SHORTEST = 50  # samples, fewest that determine a tail
+_FEWEST_SAMPLES = 50  # samples, fewest that determine a tail
 
 
 def spikes(values: Array, resolution: float) -> Rows:
@@ -25,7 +25,7 @@ def spikes(values: Array, resolution: float) -> Rows:
     values : (n,), without gaps. resolution : quantum of the channel.
     """
     n = values.size
-    if n < _SHORTEST:
+    if n < _FEWEST_SAMPLES:
         return np.empty(0, dtype=np.intp)
     up, down = values[1:-1] - values[:-2], values[1:-1] - values[2:]
     alone = np.where(up * down > 0.0, np.minimum(np.abs(up), np.abs(down)), 0.0)
@@ -71,11 +71,11 @@ def dropouts(values: Array) -> list[tuple[int, int]]:
     ----------
     values : (n,), without gaps.
     """
-    if values.size < _SHORTEST:
+    if values.size < _FEWEST_SAMPLES:
         return []
     steps = np.diff(values)
     moves = np.flatnonzero(steps)
-    if moves.size < _SHORTEST // 2:
+    if moves.size < _FEWEST_SAMPLES // 2:
         return []
     usual = float(np.quantile(np.abs(steps[moves]), 0.99))
     jumps = steps[moves]
@@ -95,7 +95,7 @@ def level_step(values: Array) -> int | None:
     ----------
     values : (n,) of a speed or load, without gaps.
     """
-    if values.size < _SHORTEST:
+    if values.size < _FEWEST_SAMPLES:
         return None
     steps = np.diff(values)
     size = np.abs(steps)

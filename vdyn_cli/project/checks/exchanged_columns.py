@@ -13,7 +13,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import to_si
 
-FEWEST = 3  # other runs, least number that shows what is usual
+FEWEST_OTHERS = 3  # other runs, least number that shows what is usual
 _ROUND = 1e-6  # of a channel's size, least roughness
 
 
@@ -32,7 +32,7 @@ def exchanged_columns(
     own : for each run, the columns that the description states for it alone.
     """
     names = [n for n in columns if n != "time" and all(n in log for log in logs)]
-    if len(logs) <= FEWEST:
+    if len(logs) <= FEWEST_OTHERS:
         return
     looks = {n: np.array([_look(log, n, columns[n][1:]) for log in logs]) for n in names}
     for a, b in combinations(names, 2):
@@ -49,7 +49,7 @@ def exchanged_columns(
 def _look(log: Log, channel: str, units: tuple[str, str]) -> Array:
     """Logarithm of the size, whether it has negative values (0, 1), and logarithm of the roughness of a channel."""
     values = log[channel][np.isfinite(log[channel])] / (to_si(1.0, *units) - to_si(0.0, *units))
-    if values.size < FEWEST:
+    if values.size < FEWEST_OTHERS:
         return np.full(3, np.nan)
     size = max(float(np.quantile(np.abs(values), 0.98)), _ROUND)
     rough = float(np.median(np.abs(np.diff(values, 2)))) / size

@@ -40,7 +40,7 @@ WINDOWS = (WINDOW, 5.0, 10.0)  # s; over longer ones, noise hides less of the ge
 REACH = 1.0  # s, largest delay
 TIMES_RADIUS = " * wheel_radius"
 ROLLING = 3.0  # m/s, above which wheel speeds are compared
-FEWEST = 10  # windows
+FEWEST_WINDOWS = 10  # windows
 FEWEST_RUNS = 2  # whose gains show a wrong unit
 MEDIAN_ERROR = 0.93  # standard error of the median of n normal values / (interquartile range / sqrt(n)): 1.253 / 1.349
 
@@ -150,7 +150,7 @@ def _finite(*values: Array) -> Mask:
 def _distance(log: Log, speed: str) -> TiedPair:
     known = _finite(log[speed], log["position"])
     time, v, place = (x[known] for x in (log.time, log[speed], log["position"]))
-    if time.size < FEWEST:
+    if time.size < FEWEST_WINDOWS:
         return _pair(log, "position", speed, "too few samples")
     driven = cumulative_integral(time, np.abs(v))
     if driven[-1] < LEAST_DISTANCE:
@@ -182,16 +182,16 @@ def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
 def _change(log: Log, speed: str) -> TiedPair:
     """Acceleration against the change of speed; only its offset if they are hardly correlated."""
     first, second = "acceleration", f"change of {speed}"
-    if _finite(log["acceleration"], log[speed]).sum() < FEWEST:
+    if _finite(log["acceleration"], log[speed]).sum() < FEWEST_WINDOWS:
         return _pair(log, first, second, "too few samples")
     found, offset = None, float("nan")
     for window in WINDOWS:
         y, x = (np.diff(mean) / window for mean in _grid(log, ("acceleration", speed), window))
         use = _finite(x, y)
         x, y = x[use], y[use]
-        found = acceleration_gain(x, y) if x.size >= FEWEST else None
-        offset = float(np.mean(y - x)) if x.size >= FEWEST else offset
-        if found is not None or x.size < FEWEST:
+        found = acceleration_gain(x, y) if x.size >= FEWEST_WINDOWS else None
+        offset = float(np.mean(y - x)) if x.size >= FEWEST_WINDOWS else offset
+        if found is not None or x.size < FEWEST_WINDOWS:
             break
     if np.isnan(offset):
         return _pair(log, first, second, "too short")
@@ -215,7 +215,7 @@ def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
     """Delay of the first channel behind the second, s, and its standard error; None if not determined."""
     tie = tie_of(second, first)
     steps = np.diff(log.time)
-    if tie is None or log.time.size < FEWEST or float(np.median(steps)) <= 0.0:
+    if tie is None or log.time.size < FEWEST_WINDOWS or float(np.median(steps)) <= 0.0:
         return None
     try:
         found = clock_difference(log, log, tie)
@@ -231,7 +231,7 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> Tie
     own = ROLLING if scale != 1.0 else ROLLING / 0.3
     use = _finite(x, y) & (np.maximum(np.nan_to_num(x), np.nan_to_num(y)) > own)
     shown = first if scale == 1.0 else first + TIMES_RADIUS
-    if use.sum() < FEWEST:
+    if use.sum() < FEWEST_WINDOWS:
         return _pair(log, shown, second, "not determined: the car hardly moves")
     low, gain, high = (float(q) for q in np.quantile(y[use] / np.maximum(x[use], 1e-9), [0.25, 0.5, 0.75]))
     if high - low > 2.0 * QUALITY.reported_scale:

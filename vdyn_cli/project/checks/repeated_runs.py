@@ -15,7 +15,7 @@ Codes = NDArray[np.uint64]
 
 COMMON = 0.5  # share of the shorter run's samples found in another, from which both are one recording
 MOST_COMPARED = 1_000_000  # samples of all runs that are compared; sorting them takes about 0.2 s
-FEWEST = 20  # common samples that differ from the previous one; fewer may agree by chance
+FEWEST_COMMON = 20  # common samples that differ from the previous one; fewer may agree by chance
 
 # Odd numbers without a pattern: those of the mixing step of splitmix64 (Steele et al., OOPSLA 2014).
 _MIX = tuple(np.uint64(n) for n in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
@@ -76,7 +76,7 @@ def _first_of_same_values(codes: Sequence[Codes]) -> dict[int, int]:
     for k, code in enumerate(codes):
         order = np.arange(1, code.size + 1, dtype=np.uint64) * _MIX[2]
         key = (code.size, int(np.bitwise_xor.reduce(code * order)), int(np.add.reduce(code * order)))
-        if np.count_nonzero(_moving(code)) >= FEWEST:
+        if np.count_nonzero(_moving(code)) >= FEWEST_COMMON:
             if key in seen:
                 found[k] = seen[key]
             seen.setdefault(key, k)
@@ -100,6 +100,6 @@ def _common_samples(logs: Sequence[Log], codes: Sequence[Codes]) -> dict[int, tu
     for pair, count in zip(pairs.tolist(), counts.tolist(), strict=True):
         first, second = divmod(pair, len(logs))
         share = count / max(min(every[first].size, every[second].size), 1)
-        if count >= FEWEST and share >= COMMON and share > found.get(second, (0, 0.0))[1]:
+        if count >= FEWEST_COMMON and share >= COMMON and share > found.get(second, (0, 0.0))[1]:
             found[second] = (first, share)
     return found

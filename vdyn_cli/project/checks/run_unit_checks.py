@@ -21,7 +21,7 @@ FACTORS = {1 / 3.6: "m/s among km/h", 3.6: "km/h among m/s", 1 / 1.609344: "mph 
 FACTORS |= {1 / 2.236936: "m/s among mph", 2.236936: "mph among m/s"}
 ALIKE = 1.15  # largest over smallest speed of the other runs, up to which they are similar enough to show a factor
 NEAR = 0.04  # relative distance from a factor; factors differ by 1.6 and more
-FEWEST = 3  # other runs
+FEWEST_OTHERS = 3  # other runs
 # Channels that measure the same motion with another sensor.
 WITNESSES = ("wheel_speed", *WHEEL_SPEEDS, "position")
 DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current")  # these change the speed
@@ -31,15 +31,15 @@ BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a q
 def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
     """A finding for each run whose speed is that of the other runs times the factor between two units.
 
-    Within ``NEAR`` of a factor, by the 98 % quantile; the other runs, at least ``FEWEST``, must be alike (``ALIKE``).
-    A run that was driven at another speed is not reported: its ratio of the speed to other measurements of the motion,
-    or of the drive to the rate of the speed, is that of the other runs.
+    Within ``NEAR`` of a factor, by the 98 % quantile; the other runs, at least ``FEWEST_OTHERS``, must be alike
+    (``ALIKE``). A run that was driven at another speed is not reported: its ratio of the speed to other measurements of
+    the motion, or of the drive to the rate of the speed, is that of the other runs.
     """
     for channel in SPEEDS:
         high = {k: float(np.nanquantile(np.abs(log[channel]), 0.98)) for k, log in enumerate(logs) if channel in log}
         for k, value in high.items():
             others = [v for j, v in high.items() if j != k]
-            if len(others) < FEWEST or not min(others) > 0.0 or max(others) > ALIKE * min(others):
+            if len(others) < FEWEST_OTHERS or not min(others) > 0.0 or max(others) > ALIKE * min(others):
                 continue
             ratio = value / float(np.median(others))
             near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= NEAR), None)
@@ -87,7 +87,7 @@ def _drive_per_rate(log: Log, drive: str, channel: str) -> float:
     """
     good = np.isfinite(log[drive]) & np.isfinite(log[channel])
     time = log.time[good]
-    if time.size < 2 or time[-1] - time[0] < FEWEST * BIN:
+    if time.size < 2 or time[-1] - time[0] < FEWEST_OTHERS * BIN:
         return 0.0
     knots = np.arange(time[0], time[-1], BIN)
     speed = np.interp(knots, time, log[channel][good])
@@ -95,7 +95,7 @@ def _drive_per_rate(log: Log, drive: str, channel: str) -> float:
     total = np.interp(knots, time, np.r_[0.0, np.cumsum(np.diff(time) * log[drive][good][1:])])
     drives = np.diff(total) / BIN
     driven = drives > 0.0
-    if driven.sum() < FEWEST or not np.ptp(rate[driven]) > 0.0:
+    if driven.sum() < FEWEST_OTHERS or not np.ptp(rate[driven]) > 0.0:
         return 0.0
     columns = np.column_stack([rate, mean, np.ones(rate.size)])[driven]
     return max(float(np.linalg.lstsq(columns, drives[driven], rcond=None)[0][0]), 0.0)

@@ -12,7 +12,7 @@ from vdyn_cli.steps.step_definition import alternatives, named_channels
 
 _MOST_NAMED = 4  # columns listed for a required channel; of more only the number is stated
 _MOST_UNUSED = 12  # unused columns listed by name
-_LONGEST = 150  # characters of a line with its comment; longer comments are written above
+_LONGEST_LINE = 150  # characters of a line with its comment; longer comments are written above
 
 
 def channel_lines(
@@ -71,7 +71,7 @@ def channel_line(channel: str, guess: ChannelGuess) -> list[str]:
     unit = guess.unit if plain else quoted(guess.unit)
     line = f"  {channel}: {{column: {quoted(guess.facts.column)}, unit: {unit}{group}{sign}}}"
     comment = f"# {guess.why}"
-    return [f"{line}  {comment}"] if len(line) + len(comment) < _LONGEST else [f"  {comment}", line]
+    return [f"{line}  {comment}"] if len(line) + len(comment) < _LONGEST_LINE else [f"  {comment}", line]
 
 
 def quoted(text: str) -> str:

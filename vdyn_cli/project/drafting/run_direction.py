@@ -18,7 +18,7 @@ _LATITUDE = re.compile(f"{_DEVICE}lat(?:itude)?{_NO_MOTION}", re.IGNORECASE)
 _LONGITUDE = re.compile(f"{_DEVICE}(?:longitude|long|lon|lng){_NO_MOTION}", re.IGNORECASE)
 _STRAIGHT = 0.9  # least length of the mean of unit vectors: headings within some 25 degrees of their mean
 _WITHIN = 30.0  # degrees about one direction, or the opposite one, for all runs on a straight track
-_SHORTEST = 100.0  # m between the ends of a run, below which positions give no direction
+_SHORTEST_WAY = 100.0  # m between the ends of a run, below which positions give no direction
 _TRACK = 50_000.0  # m between the ends of a run, above which two columns are not positions
 _DEGREE = 111_200.0  # m per degree of latitude
 
@@ -77,7 +77,7 @@ def _bearing(facts: Sequence[ChannelFacts]) -> tuple[float, str] | None:
     scale = 1.0 / 60.0 if max(abs(north.lowest), abs(north.highest)) > 90.0 else 1.0
     y = (north.ends[1] - north.ends[0]) * scale * _DEGREE
     x = (east.ends[1] - east.ends[0]) * scale * _DEGREE * math.cos(math.radians(north.ends[0] * scale))
-    if not _SHORTEST <= math.hypot(x, y) <= _TRACK:
+    if not _SHORTEST_WAY <= math.hypot(x, y) <= _TRACK:
         return None
     return math.degrees(math.atan2(x, y)) % 360.0, f"from first to last '{north.column}' and '{east.column}'"
 

@@ -19,7 +19,7 @@ from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-SHORTEST = 2.0  # s: a run must contain a squat and a dive of half a second each, with their onset and decay
+SHORTEST_RUN = 2.0  # s: a run must contain a squat and a dive of half a second each, with their onset and decay
 FEWEST_SAMPLES = 10  # of an acceleration that can be compared with its noise
 BLOCK = 0.5  # s: at least half a period of the body's heave, so that means are nearly independent
 WEAK = "acceleration and braking are too weak"
@@ -142,9 +142,9 @@ def _correlation(a: Array, b: Array) -> float:
 
 def _errors(log: Log) -> list[Finding]:
     """Findings that make a run unusable: too short, too gentle, wrong signs."""
-    if log.duration < SHORTEST:
+    if log.duration < SHORTEST_RUN:
         got, remedy = f"{log.duration:.2f} s", "accelerate and brake several times in one log"
-        return [Finding(log.name, f"is shorter than {SHORTEST:g} s", got, remedy)]
+        return [Finding(log.name, f"is shorter than {SHORTEST_RUN:g} s", got, remedy)]
     acceleration, load = log["acceleration"], log["front_load"]
     empty = not np.isfinite(acceleration).any()
     if empty or not _exceeds_noise(acceleration, log.time):

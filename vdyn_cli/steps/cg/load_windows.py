@@ -24,7 +24,7 @@ STANDSTILL = 0.3
 # m/s, of an integrated speed: a zero of 0.05 m/s^2, minus its mean over the run, causes such an error.
 UNCERTAIN_STANDSTILL = 1.0
 WALK = 3.0  # standard deviations of a random walk, which chance hardly reaches
-FEWEST = 10  # samples of a rate whose noise can be estimated
+FEWEST_SAMPLES = 10  # samples of a rate whose noise can be estimated
 SAME_SPEED = 0.1  # share of a run's range of speed: a tilt of 0.5 deg causes as much in 20 s
 
 
@@ -141,7 +141,7 @@ def exceeds_walk(log: Log, pitch: Array) -> bool:
     if "pitch" in log:
         return True
     rate = log["pitch_rate"]
-    if np.count_nonzero(np.isfinite(rate)) < FEWEST:
+    if np.count_nonzero(np.isfinite(rate)) < FEWEST_SAMPLES:
         return False
     walk = white_level(rate, log.time) * float(np.median(np.diff(log.time)) * np.sqrt(rate.size / 6))
     return float(np.nanstd(pitch)) > WALK * walk

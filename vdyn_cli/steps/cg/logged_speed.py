@@ -22,7 +22,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 EVERY = 0.5  # s between the compared speeds: half a period of the body's pitch, which moves the antenna
-FEWEST = 8  # speeds of a run
+FEWEST_SPEEDS = 8  # speeds of a run
 LONGEST_GAP = 5.0  # usual steps of the clock
 # m/s^2, standard deviation of the mean acceleration minus the mean rate of the speed in one run: 0.02 m/s^2 moves the
 # center of gravity by a millimeter. It is distributed over the speeds of the run as white noise.
@@ -73,7 +73,7 @@ def speed_change(log: Log) -> SpeedChange | None:
     step = float(np.median(np.diff(time)))
     wanted = np.arange(time[0], time[-1], EVERY)
     at = np.unique(np.searchsorted(time, wanted)).astype(np.int64)
-    if np.max(np.diff(time)) > LONGEST_GAP * step or at.size < FEWEST:
+    if np.max(np.diff(time)) > LONGEST_GAP * step or at.size < FEWEST_SPEEDS:
         return None
     duration = float(time[at[-1]] - time[at[0]])
     error = LEAST_SLOPE * duration * (at.size / 12.0) ** 0.5  # a line through m points: std of slope (12 / m)^0.5 / T

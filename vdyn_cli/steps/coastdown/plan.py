@@ -12,7 +12,7 @@ import numpy as np
 
 from vdyn_cli.inference import Regression
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import LONGEST, STEP, coasting_clock
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import LONGEST_COAST, STEP, coasting_clock
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_regression import effects_of, rows_of, transferred
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
@@ -95,7 +95,7 @@ def coast_trace(at: Mapping[str, float], upper: float, lower: float) -> tuple[Ar
     at : parameters of the road load in SI. upper, lower : m/s.
     """
     speed, clock = coasting_clock(at, upper, lower)
-    time = np.arange(0.0, max(min(float(clock[-1]), LONGEST), FEWEST_STEPS * STEP), STEP)
+    time = np.arange(0.0, max(min(float(clock[-1]), LONGEST_COAST), FEWEST_STEPS * STEP), STEP)
     return time, np.asarray(np.interp(time, clock, speed))
 
 

@@ -18,7 +18,7 @@ SHARED = -1.5  # var(d3 w) / 20 by the covariance of adjacent w: 2 (-3 - 9 - 3) 
 # Least relative excess of the variance over that of the samples' noise, in units of (2 / n)^0.5: two standard errors of
 # a variance from the median of overlapping third differences.
 LEAST_EXCESS = 5.0
-FEWEST = 16  # windows of a run
+FEWEST_WINDOWS = 16  # windows of a run
 TINY = 1e-12  # (rad/s)^2
 # s: ten times the largest clock offset, so that late readings of forces matter little.
 BLOCK = 1.0
@@ -57,7 +57,7 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
     of_torque: list[float] = []
     for run in runs:
         torque = impulses(run, wheel)
-        if torque.size < FEWEST or not np.isfinite(torque).all():
+        if torque.size < FEWEST_WINDOWS or not np.isfinite(torque).all():
             continue
         change, effort = np.diff(run.gained, 3), np.diff(torque, 3)
         inertia = float(change @ effort / max(float(change @ change), TINY))

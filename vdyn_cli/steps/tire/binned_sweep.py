@@ -12,7 +12,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 
 GAP = 5.0  # median time steps, beyond which samples belong to different bins
-LONGEST = 40  # samples in one bin: noise in slip falls by six, and a sweep of some seconds keeps dozens of bins
+MOST_IN_BIN = 40  # samples in one bin: noise in slip falls by six, and a sweep of some seconds keeps dozens of bins
 FEWEST_SLOW = 8  # samples of a slower speed from which the level of its noise can be estimated
 WIDEST = 0.015  # largest range of slip in a bin: a fifth of the width of the knee of a stiff tire
 
@@ -122,7 +122,7 @@ def _edges(slip: Array, resumed: NDArray[np.intp]) -> NDArray[np.int64]:
     width = min(15, slip.size)
     smooth = np.convolve(np.pad(slip, width // 2, mode="edge"), np.ones(width) / width, mode="valid")[: slip.size]
     steps = np.abs(np.diff(smooth, append=smooth[-1]))
-    share = np.maximum(steps / WIDEST, 1 / LONGEST)
+    share = np.maximum(steps / WIDEST, 1 / MOST_IN_BIN)
     label = np.floor(np.cumsum(share) + 1e-9).astype(np.int64)
     starts = np.union1d(np.flatnonzero(np.diff(label, prepend=label[0] - 1)), resumed)
     return np.concatenate([starts, [slip.size]]).astype(np.int64)

@@ -13,7 +13,7 @@ from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints
 
 STEEP = 0.6  # share of the largest friction below which three terms describe its rise with slip
-FEWEST = 12  # bins there: three for each of the four coefficients
+FEWEST_BINS = 12  # bins there: three for each of the four coefficients
 CLEARLY = 3.0  # standard deviations of the local slope: a correct curve exceeds them in 3 of 1000 tests
 
 
@@ -41,7 +41,7 @@ def agreeing_with_data(
     )
     left = -np.concatenate([p.residual(s) for p, s in zip(points, sweeps, strict=True)]) / load
     near = np.abs(friction) < STEEP * np.abs(friction).max()
-    if np.count_nonzero(near) < FEWEST:
+    if np.count_nonzero(near) < FEWEST_BINS:
         return slope, ()
     x = slip[near]
     columns = np.column_stack([x, x * np.abs(x), x**3, np.ones(x.size)]) / noise[near, None]

@@ -23,7 +23,13 @@ MOST_SIZED = 40  # largest number of segments from which the sizes are estimated
 # Largest sizes of noise: gusts of a storm and, between drives, a change of wind, an unrecorded slope and a load of some
 # per cent of the mass. Larger ones are model errors: without limits, a gust of 200 m/s explains the torque of another
 # drive, and whichever effect then fits best seems to suffice.
-MOST: Mapping[str, float] = {"gust": 4.0, "run_wind": 5.0, "run_drive": 0.05, "road": 0.02, "road_mean": 0.02}
+LARGEST_AMPLITUDES: Mapping[str, float] = {
+    "gust": 4.0,
+    "run_wind": 5.0,
+    "run_drive": 0.05,
+    "road": 0.02,
+    "road_mean": 0.02,
+}
 # Of sensors: this multiple of the level by third differences or, if larger, these values (filters hide the noise).
 SENSOR_RATIO, SPEED_NOISE, ACCELERATION_NOISE = 5.0, 0.3, 0.5  # the last two in m/s and m/s^2
 
@@ -121,7 +127,7 @@ def sizes(runs: Sequence[NoisyRun], priors: Array, layouts: Sequence[RowLayout])
 def _largest(layouts: Sequence[RowLayout]) -> dict[str, float]:
     """The largest plausible size of every source; those of sensors as multiples of their levels."""
     speed = float(np.median([one.common_level for one in layouts]))
-    found = {**MOST, "speed_noise": max(SENSOR_RATIO, SPEED_NOISE / speed)}
+    found = {**LARGEST_AMPLITUDES, "speed_noise": max(SENSOR_RATIO, SPEED_NOISE / speed)}
     if any(one.force for one in layouts):
         force = float(np.median([one.levels["acceleration"] for one in layouts if one.force]))
         found["acceleration_noise"] = max(SENSOR_RATIO, ACCELERATION_NOISE / force)

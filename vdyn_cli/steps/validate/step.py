@@ -5,17 +5,17 @@ from __future__ import annotations
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
-from vdyn_cli.steps.validate.drives.segments import FEWEST, OUTPUTS
+from vdyn_cli.steps.validate.drives.segments import FEWEST_SAMPLES, OUTPUTS
 from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows, prepare
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
-SHORTEST = 5.0  # s, least length of a drive: in a shorter one, start speed and torque zero fit like any force
+SHORTEST_DRIVE = 5.0  # s, least length of a drive: in a shorter one, start speed and torque zero fit like any force
 
 
 def too_short(problem: ValidateProblem) -> str:
     """Why no drive is long enough; empty where one is."""
     longest = max((log.duration for log in problem.logs), default=0.0)
-    return "" if longest >= SHORTEST else f"no drive lasts longer than {longest:.2g} s"
+    return "" if longest >= SHORTEST_DRIVE else f"no drive lasts longer than {longest:.2g} s"
 
 
 STEP = Step(
@@ -31,7 +31,7 @@ STEP = Step(
     prepare=prepare,
     complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),
     unbroken=("speed",),
-    fewest_rows=FEWEST,
+    fewest_rows=FEWEST_SAMPLES,
     diagnosable=Diagnosable(
         metric=("speed", "m/s"),
         run="drive",

@@ -20,7 +20,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 PAIR = ("rolling_resistance", "drag_area")
 STEP = 0.5  # s of a simulated coast: a quarter of a bin
-LONGEST = 900.0  # s, of a simulated coast
+LONGEST_COAST = 900.0  # s, of a simulated coast
 LEAST_FORCE = 1.0  # N: without a force the car would coast forever
 LOWER = tuple(v / 3.6 for v in (20.0, 15.0, 10.0, 5.0))  # m/s, ends of wider windows
 UPPER = tuple(v / 3.6 for v in (80.0, 100.0, 120.0, 140.0))  # m/s, starts of wider windows
@@ -91,7 +91,7 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
     (upper, lower), at = window, setup.at
     model = road_load()
     simulator = Simulator(model, {n: at[n] for n in model.parameters}, unknowns=(*PAIR, "start.speed"))
-    duration = min(float(coasting_clock(at, upper, lower)[1][-1]), LONGEST)
+    duration = min(float(coasting_clock(at, upper, lower)[1][-1]), LONGEST_COAST)
     time = np.arange(0.0, duration + 2 * STEP, STEP)
     inputs: dict[str, Array | float] = {"grade": 0.0, "wind_speed": 0.0, "elapsed": time}
     drive = Drive(time, inputs, context={"heading": 0.0, "temperature": 293.15})

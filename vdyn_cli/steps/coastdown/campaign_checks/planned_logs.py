@@ -15,7 +15,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
 FINE = 0.05  # s, of the simulated motion, whose speed is nearly linear in a step; logs of any rate interpolate it
-LONGEST = 900.0  # s, of a simulated coast
+LONGEST_COAST = 900.0  # s, of a simulated coast
 BETWEEN = 200.0  # s from the start of one coast to the next, where the description does not say
 SETTINGS = (
     setting(
@@ -61,7 +61,7 @@ def _simulated(day: DayRequest) -> tuple[Log, ...]:
     keep = float(np.exp(-FINE / max(at["gust_time"], FINE)))
     mean, wind = at["run_wind"] * rng.standard_normal(n), at["gust"] * rng.standard_normal(n)
     speed, way, rows = np.full(n, upper), np.zeros(n), list[tuple[Array, Array, Array]]()
-    while speed.max() > lower and len(rows) * FINE < LONGEST:
+    while speed.max() > lower and len(rows) * FINE < LONGEST_COAST:
         air = np.maximum(speed, 0.0) + mean + wind
         rate = -(rolling * (speed > 0) + drag * air * np.abs(air)) / inertia
         rows.append((speed, way, rate))

@@ -18,7 +18,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 WIDTH = 0.7  # m/s of a class of speed, which a coast at 0.1 m/s^2 passes in 7 s
 LOW, HIGH = 6, 24  # classes: below 15 km/h, and from there to 60 km/h, which give the deceleration without a drive
-FEWEST = 5  # samples of a run in a class
+FEWEST_IN_CLASS = 5  # samples of a run in a class
 RETURNED = 0.9  # of the expected deceleration, from which on a class is no longer pushed
 
 
@@ -61,7 +61,7 @@ def _decelerations(segment: CoastSegment, pushed: Array) -> Array:
     found = np.full(LOW + HIGH, np.nan)
     for k in range(found.size):
         inside = (speed >= k * WIDTH) & (speed < (k + 1) * WIDTH)
-        if inside.sum() >= FEWEST:
+        if inside.sum() >= FEWEST_IN_CLASS:
             found[k] = float(np.mean(pushed[inside])) - float(
                 np.polyfit(time[inside], segment.log["speed"][inside], 1)[0]
             )

@@ -16,7 +16,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegme
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LAST, BEFORE = 2.0, 4.0  # s
-FEWEST = 6  # samples of a line that tells its scatter
+FEWEST_IN_LINE = 6  # samples of a line that tells its scatter
 
 
 def without_final_braking(
@@ -62,7 +62,12 @@ def _lost_speed(segment: CoastSegment) -> float:
     line = (first >= -LAST - BEFORE) & (first < -LAST)
     last = first >= -LAST
     rest = int(np.count_nonzero(first < -LAST))
-    if segment.split or line.sum() < FEWEST or rest < 2 * segment.fewest or np.ptp(segment.part[line | last]) > 0:
+    if (
+        segment.split
+        or line.sum() < FEWEST_IN_LINE
+        or rest < 2 * segment.fewest
+        or np.ptp(segment.part[line | last]) > 0
+    ):
         return 0.0
     fit, cov = np.polyfit(first[line], speed[line], 1, cov="unscaled")
     scatter = float(np.sqrt(np.sum((speed[line] - np.polyval(fit, first[line])) ** 2) / (line.sum() - 2)))

@@ -18,7 +18,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 
 LONGEST_GAP = 1.0  # s between samples that still count as neighbors
-SHORTEST = 500.0  # m: below, 5 m of elevation error come near UNKNOWN_STD
+SHORTEST_ROAD = 500.0  # m: below, 5 m of elevation error come near UNKNOWN_STD
 UNKNOWN_STD = 0.02 * GRAVITY  # m/s^2, of a zero that is not measured: a grade of 2 % or a body pitch of one degree
 
 
@@ -34,7 +34,7 @@ class AccelerometerZero:
 def zero_of(log: Log, elevation_error: float, mean_slope: float) -> AccelerometerZero:
     """The accelerometer's zero in one log, by the module's energy balance.
 
-    Gaps longer than a second are left out. A log shorter than ``SHORTEST`` m has the zero 0 +- ``UNKNOWN_STD``.
+    Gaps longer than a second are left out. A log shorter than ``SHORTEST_ROAD`` m has the zero 0 +- ``UNKNOWN_STD``.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def zero_of(log: Log, elevation_error: float, mean_slope: float) -> Acceleromete
     joined = step < LONGEST_GAP
     pace = 0.5 * (speed[1:] + speed[:-1])
     distance = float(np.sum((pace * step)[joined]))
-    if distance < SHORTEST:
+    if distance < SHORTEST_ROAD:
         return AccelerometerZero(0.0, UNKNOWN_STD, False)
     work = float(np.sum((0.5 * (force[1:] + force[:-1]) * pace * step)[joined]))
     gained = float(np.sum((0.5 * (speed[1:] ** 2 - speed[:-1] ** 2))[joined]))

@@ -48,7 +48,7 @@ INSENSITIVE = frozenset(
 
 SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed", "recuperation_loss")  # may be negative
 FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
-LEAST = 0.02  # lower bound of a positive parameter over its prior mean
+LEAST_SHARE = 0.02  # lower bound of a positive parameter over its prior mean
 NEAR = 5.0  # standard deviations about the prior mean, bounds of a point of linearization
 COASTED = "coastdown"  # the step that estimates both resistances from decelerations and the stated mass
 DERIVED = ("cg_to_front", "drag_area")  # derived exactly from given parameters
@@ -265,5 +265,5 @@ def _prior_unknown(prior: ParameterPrior, i: int) -> Unknown:
     # Wide bounds: drives may contradict the prior by many standard deviations, which is then a finding.
     low, high = value - FARTHEST * std, value + FARTHEST * std
     if value > 0 and name not in SIGNED:
-        low = max(low, LEAST * value)
+        low = max(low, LEAST_SHARE * value)
     return Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related)

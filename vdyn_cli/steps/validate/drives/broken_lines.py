@@ -29,10 +29,10 @@ Index = NDArray[np.int64]
 
 SHARP = 4.0  # standard deviations by which the slopes of two lines must differ at a corner
 KNOWN = 0.05  # share of the shorter line, the largest uncertainty of the corner's time
-FEWEST = 3  # samples of a ramp between two long lines: two leave no residual to test
+FEWEST_IN_RAMP = 3  # samples of a ramp between two long lines: two leave no residual to test
 NONE_INSIDE = 0.85  # share of a line's reach without another corner: a line may extend a little beyond one
 NEXT = 64  # largest distance of two corners of the same broken line, in spacings
-MOST = 10  # corners of one broken line
+MOST_CORNERS = 10  # corners of one broken line
 STEPS = 8  # iterations of a fit
 LIKELY = 4.0  # standard deviations by which a sum of squares may exceed its mean
 EDGE = 1e-3  # share of a spacing: a corner this close to a sample is at that sample
@@ -119,7 +119,7 @@ def _with_short_ramps(
     for i, k in zip(ends.tolist(), np.searchsorted(starts, ends, "right").tolist(), strict=True):
         j = int(starts[k]) if k < starts.size else i
         beside = np.any((found >= i - 1) & (found <= j)) or np.any((ends > i) & (ends < j))
-        if FEWEST <= j - i - 1 <= STRAIGHT and not beside and _is_ramp(time, torque, (i, j), lines, level):
+        if FEWEST_IN_RAMP <= j - i - 1 <= STRAIGHT and not beside and _is_ramp(time, torque, (i, j), lines, level):
             pairs += [i, j - 1]
     return np.sort(np.r_[found, np.array(pairs, dtype=np.int64)])
 
@@ -158,7 +158,7 @@ def _groups(found: Index, lines: tuple[LineFits, LineFits], count: int) -> list[
     apart &= gap > STRAIGHT
     linked = [g for g in np.split(found, np.flatnonzero(apart) + 1) if g.size]
     spans = []
-    for g in (part for whole in linked for part in np.array_split(whole, -(-whole.size // MOST))):
+    for g in (part for whole in linked for part in np.array_split(whole, -(-whole.size // MOST_CORNERS))):
         beside = found[(found < g[0]) | (found > g[-1])]
         least = max(int(g[0] - before.reach[g[0]]), int(np.max(beside[beside < g[0]], initial=-2)) + 2)
         most = min(int(g[-1] + 2 + after.reach[g[-1] + 1]), int(np.min(beside[beside > g[-1]], initial=count)))

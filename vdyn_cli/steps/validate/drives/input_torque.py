@@ -6,7 +6,7 @@ lines through its neighbors before and after it, each as long as the samples are
 stays a ramp (``line_fits``). Where lines meet between samples, a corner is inserted (``broken_lines``); without it,
 tip-ins would be too smooth.
 
-Whenever the driver releases the pedal, the torque returns to one level, which is estimated from all these stretches
+Whenever the driver releases the pedal, the torque returns to one level, which is estimated from all these segments
 together: half a newton meter decides on which flank a gear with play rests.
 """
 
@@ -34,8 +34,8 @@ SEED = 20170401  # of the noise that is added to the torque
 
 NEAR = 5.0  # noise levels from zero, the range of the released-pedal level
 FAR = 3.0  # standard deviations of the sensor's zero, the same range; the larger one is used
-FEWEST = 30  # samples of a stretch at that level
-ALIKE = 4.0  # standard deviations from the level, the limit for samples and for means of stretches
+FEWEST_AT_LEVEL = 30  # samples of a segment at that level
+ALIKE = 4.0  # standard deviations from the level, the limit for samples and for means of segments
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +156,12 @@ def denoised(time: Array, torque: Array, level: float, zero: float = 0.0) -> tup
 
 
 def _with_released_level(torque: Array, values: Array, piece: NDArray[np.int64], level: float, zero: float) -> Array:
-    """The denoised values with the common released-pedal level in all stretches near zero.
+    """The denoised values with the common released-pedal level in all segments near zero.
 
     ``piece`` (n,) counts the corners before each sample, so that a ramp that begins at that level is excluded.
     """
     near = np.sort(values[np.abs(values) < max(NEAR * level, FAR * zero)])
-    if near.size < FEWEST:
+    if near.size < FEWEST_AT_LEVEL:
         return values
     crowd = np.searchsorted(near, near + level) - np.searchsorted(near, near - level)
     common = float(np.median(torque[np.abs(values - near[np.argmax(crowd)]) < level]))
@@ -170,7 +170,7 @@ def _with_released_level(torque: Array, values: Array, piece: NDArray[np.int64],
     segments = np.split(at, np.flatnonzero(apart) + 1)
     back = values
     for _ in range(2):
-        same = [s for s in segments if s.size >= FEWEST and _is_level(torque[s], common, level)]
+        same = [s for s in segments if s.size >= FEWEST_AT_LEVEL and _is_level(torque[s], common, level)]
         if same:
             every = np.concatenate(same)
             common = float(torque[every].mean())
@@ -180,7 +180,7 @@ def _with_released_level(torque: Array, values: Array, piece: NDArray[np.int64],
 
 
 def _is_level(torque: Array, common: float, level: float) -> bool:
-    """Whether the mean of a stretch, and the means of its halves, quarters and so on, agree with a common level."""
-    halvings = range(int(np.log2(max(torque.size / FEWEST, 1.0))) + 1)
+    """Whether the mean of a segment, and the means of its halves, quarters and so on, agree with a common level."""
+    halvings = range(int(np.log2(max(torque.size / FEWEST_AT_LEVEL, 1.0))) + 1)
     pieces = [p for k in halvings for p in np.array_split(torque, 2**k)]
     return all(abs(p.mean() - common) < ALIKE * level / np.sqrt(p.size) for p in pieces)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vdyn_cli.quantities.arrays import Array
 
 REACHES = (2, 4, 8, 16, 32, 64, 128)  # samples to one side
-LONGEST = 1.5  # s to one side
+LONGEST_SIDE = 1.5  # s to one side
 WIDTH = 2.0  # half width of the confidence intervals, in standard deviations
 STRAIGHT = 8  # fewest samples of a line whose slope is used: an oscillation looks straight over fewer
 
@@ -58,7 +58,7 @@ def lines_before(time: Array, values: Array, level: float) -> LineFits:
     spacing = float(np.median(np.diff(time)))
     one = window = _samples(values)
     for reach in REACHES:
-        if reach * spacing > LONGEST or reach >= values.size:
+        if reach * spacing > LONGEST_SIDE or reach >= values.size:
             break
         window = _joined(time, window, window)
         line, spread, slope, square = _line_ends(_joined(time, window, one), reach)

@@ -23,15 +23,15 @@ from vdyn_cli.steps.validate.drives.span_averages import SPAN
 Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
 
 STEP = SPAN / 2  # s between samples
-SHORTEST = 6  # samples of a piece: 3 s, as long as a gear is held on a road
-FEWEST = 60  # samples of a drive: 30 s
+SHORTEST_PIECE = 6  # samples of a piece: 3 s, as long as a gear is held on a road
+FEWEST_SAMPLES = 60  # samples of a drive: 30 s
 LOCAL = 12  # samples within which the noise of the acceleration is estimated, with a line over the torque of their own
 LASTING = 3.0  # samples that have an error in common: spans overlap by a half, and gusts last longer
-MOST = 4000  # samples, above which every second, third, ... is used: the search takes their number squared
+MOST_SAMPLES = 4000  # samples, above which every second, third, ... is used: the search takes their number squared
 LEAST_NOISE = 0.005  # m/s^2: gusts of 0.3 m/s change the drag of a car by as much
 ROUNDS = 8  # of finding pieces and the coefficients common to all
 WIDEST = 12.0  # ratio of the lowest gear to the highest: 4 to 6 in cars, 12 in trucks
-ONCE = 3  # levels, above which a drive must return to some of them
+MOST_UNREPEATED = 3  # levels, above which a drive must return to some of them
 LEAST_KNOWN = 0.7  # share of the driving time in known levels: shifts disturb the rest
 MAIN_SHARE = 0.2  # within which a ratio may be the stated one: errors of mass, torque and radius together
 
@@ -138,9 +138,9 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
 
 def _pieces(seen: DrivenSamples) -> Pieces | None:
     """The pieces of a drive; None where it is driven for too short a time."""
-    step = -(-seen.time.size // MOST) if seen.time.size else 1
+    step = -(-seen.time.size // MOST_SAMPLES) if seen.time.size else 1
     time, rate, torque, rest = (v[::step] for v in (seen.time, seen.rate, seen.columns[:, 0], seen.columns[:, 1:]))
-    if time.size < FEWEST:
+    if time.size < FEWEST_SAMPLES:
         return None
     penalty = STEP_POLICY.unequal_t**2 * LASTING * _local_variance(rate, torque, rest)
     starts, coefficients = _search(rate, torque, rest, penalty)
@@ -156,7 +156,7 @@ def _are_levels(ratio: Array) -> bool:
     if low <= 0.0 or not 1.0 + STEP_POLICY.unequal_share < high / low < WIDEST:
         return False
     levels = 1 + int(np.count_nonzero(np.diff(np.log(np.sort(ratio))) > 2.0 * STEP_POLICY.unequal_share))
-    return levels <= max(ONCE, (ratio.size + 1) // 2)
+    return levels <= max(MOST_UNREPEATED, (ratio.size + 1) // 2)
 
 
 def _local_variance(rate: Array, torque: Array, rest: Array) -> float:
@@ -184,8 +184,8 @@ def _partition(y: Array, x: Array, penalty: float) -> list[int]:
     xx, xy, yy = (np.r_[0.0, np.cumsum(v)] for v in (x * x, x * y, y * y))
     cost, came = np.full(n + 1, np.inf), np.zeros(n + 1, dtype=int)
     cost[0] = 0.0
-    for end in range(SHORTEST, n + 1):
-        first = slice(0, end - SHORTEST + 1)
+    for end in range(SHORTEST_PIECE, n + 1):
+        first = slice(0, end - SHORTEST_PIECE + 1)
         part = xx[end] - xx[first]
         squares = yy[end] - yy[first] - (xy[end] - xy[first]) ** 2 / np.maximum(part, 1e-300)
         total = cost[first] + squares + penalty

@@ -25,7 +25,7 @@ from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOP
 
 ModelName = Literal["vehicle", "road_load"]
 
-FEWEST = 50  # samples of a drive
+FEWEST_SAMPLES = 50  # samples of a drive
 FEWEST_DIFFERENCED = 8  # samples that are needed to estimate the noise from third differences
 LONGEST_GAP = 5.0  # longest gap of the clock, in median spacings
 MOSTLY_FILLED = 0.5  # share of rows with values, below which an input comes from a slower logger
@@ -37,7 +37,7 @@ CREEPING = 2.0  # m/s, below which rows are not used: tread damping and brake fr
 SLOWEST_SHARE, CREEPING_SHARE = 0.1, 0.2
 MOVING = 0.35  # m/s, least speed of a moving car
 MARGIN = 0.5  # s left out before and after braking
-SHORTEST = 5.0  # s, shortest segment
+SHORTEST_SEGMENT = 5.0  # s, shortest segment
 START = 1.0  # s over which start and end speeds are fitted
 FEWEST_PARABOLA = 8  # samples for a parabola
 RUN_START = "run_start"  # s, context of a drive: its start after that of the first drive of the day
@@ -165,7 +165,7 @@ def drive_segments(
         made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
         made = [replace(s, creeping=slow, sampled=_sampled(log, s)) for s in made]
-        made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST // 2]
+        made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST_SAMPLES // 2]
         found += made
         if not made:
             what = "no segment of this run can be simulated: too slow, braked or too short"
@@ -175,8 +175,8 @@ def drive_segments(
 
 def _problems(log: Log) -> list[Finding]:
     """Findings why a log cannot be simulated."""
-    if log.time.size < FEWEST:
-        what = f"has {log.time.size} rows: at least {FEWEST} are needed"
+    if log.time.size < FEWEST_SAMPLES:
+        what = f"has {log.time.size} rows: at least {FEWEST_SAMPLES} are needed"
         return [Finding(log.name, what, remedy="log longer or at a higher rate, or leave the run out")]
     found = []
     steps = np.diff(log.time)
@@ -189,8 +189,8 @@ def _problems(log: Log) -> list[Finding]:
         if name in log:
             found += _gaps(log, name)
     speed = np.isfinite(log["speed"])
-    if speed.sum() < FEWEST:
-        what = f"has values in {speed.sum()} rows: at least {FEWEST} are needed"
+    if speed.sum() < FEWEST_SAMPLES:
+        what = f"has values in {speed.sum()} rows: at least {FEWEST_SAMPLES} are needed"
         remedy = "map another column, or leave the run out"
         found.append(Finding(f"{log.name}, channel 'speed'", what, remedy=remedy))
     return found
@@ -234,7 +234,7 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
         good = np.isfinite(inside)
         if name in needed:
             channels[name] = inside if good.all() else np.interp(time, time[good], inside[good])
-        elif good.mean() >= 1.0 - STEP_POLICY.most_missing or (name == "speed" and good.sum() >= FEWEST):
+        elif good.mean() >= 1.0 - STEP_POLICY.most_missing or (name == "speed" and good.sum() >= FEWEST_SAMPLES):
             channels[name] = inside
         elif name in OUTPUTS:
             what = f"is empty in {100 * (1 - good.mean()):.0f} % of the rows: it is not compared"
@@ -303,10 +303,10 @@ def _parts(log: Log, cut: Segmentation, top: float, left_out: Mask) -> list[tupl
 def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[int, int]]:
     """The segment from ``a`` to ``b``, or its consecutive windows; short ones are left out."""
     if length is None:
-        return [(a, b)] if time[b] - time[a] >= SHORTEST and b - a >= FEWEST else []
+        return [(a, b)] if time[b] - time[a] >= SHORTEST_SEGMENT and b - a >= FEWEST_SAMPLES else []
     count = int((time[b] - time[a]) / length + 1e-9)
     ends = np.searchsorted(time, time[a] + length * np.arange(count + 1) - 1e-9)
-    return [(i, min(j, b)) for i, j in pairwise(ends.tolist()) if j - i >= FEWEST // 2]
+    return [(i, min(j, b)) for i, j in pairwise(ends.tolist()) if j - i >= FEWEST_SAMPLES // 2]
 
 
 def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, ...]:

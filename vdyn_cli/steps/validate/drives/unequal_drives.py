@@ -18,7 +18,7 @@ from vdyn_cli.steps.validate.drives.driven_samples import driven_samples
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
-FEWEST = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
+LEAST_DRIVEN = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
 FEWEST_OTHERS = 2  # fewest other drives, so that a median is not the value of a single one
 MEDIAN = np.pi / 2.0  # variance of a median over that of a mean, of a normal distribution
 
@@ -53,7 +53,7 @@ def unequal_drives(
 def _acceleration_per_torque(time: Array, channels: Mapping[str, Array], torque: Array) -> tuple[float, float] | None:
     """The slope a of the acceleration over the drive torque, 1/(kg m), and its standard error; None if not positive."""
     seen = driven_samples(time, channels, torque, SPAN)
-    if seen.time.size * SPAN < FEWEST:
+    if seen.time.size * SPAN < LEAST_DRIVEN:
         return None
     columns, rate = seen.columns, seen.rate
     slope = float(np.linalg.lstsq(columns, rate, rcond=None)[0][0])

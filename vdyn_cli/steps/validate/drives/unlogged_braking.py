@@ -25,7 +25,7 @@ from vdyn_cli.steps.validate.drives.span_averages import (
 )
 
 SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
-FEWEST = 100  # driven samples that are needed to fit the acceleration
+FEWEST_DRIVEN = 100  # driven samples that are needed to fit the acceleration
 FADED = 0.4  # share of the limit at which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
 ROUNDS = 10  # of reweighting
@@ -111,7 +111,7 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
     """Unlogged braking of each drive.
 
     Assumes that brakes are released while the car is driven, and in ``brake_free`` of the recuperation of all drives.
-    Nothing is found in a drive with fewer than ``FEWEST`` driven samples.
+    Nothing is found in a drive with fewer than ``FEWEST_DRIVEN`` driven samples.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
     known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
     shares = np.concatenate([excess / pulled for excess, pulled in known]) if known else np.zeros(0)
     lost = 0.0
-    if shares.size >= FEWEST:
+    if shares.size >= FEWEST_DRIVEN:
         lost = float(np.clip(np.quantile(shares, STEP_POLICY.brake_free), 0.0, STEP_POLICY.brake_lost))
     one_sided = not any(_brakes(torque) for _, _, torque in drives)
     logged = any(bool(pressed(time, channels["brake_torque"]).any()) for time, channels, _ in drives)
@@ -143,7 +143,7 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
     idle = IDLE * float(np.max(np.abs(torque), initial=0.0))
     moving = (speed > SLOWEST) & ~pressed(time, channels["brake_torque"])
     driven = moving & (least_over_span(time, torque) > idle)
-    if np.count_nonzero(driven) < FEWEST:
+    if np.count_nonzero(driven) < FEWEST_DRIVEN:
         return None
     law, scatter = _robust(columns[driven], rate[driven])
     free = moving & (force <= idle)

@@ -31,8 +31,8 @@ from vdyn_cli.steps.validate.car.unknowns import TORQUE_ZERO
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, whiten_drives
 
 WIDEST = 1.5  # standard deviations of a zero within which zeros are tried: farther away, impacts fit by chance
-FEWEST, MOST = 3, 25  # number of zeros tried for a drive; odd, so that the most likely one is included
-COARSEST = 0.5  # N m between them, unless that exceeds MOST
+FEWEST_ZEROS, MOST_ZEROS = 3, 25  # number of zeros tried for a drive; odd, so that the most likely one is included
+COARSEST = 0.5  # N m between them, unless that exceeds MOST_ZEROS
 SPACING = 0.01  # sqrt(rad): the time to cross a gap is proportional to the root of the gap; impacts must coincide
 # rad, up to which all amplitudes are tried: with true play of 5 mrad, a small amplitude fits better than none; with 10
 # and 30 mrad, none leaves twice the noise.
@@ -64,7 +64,7 @@ class _Explained:
     @property
     def zeros(self) -> Array:
         """Likely zeros (c,), N m, with the most likely one in the middle."""
-        count = int(np.clip(2 * np.ceil(WIDEST * self.std / COARSEST) + 1, FEWEST, MOST))
+        count = int(np.clip(2 * np.ceil(WIDEST * self.std / COARSEST) + 1, FEWEST_ZEROS, MOST_ZEROS))
         return self.zero + self.std * np.linspace(-WIDEST, WIDEST, count) if self.std > 0 else np.zeros(1)
 
 

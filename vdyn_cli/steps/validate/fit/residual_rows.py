@@ -32,7 +32,7 @@ ROUGH = 2.0  # s, the same where the slope comes from the accelerometer, which d
 RESTING = 0.1  # m/s
 MOST_BINS = 300  # of a drive, to limit the size of the covariance
 FINEST = 0.008  # s between rows; faster loggers are averaged
-LEAST = {"speed": 1e-3, "acceleration": 1e-3, **dict.fromkeys(WHEELS, 1e-3), **dict.fromkeys(TORQUES, 0.05)}
+LEAST_NOISE = {"speed": 1e-3, "acceleration": 1e-3, **dict.fromkeys(WHEELS, 1e-3), **dict.fromkeys(TORQUES, 0.05)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class RowLayout:
     ----------
     keep : (m,) indices of the samples that are used.
     fine : groups of neighboring kept samples whose means are the fast rows.
-    bins : groups of kept samples whose means are the slow rows; ``part`` (m,) labels stretches without gaps.
+    bins : groups of kept samples whose means are the slow rows; ``part`` (m,) labels segments without gaps.
     levels : by channel, white noise of a sample.
     radius : m, from wheel speed to speed; ``slipping`` (speeds, m): speed over radius times wheel speed, which converts
         an error of the speed of a slipping wheel to one of the car.
@@ -138,7 +138,7 @@ def row_layout(
     finest : s, least spacing of fast rows.
     """
     fitted = [n for n in channels if n in s.outputs]
-    levels = {n: max(s.noise_levels[n], LEAST[n]) for n in fitted}
+    levels = {n: max(s.noise_levels[n], LEAST_NOISE[n]) for n in fitted}
     others = tuple(n for n in TORQUES if n in fitted)
     impacts = np.any([np.zeros(s.time.size, bool), *(impact_samples(s.outputs[n], levels[n]) for n in others)], axis=0)
     complete = np.all([np.isfinite(s.outputs[n]) for n in fitted], axis=0)

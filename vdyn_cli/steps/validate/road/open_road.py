@@ -28,7 +28,7 @@ INSTANT = 0.1  # s, over which an acceleration is simulated
 SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
 TEST_TORQUE = 20.0  # N m, arbitrary, since the acceleration is linear in the torque
 STEPS = 8  # iterations of a fit to all drives except one
-FEWEST = 3  # drives from which one is held out
+FEWEST_DRIVES = 3  # drives from which one is held out
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class RoadFindings:
     common_zero : the accelerometer's zero shared by all drives if it was estimated, else the mean over the drives.
     holding : by speed of HOLDING_KMH, the drive force (torque x ratio / radius) that holds it on the level, N.
     seasons : cold against warm drives; None if all temperatures are similar.
-    held_out : None with fewer than ``FEWEST`` drives.
+    held_out : None with fewer than ``FEWEST_DRIVES`` drives.
     """
 
     names: tuple[str, ...]
@@ -138,7 +138,7 @@ def road_findings(fit: FittedEffects, logs: Sequence[Log], roads: Sequence[RoadP
         IntervalEstimate(*shared) if shared else over_drives(np.array([z.value for z in zeros])),
         {v: _combined(solution, *_holding(setup, solution, v / 3.6, usual)) for v in HOLDING_KMH},
         _seasons(setup, solution),
-        _held_out(setup, fit.linearized) if len(runs) >= FEWEST else None,
+        _held_out(setup, fit.linearized) if len(runs) >= FEWEST_DRIVES else None,
     )
 
 

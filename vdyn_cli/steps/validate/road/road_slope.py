@@ -27,7 +27,7 @@ SENSED_SLOPE, ELEVATION_SLOPE, DRIVE_SLOPE = "accelerometer_slope", "elevation_s
 LOOK = 1.0  # s over which specific force and speed are compared
 PLACES = 100.0  # m between the points of a profile
 CREEPING = 2.0  # m/s, below which braking pitches the body
-SHORTEST = 500.0  # m, shortest drive from which a zero is estimated
+SHORTEST_DRIVE = 500.0  # m, shortest drive from which a zero is estimated
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +50,8 @@ class RoadProfile:
 def sensed_road(log: Log) -> RoadProfile:
     """The road of a drive by the module's equations: the slope averaged over ``LOOK`` and smoothed.
 
-    The zero is that of the energy balance, or 0 on drives shorter than ``SHORTEST``. The slope is the sine of the angle
-    that is added to the logged grade.
+    The zero is that of the energy balance, or 0 on drives shorter than ``SHORTEST_DRIVE``. The slope is the sine of the
+    angle that is added to the logged grade.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def sensed_road(log: Log) -> RoadProfile:
     weight = GRAVITY * known / np.sqrt(1.0 + known**2)
     along = cumulative_integral(time, speed)
     risen = cumulative_integral(along, force - weight) - 0.5 * (speed**2 - speed[0] ** 2)
-    zero = float((risen[-1] - GRAVITY * _climb(log)) / along[-1]) if along[-1] > SHORTEST else 0.0
+    zero = float((risen[-1] - GRAVITY * _climb(log)) / along[-1]) if along[-1] > SHORTEST_DRIVE else 0.0
     kept = (cumulative_integral(time, force - weight) - speed) / GRAVITY
     ends = time[0] + LOOK * np.arange(max(int((time[-1] - time[0]) / LOOK), 1) + 1)
     middle, looks = ends[:-1] + 0.5 * LOOK, np.diff(np.interp(ends, time, kept)) / LOOK - zero / GRAVITY
