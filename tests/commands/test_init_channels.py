@@ -228,7 +228,7 @@ def test_a_machine_s_sweep_is_mapped_with_its_sign(tmp_path: Path) -> None:
     drawn, data = draft("tire", sweep(tmp_path))
     assert data["channels"]["time"] == {"column": "ET", "unit": "sec"}
     assert data["channels"]["force_z"] == {"column": "FZ", "unit": "N", "sign": -1}
-    assert "a load is positive here" in drawn.text
+    assert "loads are positive in vdyn" in drawn.text
 
 
 def test_the_first_of_two_columns_of_one_name_is_drafted_as_it_is_read(tmp_path: Path) -> None:

@@ -200,7 +200,7 @@ class StepPolicy:
         'Jeffreys, Theory of Probability, 1961, calls it "strong" evidence.',
     )  # fmt: skip
     elevation_shown: float = threshold(
-        3.0, "standard errors", "from zero of the share of a logged elevation confirmed by decelerations, to use it",
+        3.0, "standard errors", "from zero, beyond which the share of a logged elevation in the decelerations is used",
         "With less, a third of the grade would be noise of the elevation.",
     )  # fmt: skip
     filtered_speed: float = threshold(
@@ -217,7 +217,7 @@ class StepPolicy:
         "Below, most of the grade is drift of the elevation, which its error does not include.",
     )  # fmt: skip
     grade_doubt: float = threshold(
-        3.0, "standard errors", "from one of the share of a stated grade confirmed by decelerations, to doubt it",
+        3.0, "standard errors", "from one, beyond which the share of a stated grade in the decelerations is doubted",
         "The confidence of other doubts about the data: by chance once in 400.",
     )  # fmt: skip
     grade_material: float = threshold(

@@ -249,9 +249,9 @@ def _guess(
                 by = "name and file name" if context else "name"
                 why = f"by its {by}; {how}; {_range(one, unit)}"
                 if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
-                    return ChannelGuess(one, unit, f"{why}: a load is positive here", sign=-1)
+                    return ChannelGuess(one, unit, f"{why}: loads are positive in vdyn", sign=-1)
                 if channel in _FORWARD and one.lowest < -abs(one.highest):
-                    return ChannelGuess(one, unit, f"{why}: a car's speed is positive here", sign=-1)
+                    return ChannelGuess(one, unit, f"{why}: speeds are positive in vdyn", sign=-1)
                 return ChannelGuess(one, unit, why)
             rivals = " and ".join(f"{_label(f)} ({_range(f, unit)})" for f, unit, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}")

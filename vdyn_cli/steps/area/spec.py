@@ -60,5 +60,5 @@ class AreaSpec(Description):
     image: str = Field(description="file of the picture, PNG or JPEG")
     box: ReferenceBox = Field(description="reference box around or beside the car")
     mask: str | None = Field(None, description="file of a picture that is bright where the car is")
-    exclude_mask: str | None = Field(None, description="file of a picture that is bright where pixels do not count")
+    exclude_mask: str | None = Field(None, description="file of a picture that is bright where pixels are left out")
     settings: AreaSettings = Field(AreaSettings(), description="settings of the area")

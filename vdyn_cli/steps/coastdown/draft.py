@@ -133,7 +133,7 @@ def _row(name: str, run: ReportedRun, start: float) -> str:
     begun = f", start: {start:.3f} s" if start == start else ""
     column = f"columns: {{time: {json.dumps(run.name)}}}"
     line = f"- {{log: {json.dumps(name)}, direction: {direction}{begun}, {column}}}"
-    return f"  {line}" if run.used else f"  # {line}  # off in the report"
+    return f"  {line}" if run.used else f"  # {line}  # excluded in the report"
 
 
 def _report(path: Path) -> tuple[ReportedRun, ...]:

@@ -28,7 +28,7 @@ class TireSettings(Strict):
         Given(3.0), description="standard deviation of the zero of the longitudinal force from sweep to sweep, N"
     )
     priors: dict[ShapeFactor, Annotated[Given, Si("", -20, 100)]] = Field(
-        {}, description="priors of B, C, D and E, such as {tire_C: 1.32 +- 0.1}; may also stand under vehicle"
+        {}, description="priors of B, C, D and E, such as {tire_C: 1.32 +- 0.1}; may also be stated under vehicle"
     )
     shifts: bool = Field(
         False, description="true: the shifts Sh (of the slip) and Sv (of the friction) are unknowns of the curve"
