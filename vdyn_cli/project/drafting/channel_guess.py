@@ -221,41 +221,65 @@ def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
 def _guess(
     channel: str, quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str, ignored: Words = frozenset()
 ) -> ChannelGuess:
-    ways, never = _RULES.get(channel, ((channel.replace("_", " "),), ""))
+    """The column of a channel by the columns' names; if none has such a name, together with the file's name."""
     others: list[str] = []
-    for context in (frozenset[str](), _words(file_name.split(".")[0])[0]):
-        ranked: dict[int, list[_Candidate]] = {}
-        for one in facts:
-            words, suffix = _words(one.column)
-            words -= ignored
-            if one.state in ("clock", "text") or (context and words & {"time", "speed", "accel", "torque"}):
-                continue
-            rank = _rank(words | context, ways, frozenset(never.split()), channel)
-            if rank is None or not words & set(ways[rank].split()):
-                continue
-            unit, how = _unit(one, quantity, suffix, file_name if context else "")
-            why_not = how if not unit else _unfit(one, quantity, unit)
-            if why_not:
-                others.append(f"'{one.column}' {why_not}")
-                continue
-            ranked.setdefault(rank, []).append((one, unit, how))
-        if ranked:
-            best = _distinct(ranked[min(ranked)], quantity)
-            if len(best) == 1:
-                one, unit, how = best[0]
-                if (across := _livelier_axis(one, facts)) is not None:
-                    why = f"not decided between {_label(one)} (by its name) and {_label(across)} (varies more)"
-                    return ChannelGuess(None, "", why)
-                by = "name and file name" if context else "name"
-                why = f"by its {by}; {how}; {_range(one, unit)}"
-                if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
-                    return ChannelGuess(one, unit, f"{why}: loads are positive in vdyn", sign=-1)
-                if channel in _FORWARD and one.lowest < -abs(one.highest):
-                    return ChannelGuess(one, unit, f"{why}: speeds are positive in vdyn", sign=-1)
-                return ChannelGuess(one, unit, why)
+    for name in ("", file_name.split(".")[0]):
+        ranked = _ranked(channel, quantity, facts, (name, ignored), others)
+        best = _distinct(ranked[min(ranked)], quantity) if ranked else []
+        if len(best) == 1:
+            return _decided(channel, best[0], facts, "name and file name" if name else "name")
+        if best:
             rivals = " and ".join(f"{_label(f)} ({_range(f, unit)})" for f, unit, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}")
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or NO_NAME)
+
+
+def _ranked(
+    channel: str,
+    quantity: Quantity,
+    facts: Sequence[ChannelFacts],
+    context: tuple[str, Words],
+    others: list[str],
+) -> dict[int, list[_Candidate]]:
+    """The columns that can be the channel, by the rank of their name.
+
+    Parameters
+    ----------
+    context : name of the file if it counts, else empty; and words of the columns' names that do not count.
+    others : to which columns of a fitting name are added that cannot be the channel, with the reason.
+    """
+    ways, never = _RULES.get(channel, ((channel.replace("_", " "),), ""))
+    file_name, ignored = context
+    of_file = _words(file_name)[0] if file_name else frozenset[str]()
+    ranked: dict[int, list[_Candidate]] = {}
+    for one in facts:
+        words, suffix = _words(one.column)
+        words -= ignored
+        if one.state in ("clock", "text") or (of_file and words & {"time", "speed", "accel", "torque"}):
+            continue
+        rank = _rank(words | of_file, ways, frozenset(never.split()), channel)
+        if rank is None or not words & set(ways[rank].split()):
+            continue
+        unit, how = _unit(one, quantity, suffix, file_name if of_file else "")
+        if why_not := _unfit(one, quantity, unit) if unit else how:
+            others.append(f"'{one.column}' {why_not}")
+        else:
+            ranked.setdefault(rank, []).append((one, unit, how))
+    return ranked
+
+
+def _decided(channel: str, best: _Candidate, facts: Sequence[ChannelFacts], by: str) -> ChannelGuess:
+    """The guess for the one column that fits, with its sign; none if another axis of its sensor moves more."""
+    one, unit, how = best
+    if (across := _livelier_axis(one, facts)) is not None:
+        why = f"not decided between {_label(one)} (by its name) and {_label(across)} (varies more)"
+        return ChannelGuess(None, "", why)
+    why = f"by its {by}; {how}; {_range(one, unit)}"
+    if channel.endswith(("_load", "force_z")) and one.highest <= 0.0:
+        return ChannelGuess(one, unit, f"{why}: loads are positive in vdyn", sign=-1)
+    if channel in _FORWARD and one.lowest < -abs(one.highest):
+        return ChannelGuess(one, unit, f"{why}: speeds are positive in vdyn", sign=-1)
+    return ChannelGuess(one, unit, why)
 
 
 def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelFacts | None:
