@@ -153,3 +153,17 @@ def test_the_uncertainty_of_a_constant_is_in_the_intervals_as_a_scale(tmp_path: 
     assert "include the uncertainty of torque_constant" in wider.sentence
     b = result.parameters["tire_B"], wider.parameters["tire_B"]
     assert b[1].std == pytest.approx(b[0].std, rel=0.05)
+
+
+def test_the_gear_ratio_of_the_settings_is_that_of_a_torque_by_current(tmp_path: Path) -> None:
+    """The shaft's torque is 9 times that of the motor, whose speed is logged, too."""
+    rows = np.column_stack([np.arange(400) * 0.005, np.full(400, 10.0), np.full(400, 90.0), np.full(400, 10.0)])
+    np.savetxt(tmp_path / "tip.csv", rows, delimiter=",", header="t,I,motor,wheel", comments="", fmt="%.5f")
+    units = {"time": ("t", "s"), "motor_current": ("I", "A"), "motor_speed": ("motor", "rad/s")}
+    channels = {n: {"column": c, "unit": u} for n, (c, u) in {**units, "wheel_speed": ("wheel", "rad/s")}.items()}
+    description = {"test": "shaft", "channels": channels, "runs": [{"log": "tip.csv", "side": "left"}]}
+    vehicle = {"vehicle": {"torque_constant": "0.35 N m/A"}, "settings": {"gear_ratio": 9}}
+    (tmp_path / "shaft.yaml").write_text(yaml.safe_dump({**description, **vehicle}))
+    inputs = gather(load_step("shaft"), tmp_path / "shaft.yaml")
+    assert np.allclose(inputs.logs[0]["shaft_torque"], 10.0 * 0.35 * 9)
+    assert any("gear_ratio 9" in f.what for f in inputs.findings)

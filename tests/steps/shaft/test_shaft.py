@@ -162,6 +162,7 @@ def test_a_torque_that_is_logged_late_is_not_a_damping() -> None:
     })  # fmt: skip
     (doubt,) = [f for f in STEP.estimate(spec(runs=RUN), (late,), Parameters()).findings if "damping" in f.where]
     assert "significantly negative" in doubt.what
+    assert doubt.doubt  # no model error detected, but this
     assert "5.0 ms or more after the twist" in doubt.remedy
 
 

@@ -12,7 +12,7 @@ from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.quantity import UnitError, parse
+from vdyn_cli.quantities.quantity import Given, UnitError, parse
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.scaled_channel import ScaledChannel
@@ -116,9 +116,18 @@ def scalings(step: Step, spec: Description, known: Parameters) -> tuple[Scaling,
             continue
         known.require(*one.constants, where=f"channel '{one.target}' from {one.source}")
         constants = {n: known[n] for n in one.constants}
-        constants |= {n: known[n] for n in one.optional if n in known}
+        settings = {n: Estimate.given(PARAMETERS[n], g.value, g.std) for n, g in _settings(spec, one.optional)}
+        constants |= settings | {n: known[n] for n in one.optional if n in known}
         found.append(Scaling(one, constants))
     return tuple(found)
+
+
+def _settings(spec: Description, names: Sequence[str]) -> Iterator[tuple[str, Given]]:
+    """The constants that the step has as a setting: the gear ratio of a shaft's speeds is also that of its torque."""
+    for name in names:
+        value = getattr(getattr(spec, "settings", None), name, None)
+        if isinstance(value, Given):
+            yield name, value
 
 
 def with_known_channels(log: Log, constants: Mapping[str, float], made: Sequence[Scaling]) -> Log:

@@ -50,8 +50,9 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
         what = "is not determined by the log and not published"
         return Finding(name, what, got, "log a sharper tip-in, so that the shaft oscillates")
     late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
-    remedy = f"the torque seems to be logged {late:.1f} ms or more after the twist: state 'torque_delay' under settings"
-    return Finding(name, "is not published, because it is significantly negative, which is not physical", got, remedy)
+    seen = f"the torque seems to be logged {two_digits(late)} ms or more after the twist"
+    what = "is not published, because it is significantly negative, which is not physical"
+    return Finding(name, what, got, f"{seen}: state 'torque_delay' under settings", doubt=True)
 
 
 def one_clock(name: str, stiffness: Budget) -> Finding:
