@@ -20,7 +20,7 @@ import numpy as np
 
 from vdyn_cli.io.clocks.clock_estimate import clock_difference
 from vdyn_cli.io.clocks.tied_channels import tie_of
-from vdyn_cli.io.quality.acceleration_gain import acceleration_gain
+from vdyn_cli.io.quality.acceleration_unit import FEWEST_WINDOWS, gain_over_windows, unit_finding
 from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.quality.quality_policy import QUALITY
@@ -31,17 +31,13 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
-from vdyn_cli.quantities.unit_mistakes import ACCELERATION_MISTAKES, usual_mistake
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 WINDOW = 1.0  # s
-WINDOWS = (WINDOW, 5.0, 10.0)  # s; over longer ones, noise hides less of the gentle acceleration of a coast-down
 REACH = 1.0  # s, largest delay
 TIMES_RADIUS = " * wheel_radius"
 ROLLING = 3.0  # m/s, above which wheel speeds are compared
-FEWEST_WINDOWS = 10  # windows
-FEWEST_RUNS = 2  # whose gains show a wrong unit
 MEDIAN_ERROR = 0.93  # standard error of the median of n normal values / (interquartile range / sqrt(n)): 1.253 / 1.349
 
 
@@ -89,18 +85,11 @@ def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple
 
 
 def _with_wrong_unit(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
-    """The pairs, those of acceleration marked if one mistaken unit explains the gain of each run; and the finding.
-
-    A slope that resembles a gain does not resemble that of a unit in several runs.
-    """
+    """The pairs, those of acceleration marked if one mistaken unit explains the gain of each run; and the finding."""
     found = [p for p in pairs if p.first == "acceleration" and p.gain is not None]
-    gains = [abs(p.gain) for p in found if p.gain is not None]
-    causes = {usual_mistake(g, ACCELERATION_MISTAKES, QUALITY.near_unit_factor) for g in gains}
-    if len(found) < FEWEST_RUNS or len(causes) != 1 or "" in causes or any(p.good for p in found):
+    finding = unit_finding([p.gain for p in found if p.gain is not None], found[0].second) if found else None
+    if finding is None or any(p.good for p in found):
         return list(pairs), ()
-    what = f"{found[0].first} is {float(np.median(gains)):.3f} times the {found[0].second} in {len(found)} runs"
-    remedy = f"correct the unit of one of both channels ({causes.pop()}?)"
-    finding = Finding("channel 'acceleration'", what, "", remedy, doubt=True)
     return [p.model_copy(update={"good": False}) if p in found else p for p in pairs], (finding,)
 
 
@@ -163,39 +152,16 @@ def _distance(log: Log, speed: str) -> TiedPair:
     return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain, delay=delay)
 
 
-def _grid(log: Log, names: tuple[str, str], step: float) -> tuple[Array, ...]:
-    """Integral of the acceleration and speed (2 x m), means over steps of a common grid.
-
-    NaN where one of the channels has no value in a step; the integral interpolates over missing samples.
-    """
-    a, v = (log[n] for n in names)
-    known = _finite(a, v)
-    time = log.time[known]
-    gained = cumulative_integral(time, a[known])
-    label = ((time - log.time[0]) / step).astype(np.int64)
-    size = int((log.time[-1] - log.time[0]) / step) + 1
-    count = np.bincount(label, minlength=size)
-    with np.errstate(invalid="ignore"):
-        return tuple(np.bincount(label, values, size) / count for values in (gained, v[known]))
-
-
 def _change(log: Log, speed: str) -> TiedPair:
     """Acceleration against the change of speed; only its offset if they are hardly correlated."""
     first, second = "acceleration", f"change of {speed}"
     if _finite(log["acceleration"], log[speed]).sum() < FEWEST_WINDOWS:
         return _pair(log, first, second, "too few samples")
-    found, offset = None, float("nan")
-    for window in WINDOWS:
-        y, x = (np.diff(mean) / window for mean in _grid(log, ("acceleration", speed), window))
-        use = _finite(x, y)
-        x, y = x[use], y[use]
-        found = acceleration_gain(x, y) if x.size >= FEWEST_WINDOWS else None
-        offset = float(np.mean(y - x)) if x.size >= FEWEST_WINDOWS else offset
-        if found is not None or x.size < FEWEST_WINDOWS:
-            break
-    if np.isnan(offset):
+    found, x, y = gain_over_windows(log, speed)
+    if not x.size:
         return _pair(log, first, second, "too short")
     if found is None:
+        offset = float(np.mean(y - x))
         tilt = degrees(atan(offset / GRAVITY))
         what = f"offset {offset:+.3f} m/s^2 (equal to {tilt:+.2f} deg of tilt or slope); gain not determined: "
         what += "hardly correlated"
