@@ -17,6 +17,7 @@ class ScaledChannel:
     constants : parameters of the vehicle, which must be known.
     optional : parameters of the vehicle that are 1 where they are not known.
     assumes : what the product neglects, as a sentence.
+    in_model : whether the step's model has the constants in the channel, and with them their uncertainty.
     """
 
     target: str
@@ -24,6 +25,7 @@ class ScaledChannel:
     constants: tuple[str, ...]
     assumes: str
     optional: tuple[str, ...] = ()
+    in_model: bool = False
 
     @property
     def equation(self) -> str:

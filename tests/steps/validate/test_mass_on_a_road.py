@@ -242,3 +242,24 @@ def test_a_zero_beyond_its_plausible_range_is_stated_where_the_drives_are_missed
     assert found.verdict == "unknown"
     assert "windows" not in result.sentence
     assert re.search(r"wrong zero \(-8\d\.\d \+- \S+ N m at no torque, beyond the plausible range\)", found.sentence)
+
+
+@pytest.mark.slow  # a diagnosis of 5 s
+def test_a_wrong_radius_is_also_in_a_speed_computed_from_that_of_a_wheel(tmp_path: Path) -> None:
+    """A radius stated 4 % too large: the force is 4 % too small, and the speed reads 4 % too high."""
+    logs = drives(CAR, 21)
+    validated(tmp_path, CAR, {**logs, "speed": logs["speed"] / CAR.radius / 3.6}, seed=21)
+    path = tmp_path / "test.yaml"
+    description = yaml.safe_load(path.read_text(encoding="utf-8"))
+    description["vehicle"]["wheel_radius"] = f"{1.04 * CAR.radius} +- 0.0005 m"
+    del description["channels"]["speed"]
+    description["channels"]["wheel_speed"] = {"column": "v [km/h]", "unit": "rad/s"}
+    path.write_text(yaml.safe_dump(description), encoding="utf-8")
+    result = execute("validate", path).result
+    found = result.diagnosis
+    assert found is not None
+    assert "wheel_radius" in {*(c.effect for c in found.causes), *(e for one in found.ambiguous for e in one)}
+    (radius,) = [t for t in found.ranking if t.effect == "wheel_radius"]
+    low, high = radius.unknowns["wheel_radius_error"].interval95
+    assert low < 1.0 / 1.04 - 1.0 < high
+    assert not [f for f in result.findings if "do not include" in f.what]

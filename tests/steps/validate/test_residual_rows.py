@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.drives.segments import DriveSegment, RunConditions, Segmentation, drive_segments
 from vdyn_cli.steps.validate.fit.residual_rows import prewhitener, row_layout
+from vdyn_cli.steps.validate.noise import slow_noise
 
 RADIUS = 0.3
 SPEEDS = ("speed", "wheel_speed_fl", "wheel_speed_rl")
@@ -88,3 +91,17 @@ def test_a_slower_speed_leaves_no_holes(slower: int) -> None:
     assert found.keep.size == pytest.approx(s.time.size / slower, abs=1)
     assert found.part.max() == 0
     assert found.bins.time.size <= 61
+
+
+def test_an_error_of_the_slope_is_integrated_in_the_slow_rows() -> None:
+    """A slope that is 0.1 % off for 30 s changes the speed by g m/(m + mr) 0.001 30 s, and a little less with drag."""
+    s = driven()
+    layout = row_layout(s, SPEEDS[:1], RADIUS, {"speed": s.smooth_speed}, 0.25)
+    car = {"mass": 1000.0, "rotating_mass": 50.0, "air_density": 1.2, "drag_area": 0.6, "wheel_radius": RADIUS}
+    error = np.full((s.time.size, 1), 0.001)
+    without, with_error = (
+        slow_noise(one, layout, layout.bins, car, 0.1).known for one in (s, replace(s, slope_error=error))
+    )
+    off = np.sqrt(np.diag(with_error - without))
+    assert off[-1] == pytest.approx(9.80665 * 1000.0 / 1050.0 * 0.001 * layout.bins.time[-1], rel=0.15)
+    assert np.all(np.diff(off) > 0.0)

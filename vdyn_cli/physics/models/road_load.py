@@ -29,9 +29,11 @@ SENSED, ELEVATED = "accelerometer_slope", "elevation_slope"
 SLOPES: dict[Slopes, tuple[str, ...]] = {
     "known": (), "sensed": (SENSED,), "elevated": (ELEVATED,), "both": (SENSED, ELEVATED)
 }  # fmt: skip
+DRIVES: dict[DriveSignal, tuple[str, ...]] = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}
 ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
+# Each option is an independent choice by which the model is cached.
 @cache
 def road_load(
     driven: DriveSignal = "coasting",
@@ -40,27 +42,28 @@ def road_load(
     slopes: Slopes = "known",
     specific_force: bool = False,
     resistances: Resistances = "coefficients",
+    rolled: float | None = None,
 ) -> Model:
     """The longitudinal model.
 
     (M + mr) V' = F - Fd - Rr - Fb - Fs - M g sin(grade)
 
-    with drive force F, air drag Fd, rolling resistance Rr, brake force Fb, spin loss Fs, and mr = sum J/r^2 the
-    inertia of rotating parts, as mass at the tire contact.
+    with drive force F, air drag Fd, rolling resistance Rr, brake force Fb, spin loss Fs, and mr = sum J/r^2.
 
     Parameters
     ----------
     driven : measured drive: "coasting" (F = 0), "torque" (input drive_torque, N m) or "force" (input drive_force, N).
-    accelerometer : the resistances are then computed from the measured speed (input ``speed``), and a second output is
-        the specific force f = (1 + k) (V' + g sin(grade)) + zero; M f + mr V' = F - Fd - Rr does not contain the slope.
-        road_slope is the mean slope beyond the grade, uphill on the way out.
-    located : the input ``position`` (m) increases in the direction of driving, and heading times position is the road's
-        coordinate, on which the grade then depends. It is an input: integrating a wrong speed would shift the hills.
-    slopes : whether an accelerometer ("sensed", input ``accelerometer_slope``), a logged elevation ("elevated", input
-        ``elevation_slope``) or both give the slope beyond the known grade.
+    accelerometer : resistances by the measured speed (input ``speed``), and a second output, the specific force
+        f = (1 + k) (V' + g sin(grade)) + zero; M f + mr V' = F - Fd - Rr does not contain the slope. road_slope is the
+        mean slope beyond the grade, uphill on the way out.
+    located : the grade depends on the road's coordinate, heading times the input ``position`` (m), which increases in
+        the direction of driving. It is an input: integrating a wrong speed would shift the hills.
+    slopes : what gives the slope beyond the grade: an accelerometer ("sensed", input ``accelerometer_slope``), a logged
+        elevation ("elevated", input ``elevation_slope``) or both.
     specific_force : a second output is the specific force V' + g sin(grade) of the simulated motion.
-    resistances : stated as "coefficients" (an error of the mass changes the rolling resistance in N), as "forces" in N
-        (no change), or "coasted": from decelerations times the stated mass (the drag area changes as well).
+    resistances : stated as "coefficients" (rolling resistance changes with the mass), "forces" (N, no change), or
+        "coasted": from decelerations times the stated mass (the drag area changes as well).
+    rolled : r0 (m), where the speed was computed as r0 times that of a wheel: it reads V r0 / wheel_radius.
 
     Returns
     -------
@@ -68,11 +71,11 @@ def road_load(
 
     Notes
     -----
-    Assumes that the car rolls forward: friction keeps its sign below zero speed. Inputs: grade, wind_speed (m/s),
-    elapsed (s since the first run began). Context of a run: heading (+1 out, -1 back, 0 unknown), temperature (K); of a
-    located car also road_begin and road_end (m), the range of the runs. wind_variance (m^2/s^2) is the variance of
-    gusts, which increases the mean drag. The state run_time (s since the log's start) starts at zero unless stated.
-    Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
+    Assumes rolling forward: friction keeps its sign below zero speed. Inputs: grade, wind_speed (m/s), elapsed (s since
+    the first run began). Context of a run: heading (+1 out, -1 back, 0 unknown), temperature (K); of a located car also
+    road_begin and road_end (m), the range of the runs. wind_variance (m^2/s^2), of gusts, increases the mean drag. The
+    state run_time (s since the log's start) starts at zero unless stated. Source: doi:10.4271/2017-01-1574, equations
+    (1) to (4), with the rotating mass added.
     """
     road = [*(["position"] if located else []), *SLOPES[slopes]]
 
@@ -83,24 +86,23 @@ def road_load(
         grade = e("grade", value=u.grade, **{name: getattr(u, name) for name in road})
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
-        force = _drive_force(e, u, driven, speed)
+        force, read = _drive_force(e, u, driven, speed), rolled / e.p.wheel_radius if rolled else 1.0
         mass = e("laden_mass", value=e.p.mass) if resistances == "forces" else e.p.mass
         resisted = _resistance(e, u, (speed, grade, mass), resistances) + e(climb, mass=mass, grade=grade)
         rate = (force - resisted) / (mass + e.p.rotating_mass)
         e.integrate(speed=rate)
-        e.sensor("speed", state, rate, traction=(force - e.p.rotating_mass * rate) / (mass * GRAVITY))
+        e.sensor("speed", read * state, read * rate, traction=(force - e.p.rotating_mass * rate) / (mass * GRAVITY))
         specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
         if accelerometer:
             e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero)
         elif specific_force:
             e.sensor("acceleration", specific)
 
-    drive_input = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}[driven]
     return Model(
         name="road load",
         assemble=assemble,
         parameters=(*CAR, *(DRIVELINE if driven == "torque" else ()), *(ACCELEROMETER if accelerometer else ())),
-        inputs=("grade", "wind_speed", "elapsed", *drive_input, *(("speed",) if accelerometer else ()), *road),
+        inputs=("grade", "wind_speed", "elapsed", *DRIVES[driven], *(("speed",) if accelerometer else ()), *road),
         context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
     )
 

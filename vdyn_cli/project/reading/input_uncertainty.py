@@ -77,9 +77,9 @@ def with_input_uncertainty(result: Result, inputs: Inputs) -> Result:
 
 
 def _scales(inputs: Inputs) -> Iterator[_Uncertain]:
-    """The uncertain scales of channels computed from others."""
+    """The uncertain scales of channels computed from others, which the step's model does not have."""
     for one in inputs.scalings:
-        if one.relative_std > 0 and any(one.channel.source in log for log in inputs.logs):
+        if one.relative_std > 0 and not one.channel.in_model and any(one.channel.source in log for log in inputs.logs):
             name = " and ".join(n for n, e in one.constants.items() if e.std > 0)
             size = f"{one.relative_std:.2g} of the channel"
             yield _Uncertain(name, one.channel.target, size, _scaled(one), both_ways=False)

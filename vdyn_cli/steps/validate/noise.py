@@ -70,6 +70,10 @@ def slow_noise(
     walk += DEPARTURE**2 * together * (layout.section(bins) > 0)  # after a rest
     count = bins.count.astype(float)
     level = layout.common_level
+    share = values["mass"] / inertia
+    if s.slope_error is not None:
+        climbed = -GRAVITY * share * moved @ bins.mean(s.slope_error[layout.keep])
+        walk += climbed @ climbed.T
     if not layout.force:
         gust = -moved * drag
         parts: list[White | SteadyComponent | Colored] = [
@@ -82,12 +86,11 @@ def slow_noise(
             # Errors of a slope from an accelerometer and of an estimated torque are correlated over time.
             parts.append(Colored("push", "push_time", moved, bins.lags))
         else:
-            parts.append(Colored("road", "road_time", -GRAVITY * values["mass"] / inertia * moved, bins.lags))
+            parts.append(Colored("road", "road_time", -GRAVITY * share * moved, bins.lags))
         return RunNoise(tuple(parts), walk, moved.sum(axis=1))
     direct = here - drag[:, None] * moved
     push, none = np.vstack([moved, direct]), np.zeros(count.size)
     gust = -push * drag
-    share = values["mass"] / inertia
     road = -GRAVITY * np.vstack([share * moved, share * direct - here])
     lag = bins.lags
     force = layout.levels["acceleration"]

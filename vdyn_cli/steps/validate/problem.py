@@ -23,6 +23,7 @@ from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.run_starts import run_starts
+from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.car.channel_errors import with_channel_errors
@@ -141,7 +142,10 @@ class ValidateProblem(SimulatedProblem):
             logs = tuple(
                 replace(g, channels={n: v for n, v in g.channels.items() if n != "drive_torque"}) for g in logs
             )
-        segments, findings = drive_segments(self.roads.channels(logs), conditions, rule)
+        roads = self.roads
+        segments, findings = drive_segments(roads.channels(logs), conditions, rule)
+        if roads.elevated:
+            segments = [replace(s, slope_error=roads.elevated[s.run].error_at(s.time)) for s in segments]
         return tuple(segments), tuple(findings)
 
     @cached_property
@@ -152,12 +156,20 @@ class ValidateProblem(SimulatedProblem):
             compared = "acceleration" in _sensors(self).channels
             return _timed(
                 road_load(
-                    "torque", slopes=self.roads.measured, specific_force=compared, resistances=resistances(self.known)
+                    "torque",
+                    slopes=self.roads.measured,
+                    specific_force=compared,
+                    resistances=resistances(self.known),
+                    rolled=self.known.value("wheel_radius", 1.0) if _by_wheel(self.spec) else None,
                 )
             )
         if has_two_motors(self.spec, self.logs) and s.differential == "locked":
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
+        if _by_wheel(self.spec):
+            what = "needs a speed of the car: wheels of the model slip"
+            remedy = "map 'speed', and this one as wheel_speed_fl, _fr, _rl or _rr; or write 'model: road_load'"
+            raise InputError(Finding("settings.model", what, "vehicle", remedy))
         two = has_two_motors(self.spec, self.logs)
         return _timed(vehicle(s.driven, "sides" if two else "axle", differential=s.differential))
 
@@ -310,6 +322,12 @@ def stated_ratio(known: Parameters) -> float | None:
         return None
     force = known.value("gear_ratio", 1.0) * known.value("driveline_efficiency", 1.0) / known.value("wheel_radius", 1.0)
     return force / (known.value("mass", 1.0) + known.value("rotating_mass", 0.0))
+
+
+def _by_wheel(spec: ValidateSpec) -> bool:
+    """Whether the speed is computed from that of a wheel: the stated radius is then also its gain."""
+    mapped = {n for channels in (spec.channels, *(one.channels for one in spec.loggers)) for n in channels}
+    return "speed" not in mapped and SPEED_OF_WHEEL.source in mapped
 
 
 def _timed(model: Model) -> Model:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
-from vdyn_cli.steps.scaled_channel import TORQUE_OF_MOTOR
+from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
 from vdyn_cli.steps.validate.drives.segments import FEWEST_SAMPLES, OUTPUTS
 from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows, prepare
@@ -26,7 +28,7 @@ STEP = Step(
     optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "elevation", "wind_speed"),
     needs=tuple(ESTIMATED_BY),
     gives=(),
-    scaled=(TORQUE_OF_MOTOR,),
+    scaled=(replace(SPEED_OF_WHEEL, in_model=True), TORQUE_OF_MOTOR),
     run_keys=("direction", "start", "temperature"),
     prepare=prepare,
     complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),

@@ -63,6 +63,7 @@ class DriveSegment:
         drive.
     creeping : m/s, below which rows are not used.
     sampled : times and values of inputs from a slower logger, which ``inputs`` interpolates linearly.
+    slope_error : (n, r), factor of the covariance of the error of the slope by a logged elevation; None without.
     """
 
     run: int
@@ -79,6 +80,7 @@ class DriveSegment:
     run_start: float = 0.0
     creeping: float = CREEPING
     sampled: Mapping[str, Samples] = field(default_factory=dict)
+    slope_error: Array | None = None
 
     @cached_property
     def stopping(self) -> Mask:
