@@ -25,7 +25,8 @@ G, STEP = 9.81, 0.001  # m/s^2, s
 class Car:
     """SI; ``stiffness``: of a tire over its load, ``driven``: share of the weight, ``ratio``: motor turns a wheel's.
 
-    ``recuperated``: drive force / weight with which the motor brakes at times.
+    ``recuperated``: drive force / weight with which the motor brakes at times. ``cooled``: share by which the rolling
+    resistance is larger at the start of each drive; it decays in 100 s.
     """
 
     mass: float = 1450.0
@@ -39,6 +40,7 @@ class Car:
     ratio: float = 9.0
     efficiency: float = 1.0
     recuperated: float = 0.0
+    cooled: float = 0.0
 
 
 def drives(
@@ -68,6 +70,7 @@ def drives(
     grip0, drag = car.stiffness * car.driven * G, 0.5 * car.density * car.drag_area / car.mass
     turned, climbing = STEP * car.mass / car.turning, np.zeros(count)
     rolling = G * car.rolling * (1.0 + cold * np.exp(-(time[:, None] + seconds * np.arange(count)) / 600.0))
+    rolling += G * car.rolling * car.cooled * np.exp(-time[:, None] / 100.0)
     for k in range(n):
         speed[k], wheel[k] = v, u
         if k % 50 == 0:

@@ -61,6 +61,7 @@ TYPICAL: Mapping[str, float] = {
     "gear_ratio": 3.0,
     "wheel_radius": 0.3,
     "temperature": 290.0,
+    "read_radius": 0.3,
     "road_begin": -20.0,
     "road_end": 20.0,
 }

@@ -12,7 +12,7 @@ from vdyn_cli.engine.maths import exp
     reference="rolling resistance decreases from about twice over 10 to 30 minutes (warm-up of SAE J1263 and WLTP)",
     label="tires that were still warming up",
     signature="Early runs slow down faster than late ones, and the difference decays within some ten minutes.",
-    alike=("brake_drag_fading", "temperature_rolling", "rolling_resistance"),
+    alike=("run_warmup", "brake_drag_fading", "temperature_rolling", "rolling_resistance"),
     confirm="Drive for half an hour and repeat the first runs: they must not differ from the last.",
     tags={"test_only", "open_road"},
 )

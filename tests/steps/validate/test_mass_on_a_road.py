@@ -263,3 +263,13 @@ def test_a_wrong_radius_is_also_in_a_speed_computed_from_that_of_a_wheel(tmp_pat
     low, high = radius.unknowns["wheel_radius_error"].interval95
     assert low < 1.0 / 1.04 - 1.0 < high
     assert not [f for f in result.findings if "do not include" in f.what]
+
+
+@pytest.mark.slow  # a diagnosis of 8 s
+def test_tires_that_warm_up_in_each_drive_are_named_whatever_their_time(tmp_path: Path) -> None:
+    """Six drives of six days, with half more rolling resistance at first, which decays in 100 s; nominal: 300 s."""
+    car = replace(CAR, cooled=0.5)
+    found = diagnosed(tmp_path, car, drives(car, 31, 6, 150.0), seed=31)
+    assert [c.effect for c in found.causes] == ["run_warmup"]
+    low, high = found.causes[0].unknowns["run_warmup"].interval95
+    assert low < 0.5 < high

@@ -39,7 +39,7 @@ def accepted_models(
     answers = answers or nearly_sufficient(tried) or nearly_sufficient((*tried, *two))
     answers = tuple(a for a in answers if not worse_than_alone(strategy, a))
     if answers:
-        return answers, tried
+        return (*answers, *_with_equal_partners(strategy, answers, found)), tried
     chain = forward_selection(strategy, found)
     return (() if chain is None else (chain, *alternatives(strategy, chain, found))), tried
 
@@ -64,6 +64,17 @@ def _with_rivals(
     every = (*tried, *beyond)
     stand = not_significantly_worse(strategy.model, every) or nearly_sufficient(every)
     return (*simpler, *answers, *(t for t in beyond if t in simplest(strategy.model, stand, every)))
+
+
+def _with_equal_partners(
+    strategy: Strategy, answers: tuple[CandidateModel, ...], found: Detection
+) -> tuple[CandidateModel, ...]:
+    """Pairs beyond the refitted ones that fit as well as the best answer; none where that is a single effect."""
+    best = best_fit(answers)
+    if best is None or len(best.effects) == 1:
+        return ()
+    seen = {frozenset(a.effects) for a in answers}
+    return tuple(a for a in alternatives(strategy, best, found) if a.sufficient and frozenset(a.effects) not in seen)
 
 
 def _one_profile_suffices(strategy: Strategy) -> bool:

@@ -115,12 +115,22 @@ def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
 def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> bool:
     """Whether each answer is a law of the part with a further effect, which only corrects the shape of that law.
 
-    A profile, such as that of a road, can have any shape: an effect needed beside it is a separate one.
+    A profile, such as that of a road, can have any shape: an effect needed beside it is a separate one. So is one with
+    which the law explains more than any curve of the part does.
     """
     model = strategy.model
     laws = {w.effect for w in finding.laws if w.follows and len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns}
     answers = judgment.answers
-    return bool(answers) and all(len(a.effects) > 1 and laws & set(a.effects) for a in answers)
+    corrected = bool(answers) and all(len(a.effects) > 1 and laws & set(a.effects) for a in answers)
+    return corrected and not any(_explains_more(finding, a) for a in answers)
+
+
+def _explains_more(finding: PartFinding, answer: CandidateModel) -> bool:
+    """Whether an answer explains more than the free curve of the part."""
+    search = finding.search
+    fitted = search.with_effects(answer.effects)
+    least = search.explained(finding.fitted) + 2 * POLICY.part_gain * search.floor
+    return fitted is not None and search.explained(fitted) > least
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:

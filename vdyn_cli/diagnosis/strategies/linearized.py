@@ -97,6 +97,8 @@ class LinearizedStrategy(Strategy):
             return self, found
         is_large = self.model.setup.far_off or found.scores.evidence[strongest] > POLICY.large_t
         local = self._relinearized_about(strongest) if is_large else self
+        if is_large and not self.model.setup.far_off and (better := local.best_with_shape(found, strongest)):
+            strongest, local = better, self._relinearized_about(better)
         there = self.about_likely(strongest, local)
         if there is self:
             return self, found
@@ -109,6 +111,18 @@ class LinearizedStrategy(Strategy):
             kept |= {n for n, fit in alone.items() if fit is not None}
         testable = tuple(n for n in found.scores.names if n in kept or n in seen.testable)
         return there, replace(seen, testable=testable)
+
+    def best_with_shape(self, found: Detection, strongest: str) -> str | None:
+        """The effect with a shape parameter that explains clearly more than the strongest one; None without any.
+
+        Away from its own amplitude its shape is nominal, so that it may be the true effect and yet not suffice.
+        """
+        shaped = [n for n in found.testable if len(self.model.freed(n)) > len(self.model.amplitudes(n))]
+        made = {n: f.solution.cost for n in (*shaped, strongest) if (f := self.fitted((n,))) is not None}
+        if strongest not in made or len(made) == 1:
+            return None
+        best = min(made, key=made.__getitem__)
+        return best if made[best] < made[strongest] - POLICY.clearly_better else None
 
     def _is_far(self, name: str, alone: FittedModel | None) -> bool:
         """Whether the candidate's own amplitude differs from that of this linearization by more than chance."""
@@ -186,7 +200,7 @@ class LinearizedStrategy(Strategy):
 
     def _linearized_about(self, fit: FittedModel) -> LinearizedStrategy | None:
         """The strategy linearized at a fit's values; None where the linearization or the baseline's fit fails."""
-        names = (*self.model.base, *(n for e in fit.effects for n in self.model.amplitudes(e)))
+        names = self.model.with_base(fit.effects)
         try:
             model = _linearized_model(self.model.setup, {n: fit.values[n] for n in names if n in fit.values})
             there = LinearizedStrategy(model, self.relinearization)

@@ -48,3 +48,15 @@ def wheel_spin(s: Signals) -> Number:
     load = s.hub_force_z + s.wheel_mass * GRAVITY
     torque = s.hub_torque - s.bearing_torque - (ground + s.rolling_resistance * load) * s.wheel_radius
     return torque / s.wheel_inertia
+
+
+def read_gain(s: Signals) -> Number:
+    """Gain of a speed that was computed from a wheel's by a radius that may be wrong, dimensionless.
+
+    V_read / V = r0 / r
+
+    Parameters
+    ----------
+    s : wheel_radius r in m, and the radius r0 (read_radius) of the computation in m.
+    """
+    return s.read_radius / s.wheel_radius

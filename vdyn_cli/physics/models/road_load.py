@@ -13,6 +13,7 @@ from vdyn_cli.physics.laws.brake import brake
 from vdyn_cli.physics.laws.driveline import drive, driveline, spin_loss
 from vdyn_cli.physics.laws.grade_resistance import climb, slope
 from vdyn_cli.physics.laws.rolling_resistance import rolling
+from vdyn_cli.physics.laws.wheel import read_gain
 from vdyn_cli.quantities.constants import GRAVITY
 
 # Sense of friction (``standstill_friction``): the car rolls forward in all rows of the runs. A simulated speed below
@@ -30,6 +31,7 @@ SLOPES: dict[Slopes, tuple[str, ...]] = {
     "known": (), "sensed": (SENSED,), "elevated": (ELEVATED,), "both": (SENSED, ELEVATED)
 }  # fmt: skip
 DRIVES: dict[DriveSignal, tuple[str, ...]] = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}
+RADIUS, READ, ROAD_ENDS = ("wheel_radius",), ("read_radius",), ("road_begin", "road_end")
 ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
@@ -42,7 +44,7 @@ def road_load(
     slopes: Slopes = "known",
     specific_force: bool = False,
     resistances: Resistances = "coefficients",
-    rolled: float | None = None,
+    rolled: bool = False,
 ) -> Model:
     """The longitudinal model.
 
@@ -63,7 +65,7 @@ def road_load(
     specific_force : a second output is the specific force V' + g sin(grade) of the simulated motion.
     resistances : stated as "coefficients" (rolling resistance changes with the mass), "forces" (N, no change), or
         "coasted": from decelerations times the stated mass (the drag area changes as well).
-    rolled : r0 (m), where the speed was computed as r0 times that of a wheel: it reads V r0 / wheel_radius.
+    rolled : whether the speed was computed from a wheel's, by a radius that is the context ``read_radius`` (m).
 
     Returns
     -------
@@ -72,10 +74,9 @@ def road_load(
     Notes
     -----
     Assumes rolling forward: friction keeps its sign below zero speed. Inputs: grade, wind_speed (m/s), elapsed (s since
-    the first run began). Context of a run: heading (+1 out, -1 back, 0 unknown), temperature (K); of a located car also
-    road_begin and road_end (m), the range of the runs. wind_variance (m^2/s^2), of gusts, increases the mean drag. The
-    state run_time (s since the log's start) starts at zero unless stated. Source: doi:10.4271/2017-01-1574, equations
-    (1) to (4), with the rotating mass added.
+    the first run began). Context: heading (+1 out, -1 back, 0 unknown), temperature (K); located also road_begin and
+    road_end (m), the range of the runs. wind_variance (m^2/s^2), of gusts, adds drag. The state run_time (s since the
+    log's start) starts at 0. Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
     """
     road = [*(["position"] if located else []), *SLOPES[slopes]]
 
@@ -86,7 +87,7 @@ def road_load(
         grade = e("grade", value=u.grade, **{name: getattr(u, name) for name in road})
         if accelerometer:
             grade = e(slope, grade=grade, road_slope=e.p.road_slope)
-        force, read = _drive_force(e, u, driven, speed), rolled / e.p.wheel_radius if rolled else 1.0
+        force, read = _drive_force(e, u, driven, speed), e(read_gain, wheel_radius=e.p.wheel_radius) if rolled else 1.0
         mass = e("laden_mass", value=e.p.mass) if resistances == "forces" else e.p.mass
         resisted = _resistance(e, u, (speed, grade, mass), resistances) + e(climb, mass=mass, grade=grade)
         rate = (force - resisted) / (mass + e.p.rotating_mass)
@@ -101,10 +102,14 @@ def road_load(
     return Model(
         name="road load",
         assemble=assemble,
-        parameters=(*CAR, *(DRIVELINE if driven == "torque" else ()), *(ACCELEROMETER if accelerometer else ())),
+        parameters=(*CAR, *_driveline(driven, rolled), *(ACCELEROMETER if accelerometer else ())),
         inputs=("grade", "wind_speed", "elapsed", *DRIVES[driven], *(("speed",) if accelerometer else ()), *road),
-        context=("heading", "temperature", *(("road_begin", "road_end") if located else ())),
+        context=("heading", "temperature", *(ROAD_ENDS if located else ()), *(READ if rolled else ())),
     )
+
+
+def _driveline(driven: DriveSignal, rolled: bool) -> tuple[str, ...]:
+    return DRIVELINE if driven == "torque" else RADIUS if rolled else ()
 
 
 def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number) -> Number:

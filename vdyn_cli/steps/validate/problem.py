@@ -160,7 +160,7 @@ class ValidateProblem(SimulatedProblem):
                     slopes=self.roads.measured,
                     specific_force=compared,
                     resistances=resistances(self.known),
-                    rolled=self.known.value("wheel_radius", 1.0) if _by_wheel(self.spec) else None,
+                    rolled=_by_wheel(self.spec),
                 )
             )
         if has_two_motors(self.spec, self.logs) and s.differential == "locked":
@@ -196,6 +196,7 @@ class ValidateProblem(SimulatedProblem):
             sensors.zeros.get("drive_torque", 0.0),
             prior.values["air_density"] if own_air else None,
             _day_temperature(self),
+            self.known.value("wheel_radius", 1.0) if _by_wheel(self.spec) else 0.0,
         )
         is_vehicle = s.model == "vehicle"
         step = s.step.value if s.step else LONGEST_STEP if is_vehicle else ROAD_LOAD_STEP

@@ -64,6 +64,7 @@ class DriveInputs:
     zero : N m, standard deviation of the zero of the drive torque's sensor.
     air_density : kg/m^3 at the temperature ``day`` (K), if the density depends on each segment's temperature; None:
         that of the parameters for all segments.
+    read_radius : m, by which the speed was computed from a wheel's, for a model that reads it so.
     """
 
     segments: tuple[DriveSegment, ...]
@@ -71,6 +72,7 @@ class DriveInputs:
     zero: float = 0.0
     air_density: float | None = None
     day: float = 293.15
+    read_radius: float = 0.0
 
     @cached_property
     def torques(self) -> tuple[SegmentTorques, ...]:
@@ -101,6 +103,7 @@ class DriveInputs:
         }
         inputs = {n: everything[n] for n in self.model.inputs}
         context = {"heading": s.heading, "temperature": s.temperature, RUN_START: s.run_start}
+        context |= {"read_radius": self.read_radius} if self.read_radius else {}
         return Drive(s.time, inputs, {"run_time": s.since}, self.air(s.temperature), context, torques.corners)
 
 
