@@ -32,11 +32,7 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     got = repr(detail["input"])
     got = got if len(got) <= 60 else got[:57] + "..."
     if kind == "extra_forbidden":
-        name, known = str(location[-1]), fields_at(model, location[:-1])
-        top = fields_at(model, ())
-        homes = [home for home in HOMES if (not home or home[0] in top) and name in fields_at(model, home)]
-        remedy = f"move it to {_place(homes[0])}" if homes else _closest(name, known)
-        return Finding(where, f"unknown key '{name}'", remedy=remedy)
+        return Finding(where, f"unknown key '{location[-1]}'", remedy=_remedy_of_unknown(location, model))
     if kind == "missing":
         return Finding(where, f"'{key}' is missing", remedy=f"add the key '{location[-1]}'")
     if kind in ("model_type", "dict_type"):
@@ -54,6 +50,13 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     remedy = "correct the value or its unit" if kind == "range" and "write" not in message else remedy
     what = f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}"
     return Finding(where, what, got, remedy)
+
+
+def _remedy_of_unknown(location: Location, model: type[BaseModel]) -> str:
+    """The part of the description that has such a key, or else similar keys at its place."""
+    name, top = str(location[-1]), fields_at(model, ())
+    homes = [home for home in HOMES if (not home or home[0] in top) and name in fields_at(model, home)]
+    return f"move it to {_place(homes[0])}" if homes else _closest(name, fields_at(model, location[:-1]))
 
 
 def location_of(detail: ErrorDetails) -> Location:

@@ -10,7 +10,7 @@ tires or changing wind, 2 d the difference between the directions, due to a slop
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -138,7 +138,7 @@ class CampaignCoasts:
             limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
             sentences=[],
         )
-        return balance.model_copy(update={"sentences": _sentences(balance, self.step() is not None)})
+        return balance.model_copy(update={"sentences": [*_sentences(balance, self.step() is not None)]})
 
     def _runs(self, names: Sequence[str], found: Array | None) -> list[RunDeceleration]:
         place = {s.run: i for i, s in enumerate(self.segments)}
@@ -215,41 +215,43 @@ def _mean_of_directions(found: Array, heading: Array) -> float:
     return float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
 
 
-def _sentences(b: CoastBalance, stepped: bool) -> list[str]:
+def _sentences(b: CoastBalance, stepped: bool) -> Iterator[str]:
     """Sentences on balance, order, warm-up and wind; ``stepped``: the trend is a step from one run to the next."""
-    lines = [f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}"]
-    if not b.out and not b.back:
-        what = "no run states its direction: a wind or a slope is collinear with resistance"
-        lines = [f"{what}; add 'direction: out' or 'back' to each run"]
-    if b.out != b.back:
-        fewer = "out" if b.out < b.back else "back"
-        lines[0] += f"; drive {abs(b.out - b.back)} more {fewer}"
-    if b.unpaired:
-        lines.append(f"without a run in the opposite direction: {', '.join(b.unpaired)}")
-    if b.alternating is False:
-        what = "directions do not alternate: a change of wind or tires is collinear with a slope"
-        lines.append(f"{what}; drive out and back in turn")
+    yield from _on_directions(b)
     if b.trend is not None and b.trend_half is not None:
-        sure = abs(b.trend) > b.trend_half
         text = (
             f"from the first to the last run the deceleration changes by {100 * b.trend:+.1f} % +- "
             f"{100 * b.trend_half:.1f} %"
         )
         warm = " (tires still warming up: drive longer before the first run)" if b.trend < 0 else " (wind or load)"
         cause = " (a step: see the notes on the runs)" if stepped else warm
-        lines.append(text + (cause if sure else ", not significant"))
+        yield text + (cause if abs(b.trend) > b.trend_half else ", not significant")
     if b.difference is not None and b.difference_half is not None:
         slope = 100.0 * b.difference / (2.0 * GRAVITY)
         sure = abs(b.difference) > b.difference_half
         text = f"mean deceleration out minus back: {b.difference:+.4f} +- {b.difference_half:.4f} m/s^2"
-        cause = f": a wind, or a slope of {slope:+.2f} %" if sure else ": no significant wind or slope"
-        lines.append(text + cause)
+        yield text + (f": a wind, or a slope of {slope:+.2f} %" if sure else ": no significant wind or slope")
     if b.scatter is not None:
-        lines.append(f"runs of one direction scatter by {100 * b.scatter:.1f} % of the mean deceleration")
-    measured = [r for r in b.runs if r.wind_mean is not None]
-    if measured:
-        strongest = max(measured, key=lambda r: abs(r.wind_mean or 0.0))
-        lines.append(f"strongest mean wind {strongest.wind_mean:+.1f} m/s along the road ({strongest.run})")
+        yield f"runs of one direction scatter by {100 * b.scatter:.1f} % of the mean deceleration"
+    winds = [(r.wind_mean, r.run) for r in b.runs if r.wind_mean is not None]
+    if winds:
+        strongest, run = max(winds, key=lambda wind: abs(wind[0]))
+        yield f"strongest mean wind {strongest:+.1f} m/s along the road ({run})"
     else:
-        lines.append("wind is not measured: only the scatter and the directions of the runs show it")
-    return lines
+        yield "wind is not measured: only the scatter and the directions of the runs show it"
+
+
+def _on_directions(b: CoastBalance) -> Iterator[str]:
+    """Sentences on the numbers of runs in both directions, their pairs, and their order."""
+    if not b.out and not b.back:
+        what = "no run states its direction: a wind or a slope is collinear with resistance"
+        yield f"{what}; add 'direction: out' or 'back' to each run"
+    else:
+        fewer = "out" if b.out < b.back else "back"
+        more = f"; drive {abs(b.out - b.back)} more {fewer}" if b.out != b.back else ""
+        yield f"usable runs: {b.out} out, {b.back} back; pairs: {b.pairs}{more}"
+    if b.unpaired:
+        yield f"without a run in the opposite direction: {', '.join(b.unpaired)}"
+    if b.alternating is False:
+        what = "directions do not alternate: a change of wind or tires is collinear with a slope"
+        yield f"{what}; drive out and back in turn"
