@@ -92,7 +92,7 @@ def test_one_log_that_cannot_be_read_hides_no_other(tmp_path: Path) -> None:
     assert [(p.where, p.what) for p in problems] == [("run_0.csv", "has no rows of data")]
 
 
-def test_logs_of_one_name_are_told_with_their_folders(tmp_path: Path) -> None:
+def test_logs_of_one_name_are_reported_with_their_folders(tmp_path: Path) -> None:
     paths = [tmp_path / f"run_{k}" / "Location.csv" for k in range(3)]
     for path in paths:
         path.parent.mkdir()
@@ -103,7 +103,7 @@ def test_logs_of_one_name_are_told_with_their_folders(tmp_path: Path) -> None:
     assert [p.where for p in problems] == ["run_2/Location.csv"]
 
 
-def test_a_description_among_the_logs_is_told_as_such(tmp_path: Path) -> None:
+def test_a_description_among_the_logs_is_reported_as_such(tmp_path: Path) -> None:
     path = tmp_path / "coast.yaml"
     path.write_text("test: coastdown\n")
     assert [p.what for p in channels_table(path)[1]] == ["is a description, not a log"]
@@ -122,7 +122,7 @@ def test_a_damaged_clock_is_named(tmp_path: Path) -> None:
     assert "Column 'Time' has the name of a clock, but its values do not increase" in shown(path)
 
 
-def test_raw_bus_frames_in_a_table_are_told_as_such(tmp_path: Path) -> None:
+def test_raw_bus_frames_in_a_table_are_reported_as_such(tmp_path: Path) -> None:
     path = tmp_path / "bus.csv"
     path.write_text("timestamp,can_id,data\n0.1,0x18FEF100,00F2F9CC\n0.2,0x0CF00400,14880000\n")
     (problem,) = channels_table(path)[1]

@@ -65,7 +65,7 @@ def frozen(first: float, last: float) -> Callable[[int, Column, Column], Column]
     return change
 
 
-def test_a_lost_signal_does_not_shorten_the_run_and_is_told_in_the_log_s_unit(tmp_path: Path) -> None:
+def test_a_lost_signal_does_not_shorten_the_run_and_is_reported_in_the_log_s_unit(tmp_path: Path) -> None:
     def lost(run: int, time: Column, speed: Column) -> Column:
         return np.where(
             (run == 2) & (time >= 40.0) & (time < 44.0), 0.0, np.where((run == 3) & (time == 30.0), 99.0, speed)

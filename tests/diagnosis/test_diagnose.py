@@ -59,7 +59,7 @@ def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
     offer(monkeypatch, SLOPE, WIND, WAVE)
 
 
-def test_a_named_cause_extends_the_model() -> None:
+def test_a_named_effect_extends_the_model() -> None:
     base, result = diagnosed(HIDDEN_SLOPE)
     told = result.diagnosis
     assert told is not None
@@ -82,7 +82,7 @@ def test_a_named_cause_extends_the_model() -> None:
         assert np.std(after.measured - after.simulated) < np.std(after.measured - after.baseline)
 
 
-def test_a_cause_of_the_car_lasts_and_one_of_the_day_does_not(tmp_path: Path) -> None:
+def test_an_effect_of_the_car_lasts_and_one_of_the_day_does_not(tmp_path: Path) -> None:
     _, car = diagnosed(HIDDEN_SLOPE)
     _, day = diagnosed(HIDDEN_WIND)
     assert day.diagnosis is not None
@@ -122,7 +122,7 @@ def test_what_is_asked_for_is_taken_in_whatever_was_found() -> None:
     assert result.parameters["level"].baseline == base.parameters["level"].value
 
 
-def test_what_only_shapes_a_cause_stays_where_it_is_believed_where_the_data_do_not_tell() -> None:
+def test_a_shape_parameter_keeps_its_nominal_value_where_the_data_do_not_determine_it() -> None:
     _, result = diagnosed(Campaign(3, hidden={"wave": 1.0}))
     told = result.diagnosis
     assert told is not None
@@ -169,7 +169,7 @@ def test_what_an_earlier_step_found_is_neither_refused_nor_taken_in_twice() -> N
     assert finding.minor
 
 
-def test_what_is_told_of_two_causes_is_told_beside_each_other_whatever_is_taken_in() -> None:
+def test_the_estimates_of_two_effects_are_reported_beside_each_other_whatever_is_extended() -> None:
     left, taken = diagnosed(BOTH, extend="never")[1].diagnosis, diagnosed(BOTH, extend=["slope"])[1]
     told = taken.diagnosis
     assert left is not None
@@ -182,7 +182,7 @@ def test_what_is_told_of_two_causes_is_told_beside_each_other_whatever_is_taken_
     assert f"a slope of {alone.value:.3f} +- " in taken.sentence
 
 
-def test_of_two_causes_each_has_its_own_part_in_what_was_biased() -> None:
+def test_of_two_effects_each_has_its_own_part_in_what_was_biased() -> None:
     """Without one effect, the parameters are those of the model with the other."""
     both = diagnosed(BOTH)[1]
     assert both.diagnosis is not None
@@ -227,7 +227,7 @@ def test_runs_that_do_not_say_which_way_they_went_are_no_second_way() -> None:
     assert "some runs do not state their direction" in told.sentence
 
 
-def test_a_cause_that_was_only_asked_for_is_told_nothing_of_the_one_that_was_found() -> None:
+def test_a_requested_effect_is_not_reported_with_the_gain_of_the_one_that_was_found() -> None:
     _, result = diagnosed(HIDDEN_SLOPE, extend=["wave"])
     told = result.diagnosis
     assert told is not None
@@ -238,7 +238,7 @@ def test_a_cause_that_was_only_asked_for_is_told_nothing_of_the_one_that_was_fou
     assert asked.biased
 
 
-def test_a_misfit_that_no_cause_explains_is_not_called_adequate_in_words() -> None:
+def test_a_misfit_that_no_effect_explains_is_not_called_adequate_in_words() -> None:
     spec = spec_of(Campaign(4))
     base = STEP.estimate(spec, Campaign(4), Parameters())
     base = replace(base, fit=replace(base.fit, rms=11.0, noise_floor=1.0))
@@ -261,7 +261,7 @@ def test_what_the_extended_model_no_longer_misses_is_in_doubt_no_more(asked: str
 
 @pytest.mark.parametrize("unsure", [True, False])
 @pytest.mark.parametrize(("asked", "who"), [("named", "wind"), (["wind"], "wind"), (["slope"], "slope")])
-def test_whoever_asks_for_a_larger_model_is_told_that_it_failed(
+def test_a_requested_extension_that_fails_is_reported(
     monkeypatch: pytest.MonkeyPatch, asked: Any, who: str, unsure: bool
 ) -> None:
     def failing(data: Campaign, added: AddedEffects) -> Result:

@@ -113,7 +113,7 @@ def test_every_fold_chooses_again() -> None:
     assert found.after == pytest.approx(after, rel=1e-5)
 
 
-def test_two_causes_are_chosen_one_after_the_other() -> None:
+def test_two_effects_are_chosen_by_forward_selection() -> None:
     campaign = Campaign(3, runs=6, hidden={"slope": 0.6, "wave": 1.0})
     before, after, chosen = by_hand(campaign, most=2)
     assert set(chosen) == {("slope", "wave")}
@@ -150,7 +150,7 @@ class Bent(Campaign):
         return np.asarray(super().measured(run) + wave * shorter)
 
 
-def test_a_further_cause_is_chosen_beside_the_first() -> None:
+def test_a_further_effect_is_chosen_beside_the_first() -> None:
     found = gained(Bent(9, runs=6, hidden={"slope": 14.0, "wave": 1.0}), ("slope", "wave"))
     assert found.before > 10
     assert found.after == pytest.approx(1.0, abs=0.05)
@@ -232,7 +232,7 @@ class Unmoved(Campaign):
         return replace(whole, rows=rows)
 
 
-def test_the_gain_is_shown_where_the_cause_changes_something() -> None:
+def test_the_gain_is_shown_where_the_effect_changes_something() -> None:
     """The main channel's error falls by 0.003 %, less than a simulation resolves: the gain is of all channels."""
     found = gained(Unmoved(1, runs=6, hidden={"slope": 0.8}))
     assert not found.plain

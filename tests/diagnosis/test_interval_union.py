@@ -72,7 +72,7 @@ def test_a_direction_that_the_parameters_absorb_tells_no_size():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_shape_that_no_cause_explains_is_in_the_interval(seed: int):
+def test_a_shape_that_no_effect_explains_is_in_the_interval(seed: int):
     """The parameters absorb half of such a shape, which the fit's own interval does not include."""
     size = 20.0
     strategy = open_strategy(Campaign(60 + seed, hidden={"bump": size}).setup(cause("slope"), cause("wave")))

@@ -62,7 +62,7 @@ def test_what_needs_no_other_is_tried_alone_however_little_it_showed() -> None:
 
 @pytest.mark.parametrize("runs", [8, 18])
 @pytest.mark.parametrize("hidden", ["slope", "wind", "wave", "step"])
-def test_a_hidden_cause_is_named_with_its_size(hidden: str, runs: int) -> None:
+def test_a_hidden_effect_is_named_with_its_amplitude(hidden: str, runs: int) -> None:
     size = {"slope": 0.6, "wind": 2.0, "wave": 1.0, "step": 1.5}[hidden]
     case, verdict = judged(Campaign(7, runs=runs, hidden={hidden: size}))
     assert verdict.verdict == "named"
@@ -76,14 +76,14 @@ def test_a_hidden_cause_is_named_with_its_size(hidden: str, runs: int) -> None:
     assert told(case, verdict).startswith(f"A {hidden} explains ")
 
 
-def test_a_cause_that_differs_between_runs_is_named() -> None:
+def test_an_effect_that_differs_between_runs_is_named() -> None:
     _, verdict = judged(Campaign(1, hidden={"warming": 1.0}), *CATALOGUE, cause("warming", between=True))
     assert verdict.verdict == "named"
     assert verdict.answer is not None
     assert verdict.answer.effects == ("warming",)
 
 
-def test_a_cause_between_too_few_runs_is_not_certified_by_itself() -> None:
+def test_an_effect_between_too_few_runs_is_not_certified_by_itself() -> None:
     warming = cause("warming", between=True)
     _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, profiles=())
     assert verdict.verdict == "not_testable"
@@ -92,7 +92,7 @@ def test_a_cause_between_too_few_runs_is_not_certified_by_itself() -> None:
     assert (verdict.verdict, verdict.answer) == ("adequate", None)
 
 
-def test_two_causes_with_one_trace_are_ambiguous() -> None:
+def test_two_effects_with_one_sensitivity_are_ambiguous() -> None:
     case, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOGUE, cause("wind_twin"))
     assert verdict.verdict == "ambiguous"
     assert {t.effects for t in verdict.answers} == {("wind",), ("wind_twin",)}
@@ -118,7 +118,7 @@ def test_a_shape_outside_the_catalogue_is_unknown() -> None:
     assert "no candidate effect explains the misfit" in told(case, verdict)
 
 
-def test_two_causes_at_once_are_both_named() -> None:
+def test_two_effects_at_once_are_both_named() -> None:
     case, verdict = judged(Campaign(4, hidden={"slope": 0.8, "wave": 0.8}))
     assert verdict.verdict == "named"
     assert verdict.answer is not None
@@ -144,7 +144,7 @@ def test_a_sensor_is_a_fault_of_the_data() -> None:
 
 
 @pytest.mark.parametrize("linearized", [False, True])
-def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause(linearized: bool) -> None:
+def test_an_effect_beyond_its_plausible_range_is_not_named(linearized: bool) -> None:
     small = cause("wind", reach=1.0)
     case, verdict = judged(Campaign(6, hidden={"wind": 2.0}), SLOPE, small, WAVE, STEP, linearized=linearized)
     assert verdict.verdict == "unknown"
@@ -152,7 +152,7 @@ def test_a_cause_that_needs_more_than_is_plausible_is_not_the_cause(linearized: 
     assert "A wind comes closest, but its amplitude is beyond the plausible range" in told(case, verdict)
 
 
-def test_a_cause_of_the_wrong_sign_is_not_the_cause() -> None:
+def test_an_effect_of_the_wrong_sign_is_not_named() -> None:
     """Its range extends beyond zero only for the noise of the estimate."""
     friction = cause("wind", least=-2.9)
     for size, name in ((2.0, "named"), (-2.0, "unknown")):
@@ -238,7 +238,7 @@ def test_stated_values_are_no_pieces_of_evidence() -> None:
     assert test.runs == 10
 
 
-def test_a_cause_that_differs_between_runs_needs_runs_enough_for_the_level() -> None:
+def test_an_effect_that_differs_between_runs_needs_runs_enough_for_the_level() -> None:
     warming = cause("warming", between=True)
     for level, runs, name in ((0.05, 8, "named"), (0.005, 8, "adequate"), (0.005, 10, "named")):
         _, verdict = judged(Campaign(1, runs=runs, hidden={"warming": 3.0}), *CATALOGUE, warming, level=level)
@@ -253,7 +253,7 @@ def test_a_level_that_the_units_cannot_reach_is_refused() -> None:
     assert "cannot reach the level of 0.0001" in verdict.why
 
 
-def test_causes_that_would_not_show_are_listed_with_what_they_would_bias() -> None:
+def test_effects_that_would_not_be_visible_are_listed_with_the_bias_they_would_cause() -> None:
     _, verdict = judged(Campaign(11), *CATALOGUE, cause("copy_of_bend"), cause("nothing"))
     assert verdict.verdict == "adequate"
     (unseen,) = verdict.untestable  # what has no trace at all biases nothing
@@ -263,7 +263,7 @@ def test_causes_that_would_not_show_are_listed_with_what_they_would_bias() -> No
     assert unseen.would_bias == {"bend": pytest.approx(30.0)}
 
 
-def test_where_no_cause_would_show_nothing_can_be_said() -> None:
+def test_where_no_effect_would_be_visible_nothing_is_testable() -> None:
     case, verdict = judged(Campaign(13), cause("copy_of_bend"))
     assert verdict.verdict == "not_testable"
     assert "no candidate effect would be visible" in told(case, verdict)
@@ -275,7 +275,7 @@ def test_runs_that_last_next_to_no_time_give_no_name() -> None:
     assert "no run lasts longer than 2 s; effects are confounded in runs this short" in told(case, verdict)
 
 
-def test_a_cause_too_small_to_matter_at_its_largest_is_not_testable() -> None:
+def test_an_effect_too_small_to_matter_at_its_largest_is_not_testable() -> None:
     bench = open_strategy(Campaign(13).setup(SLOPE, cause("wave", reach=0.05)))
     base = bench.fitted(())
     assert base is not None
@@ -337,7 +337,7 @@ def test_one_pass_over_the_logs_does_for_straight_lines(runs: int) -> None:
 
 
 @pytest.mark.parametrize(("unlisted", "name"), [(1.5, "named"), (30.0, "unknown")])
-def test_a_large_cause_is_named_though_its_law_is_not_exact(unlisted: float, name: str) -> None:
+def test_a_large_effect_is_named_though_its_law_is_not_exact(unlisted: float, name: str) -> None:
     large = cause("wave", reach=200.0)
     case, verdict = judged(Campaign(4, hidden={"wave": 120.0, "bump": unlisted}), SLOPE, WIND, large, STEP)
     assert verdict.verdict == name
@@ -357,7 +357,7 @@ def test_a_law_that_also_fits_what_a_simple_one_leaves_is_not_named_alone() -> N
     assert [a.effects for a in verdict.answers] == [("wave",), ("wavy",)]
 
 
-def test_two_errors_that_hid_each_other_are_told() -> None:
+def test_two_errors_that_hid_each_other_are_reported() -> None:
     """A level stated too high hides half of a step: with the step, predictions with that level are worse."""
     stated = {"level": (4.0, 0.3), "bend": (-2.0, 0.3)}
     campaign = Campaign(18, runs=12, hidden={"step": 1.0}, priors=stated)

@@ -118,7 +118,7 @@ def test_whole_runs_hold_the_rows_of_their_blocks() -> None:
     np.testing.assert_allclose(sums, [runs.columns[runs.label == u].sum(axis=0) for u in range(runs.units)])
 
 
-def test_equal_runs_are_worth_as_many_and_a_single_strong_one_hardly_more_than_one() -> None:
+def test_equal_runs_have_their_number_as_effective_number_and_a_single_strong_one_hardly_more_than_one() -> None:
     assert linearized_system(linear_of(Campaign(9, runs=20, own=False))).effective_units == pytest.approx(20, rel=0.05)
     regression = Regression(
         (Unknown("a", 0.0),),

@@ -64,7 +64,7 @@ def test_a_free_force_that_does_as_well_makes_it_unknown():
     )
 
 
-def test_a_cause_that_could_as_well_be_of_no_size_is_not_certain_enough():
+def test_an_effect_that_may_as_well_be_zero_is_not_certain_enough():
     def fitted(cause: str, value: float, std: float) -> Any:
         solution = SimpleNamespace(values={cause: value}, std={cause: std})
         return SimpleNamespace(effects=(cause,), solution=solution)
@@ -92,7 +92,7 @@ def test_what_leaves_hardly_more_is_an_answer_too():
     assert [t.effects for t in nearly_sufficient(tried)] == [("wave",), ("wind",)]
 
 
-def test_a_learned_law_that_leaves_most_of_the_misfit_is_not_the_cause_of_it():
+def test_a_learned_law_that_leaves_most_of_the_misfit_is_not_named():
     """Four fifths of the squares must be explained: 0.447 of the rms may remain."""
     assert left("law", 0.44, True).explains_most
     assert not left("law", 0.94, True).explains_most

@@ -122,7 +122,7 @@ def told(of: Strategy) -> tuple[Judgment, tuple[NextTest, ...]]:
 
 
 @pytest.mark.slow
-def test_rivals_are_told_apart_once_it_is_driven(tmp_path: Path) -> None:
+def test_rivals_are_separated_once_it_is_driven(tmp_path: Path) -> None:
     vehicle, hidden = random_vehicle(1), {"headwind": 2.0}
     narrow = SHORT.but(runs=6, start_speed=24.0, end_speed=15.0)
     verdict, (first, *others) = told(bench(vehicle, [(1, narrow)], hidden, tmp_path))
@@ -165,7 +165,7 @@ def test_with_the_drag_known_it_is_promised(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_runs_one_way_are_told_what_two_coasts_would_give(tmp_path: Path) -> None:
+def test_for_runs_in_one_direction_the_gain_by_two_coasts_is_reported(tmp_path: Path) -> None:
     vehicle, day = random_vehicle(1), SHORT.but(one_way=True)
     verdict, (first, second) = told(bench(vehicle, [(1, day)], {}, tmp_path))
     assert verdict.verdict == "not_testable"
@@ -217,7 +217,7 @@ def test_the_fewest_runs_win_and_then_the_least_effort() -> None:
     assert plan.runs == 2
 
 
-def test_where_nothing_will_do_the_most_is_told() -> None:
+def test_where_no_test_suffices_the_best_is_reported() -> None:
     asked = [Contrast({"slope": 0.2}, ("level", "bend", "wind"))]
     poor, better = lines({"slope": 0.1}), lines({"slope": 5.0}, most=1)
     plan = designed(poor, better).best(asked)

@@ -34,7 +34,7 @@ def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
     offer(monkeypatch, SLOPE, WIND, WAVE)
 
 
-def test_a_cause_that_may_be_of_no_size_is_not_named() -> None:
+def test_an_effect_that_may_be_zero_is_not_named() -> None:
     """The amplitude of the extended model decides, whatever the amplitude in the diagnosis."""
 
     def unsure(*args: Any) -> Result:
@@ -70,7 +70,7 @@ def test_nor_is_one_that_is_not_taken_into_the_model(monkeypatch: pytest.MonkeyP
     assert f"{who} is not significantly different from zero" in told.sentence
 
 
-def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_asked_for(
+def test_an_effect_that_may_be_zero_is_not_named_beside_a_requested_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A model extended by another effect does not confirm the named one."""
@@ -85,9 +85,7 @@ def test_a_cause_that_may_be_of_no_size_is_not_named_beside_another_that_was_ask
 
 
 @pytest.mark.parametrize("asked", ["named", "never", ["wind"]])
-def test_of_two_causes_neither_may_be_of_no_size_whoever_is_asked_for(
-    monkeypatch: pytest.MonkeyPatch, asked: Any
-) -> None:
+def test_of_two_effects_neither_may_be_zero_whichever_is_requested(monkeypatch: pytest.MonkeyPatch, asked: Any) -> None:
     def unsure(answer: Any, case: DiagnosisSetup) -> dict[str, Estimate]:
         return {
             n: replace(e, interval95=UNSURE) if n == "slope" else e for n, e in fitted_amplitudes(answer, case).items()

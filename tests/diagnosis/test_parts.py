@@ -115,7 +115,7 @@ def test_asymmetric_dampers_are_named_where_front_and_rear_differ(tmp_path: Path
 
 @pytest.mark.slow  # half a minute of diagnosis
 @pytest.mark.thorough
-def test_struts_of_different_friction_are_one_cause_and_leave_the_springs_known(tmp_path: Path) -> None:
+def test_struts_of_different_friction_are_one_effect_and_leave_the_springs_known(tmp_path: Path) -> None:
     laws = {("damper", "front"): other_laws.friction_tanh(160.0), ("damper", "rear"): other_laws.friction_tanh(90.0)}
     vehicle = random_vehicle(SEED)
     document = execute("bump", crossings(vehicle, SEED, other_laws.Hidden(laws), tmp_path)).document

@@ -66,7 +66,7 @@ def test_lines_through_a_likely_size_find_the_true_one() -> None:
     assert abs(fitted.values["step"] - SIZE) > 30 * near.solution.std["step"]
 
 
-def test_what_does_not_knock_is_relinearized_until_it_settles() -> None:
+def test_a_differentiable_effect_is_relinearized_until_it_settles() -> None:
     """A gain of 2 or 3.6 is out of reach of one linearization, or of two."""
     opened = bench(knocks=False)
     fitted = opened.fitted(("step",))
@@ -75,7 +75,7 @@ def test_what_does_not_knock_is_relinearized_until_it_settles() -> None:
 
 
 @pytest.mark.parametrize(("bent", "passes"), [(False, 1), (True, 3)])
-def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passes: int) -> None:
+def test_a_nondifferentiable_model_is_linearized_until_it_settles(bent: bool, passes: int) -> None:
     case = replace(Knocking(3, runs=8).setup(cause("wave")), linearized=True, nondifferentiable=bent)
     laid: list[dict[str, float]] = []
 
@@ -99,7 +99,7 @@ def test_lines_of_a_model_that_knocks_are_laid_until_they_hold(bent: bool, passe
     assert all(laid[1:])
 
 
-def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_looks_like() -> None:
+def test_the_linearization_is_about_the_likely_amplitude_where_it_explains_more() -> None:
     opened = bench(knocks=True)
     there = opened.about_likely("wave", opened)
     assert there is not opened
@@ -109,7 +109,7 @@ def test_lines_go_through_the_likely_size_where_it_explains_more_than_what_it_lo
     assert there.relinearized(fitted) is opened.relinearized(fitted)
 
 
-def test_of_what_it_does_not_look_like_nothing_is_tried() -> None:
+def test_effects_that_are_not_alike_are_not_tried() -> None:
     opened = bench(knocks=True)
     assert opened.about_likely("hat", opened) is opened
 

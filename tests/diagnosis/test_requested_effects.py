@@ -18,7 +18,7 @@ def line_of(path: Path, words: str) -> str:
     return f"{path.name}:{next(k for k, line in enumerate(lines, 1) if words in line)}"
 
 
-def test_all_that_is_wrong_with_the_causes_that_are_listed_is_told_at_once(tmp_path: Path, root: Path) -> None:
+def test_all_that_is_wrong_with_the_listed_effects_is_reported_at_once(tmp_path: Path, root: Path) -> None:
     asked = "diagnose:\n  effects:\n    - headwind\n    - headwinds\n    - headwind  # again\n  extend: [road_grade]\n"
     path = described(tmp_path, root, "coastdown", ("", asked))
     with pytest.raises(InputError) as refused:
@@ -31,7 +31,7 @@ def test_all_that_is_wrong_with_the_causes_that_are_listed_is_told_at_once(tmp_p
     assert unsought.got == "road_grade"
 
 
-def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
+def test_an_effect_that_does_not_apply_to_the_model_is_reported_with_its_line(tmp_path: Path, root: Path) -> None:
     """Only the model shows it: a coasting car has no torque with a gain."""
     path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [road_grade, torque_gain]}\n"))
     with pytest.raises(InputError) as refused:
@@ -42,7 +42,7 @@ def test_a_cause_that_the_model_cannot_take_is_told_with_its_line(tmp_path: Path
     assert finding.got == "torque_gain"
 
 
-def test_logs_that_are_missing_are_told_beside_causes_that_are_wrong(tmp_path: Path, root: Path) -> None:
+def test_missing_logs_are_reported_beside_wrong_effects(tmp_path: Path, root: Path) -> None:
     """Two days may each have a ``coast_1.csv``: messages name logs as the description does."""
     path = described(tmp_path, root, "coastdown", ("", "diagnose: {effects: [headwinds]}\n"))
     text = path.read_text()
@@ -77,7 +77,7 @@ def test_a_log_may_be_called_as_a_key_is(tmp_path: Path, root: Path) -> None:
     assert placed(finding, bump.spec, bump.source, bump.logs) is finding
 
 
-def test_what_a_step_refuses_of_its_description_is_told_with_its_line(tmp_path: Path, root: Path) -> None:
+def test_what_a_step_refuses_of_its_description_is_reported_with_its_line(tmp_path: Path, root: Path) -> None:
     path = described(tmp_path, root, "validate", ("driven: front", "driven: front\n  step: 0.01"))
     with pytest.raises(InputError) as refused:
         execute("validate", path)

@@ -103,7 +103,7 @@ def test_unknowns_that_the_baseline_imitates_together_cost_a_rank() -> None:
     assert seen(Campaign(7)).rank["shape"] == PROFILE - 1  # all hats together are the level
 
 
-def test_a_cause_is_absorbed_by_what_is_fitted() -> None:
+def test_an_effect_is_absorbed_by_what_is_fitted() -> None:
     made = system_of(Campaign(8), {"copy_of_bend": ["copy_of_bend"]})
     trace = made.of(["copy_of_bend"])[:, 0]
     np.testing.assert_allclose(absorbed(made, list(BASE), trace), [0.0, 3.0], atol=1e-9)
@@ -120,7 +120,7 @@ def test_several_unknowns_are_made_comparable(degrees: int) -> None:
     assert equivalent(float(degrees), degrees) == pytest.approx(equivalent(degrees * (1 + 3e-4), degrees), abs=1e-3)
 
 
-def test_of_a_strong_cause_and_a_free_shape_that_imitates_it_the_one_with_fewer_unknowns_is_the_stronger() -> None:
+def test_of_a_strong_effect_and_a_collinear_profile_the_one_with_fewer_unknowns_is_the_stronger() -> None:
     found = seen(Campaign(4, hidden={"wave": 1.0}))
     assert found.statistic["shape"] < 1.1 * found.statistic["wave"]
     assert found.strongest() == "wave"
@@ -220,7 +220,7 @@ def test_what_shows_against_prior_knowledge_alone_is_seen_and_keeps_its_level() 
 
 
 @pytest.mark.parametrize(("runs", "rows"), [(6, 60), (18, 30)])
-def test_a_cause_of_six_standard_errors_is_seen(runs: int, rows: int) -> None:
+def test_an_effect_of_six_standard_errors_is_seen(runs: int, rows: int) -> None:
     size = 6 * float(seen(Campaign(0, runs=runs, rows=rows)).spread["slope"][0])
     found = [seen(Campaign(2000 + k, runs=runs, rows=rows, hidden={"slope": size})) for k in range(40)]
     assert sum(f.p_value(draws=399) <= 0.02 for f in found) >= 39
@@ -243,7 +243,7 @@ def beside_a_bent_trace(hidden: float, bent: float, seed: int) -> Scores:
     return scores(made, [], {"asked": ["asked"], "bent": ["bent"]})
 
 
-def test_a_large_bent_trace_hides_no_other_cause() -> None:
+def test_a_large_nonlinear_effect_hides_no_other_one() -> None:
     hiding = [beside_a_bent_trace(2.0, 60.0, k) for k in range(20)]
     assert sum(s.p_value(draws=399) > 0.05 for s in hiding) >= 15
     assert sum(s.p_value(draws=399, scaled=True) > 0.05 for s in hiding) <= 1

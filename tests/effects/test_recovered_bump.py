@@ -92,7 +92,7 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
         assert result.parameters[name].value == pytest.approx(truth, rel=near), name
 
 
-def test_the_step_takes_every_cause_that_it_looks_for() -> None:
+def test_the_step_takes_every_effect_that_it_looks_for() -> None:
     model = problem(HIDDEN[0], 1.0).model
     own = {"degressive_damping"}  # tests/effects/test_suspension_laws.py
     assert {h.plant for h in HIDDEN} | own == {

@@ -113,7 +113,7 @@ def test_an_accelerometer_that_the_speed_contradicts_stays_within_its_deviation(
     assert abs(found.value - size) < 3 * found.std
 
 
-def test_the_door_with_every_cause_in_finds_the_same() -> None:
+def test_the_door_with_every_effect_in_finds_the_same() -> None:
     hidden = Hidden("clock_offset", 0.02)
     regression = problem(hidden, 1.0).regression(added(hidden.effect))
     found = solve(regression)
@@ -122,7 +122,7 @@ def test_the_door_with_every_cause_in_finds_the_same() -> None:
     assert [u.name for u in regression.shared if not u.nuisance] == [*plant.truth(VEHICLE), "clock_offset"]
 
 
-def test_the_step_takes_every_cause_that_it_looks_for() -> None:
+def test_the_step_takes_every_effect_that_it_looks_for() -> None:
     model = problem(SHOWN[0], 1.0).model
     names = {h.plant for h in (*SHOWN, *FAINT)} | {*ACCELEROMETER, "pitch_rate_gain"}
     assert {e.name for e in applicable(model, candidates(load_step("cg").situations))} == names

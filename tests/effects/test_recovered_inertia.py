@@ -95,6 +95,6 @@ def test_the_door_finds_the_same() -> None:
     assert found.values["clock_offset"] == pytest.approx(published.value, abs=0.1 * published.std)
 
 
-def test_the_step_takes_every_cause_that_it_looks_for() -> None:
+def test_the_step_takes_every_effect_that_it_looks_for() -> None:
     model = prepare(SPEC, data(HIDDEN[0], 1.0), KNOWN).model
     assert {h.plant for h in HIDDEN} == {e.name for e in applicable(model, candidates(load_step("inertia").situations))}

@@ -90,7 +90,7 @@ def test_the_door_finds_the_same(hidden: Hidden) -> None:
     assert [u.name for u in regression.shared] == ["shaft_stiffness_left", "shaft_damping_left", name]
 
 
-def test_both_sides_share_the_causes_and_have_a_bar_each() -> None:
+def test_both_sides_share_the_effects_and_have_a_bar_each() -> None:
     hidden = HIDDEN[1]
     logs = (log(hidden, 1.0), log(hidden, 1.0))
     runs = [{"log": "tip_in.csv", "side": side} for side in ("left", "right")]
@@ -101,6 +101,6 @@ def test_both_sides_share_the_causes_and_have_a_bar_each() -> None:
     assert found["backlash"] == pytest.approx(hidden.size, rel=0.05)
 
 
-def test_the_step_takes_every_cause_that_it_looks_for() -> None:
+def test_the_step_takes_every_effect_that_it_looks_for() -> None:
     model = prepare(spec(False), (log(HIDDEN[0], 1.0),), KNOWN).model
     assert {h.plant for h in HIDDEN} == {e.name for e in applicable(model, candidates(load_step("shaft").situations))}

@@ -89,7 +89,7 @@ def test_the_door_finds_the_same() -> None:
     assert found.values["slip_offset"] == pytest.approx(published.value, abs=0.1 * published.std)
 
 
-def test_the_step_takes_every_cause_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
+def test_the_step_takes_every_effect_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
     sweeps = logs(HIDDEN[0], 1.0)
     wanted = candidates(load_step("tire").situations)
     own = {"friction_drift", "slip_lag"}  # tests/steps/tire/test_named_faults.py

@@ -63,7 +63,7 @@ def test_c_has_the_bits_of_python_through_standstill_and_braking(tmp_path, drive
     assert abs(expected["speed"][-1]) < 0.05  # the brakes hold it on the slope
 
 
-def test_an_accepted_cause_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
+def test_an_accepted_effect_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
     plain = exported_vehicle(given(tmp_path), "front")
     car = exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG, SPEED_SCALE, HEADWIND]), "front")
     assert [one.effect for one in car.accepted] == ["brake_drag"]
@@ -84,11 +84,11 @@ def test_an_accepted_cause_is_in_the_model_and_a_sensor_fault_is_not(tmp_path):
 
 
 @pytest.mark.parametrize("verdict", ["adequate", "ambiguous", "unknown"])
-def test_a_cause_that_was_not_named_stays_out(tmp_path, verdict):
+def test_an_effect_that_was_not_named_stays_out(tmp_path, verdict):
     assert exported_vehicle(given(tmp_path, causes=[BRAKE_DRAG], verdict=verdict), "front").accepted == ()
 
 
-def test_a_cause_that_the_vehicle_does_not_know_is_left_out_and_said(tmp_path):
+def test_an_effect_that_the_vehicle_does_not_know_is_left_out_and_said(tmp_path):
     strange = {"effect": "full_moon", "unknowns": {"tide": {"value": 1.0}}}
     car = exported_vehicle(given(tmp_path, causes=[strange]), "front")
     assert car.accepted == ()
@@ -125,7 +125,7 @@ def test_a_learned_law_is_in_the_c_model_with_the_bits_of_python(tmp_path):
     assert got["speed"][-1] < simulated(plain, time, inputs, 0.0)["speed"][-1] - 0.01
 
 
-def test_every_cause_that_lasts_can_be_exported(tmp_path):
+def test_every_effect_that_lasts_can_be_exported(tmp_path):
     lasting = [effect for effect in applicable(vehicle("front"), catalogue()) if effect.lasts]
     assert len(lasting) > 5
     sizes = {

@@ -125,7 +125,7 @@ def test_inputs_that_go_straight_drive_it_as_python_does(tmp_path):
     assert difference(got, simulated(car, time, inputs, 0.0, substeps=4)) <= 1e-9
 
 
-def test_parameters_and_the_start_speed_are_heeded(tmp_path):
+def test_parameters_and_the_start_speed_are_used(tmp_path):
     path = runnable(tmp_path)
     speeds = []
     for mass in (1430.0, 1800.0):

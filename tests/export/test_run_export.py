@@ -39,7 +39,7 @@ def test_every_format_writes_its_files_and_says_which(tmp_path, form):
     assert all(name.startswith("car") for name in files)
 
 
-def test_a_misspelled_parameter_is_told_with_the_one_that_is_needed(tmp_path):
+def test_a_misspelled_parameter_is_reported_with_the_one_that_is_needed(tmp_path):
     path = written(tmp_path)
     path.write_text(path.read_text(encoding="utf-8").replace("tire_vertical_stiffness", "tire_virtical_stiffness"))
     text = refused(path, "tir")
@@ -48,7 +48,7 @@ def test_a_misspelled_parameter_is_told_with_the_one_that_is_needed(tmp_path):
     assert "vdyn bump" not in text
 
 
-def test_missing_parameters_are_told_at_once_with_the_step_that_gives_them(tmp_path):
+def test_missing_parameters_are_reported_at_once_with_the_step_that_gives_them(tmp_path):
     without = ("mass", "tire_B", "tire_C", "cg_height", "shaft_stiffness_left")
     text = refused(written(tmp_path, without=without))
     assert "the full vehicle needs mass, not given" in text
@@ -104,7 +104,7 @@ def test_values_that_no_vehicle_has(tmp_path):
     assert "parameter 'mass'" in refused(path)
 
 
-def test_a_cause_without_its_numbers(tmp_path):
+def test_an_effect_without_its_numbers(tmp_path):
     text = refused(written(tmp_path, causes=[{"effect": "brake_drag"}]))
     assert "an effect lacks its name or the values of its unknowns" in text
 

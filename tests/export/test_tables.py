@@ -146,7 +146,7 @@ def test_wltp_programs_get_the_road_load_in_their_units(tmp_path):
 @pytest.mark.parametrize(
     ("form", "without"), [("fastsim", ("cg_to_front", "wheel_inertia")), ("wltp", ("wheel_radius",))]
 )
-def test_what_a_receiver_needs_is_told_at_once(tmp_path, form, without):
+def test_what_a_receiver_needs_is_reported_at_once(tmp_path, form, without):
     with pytest.raises(InputError) as error:
         make(given(tmp_path, without=without), form, ExportOptions())
     text = str(error.value)

@@ -65,7 +65,7 @@ def test_a_deletion_is_the_refit_without_the_block() -> None:
     ("units", "runs", "lengths"),
     [("run", 6, ()), ("run", 6, (200, 20, 20, 40, 40, 80)), ("block", 4, ()), ("block", 1, (60,))],
 )
-def test_the_variance_is_unbiased_where_the_noise_is_as_believed(
+def test_the_variance_is_unbiased_where_the_noise_is_as_assumed(
     units: str, runs: int, lengths: tuple[int, ...]
 ) -> None:
     """Over campaigns of one design the mean of std^2 is the model's variance, and its scatter gives the degrees."""
@@ -140,7 +140,7 @@ def test_intervals_cover(case: Case) -> None:
 
 
 @pytest.mark.slow
-def test_textbook_intervals_would_not_cover_in_gusts_believed_too_weak() -> None:
+def test_textbook_intervals_would_not_cover_in_gusts_assumed_too_weak() -> None:
     """The reason for independent units: the same 40 campaigns by sample count."""
     case, inside = Case(8, believed_gust=0.3, believed_memory=3.0), 0
     for seed in range(40):
@@ -165,7 +165,7 @@ def test_blocks_carry_equal_information() -> None:
     assert shares == pytest.approx(np.full(16, information.sum() / 16), rel=0.01)
 
 
-def test_blocks_of_nothing_told_are_of_equal_length() -> None:
+def test_blocks_without_information_have_equal_length() -> None:
     assert np.bincount(equal_information_blocks(np.zeros(40), 4)).tolist() == [10, 10, 10, 10]
 
 

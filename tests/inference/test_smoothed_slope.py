@@ -18,7 +18,7 @@ def road(seed: int, count: int = 1500) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return STEP * np.arange(count), slope, slope + NOISE * random.standard_normal(count)
 
 
-def test_it_is_much_nearer_to_the_road_than_its_looks() -> None:
+def test_it_is_much_closer_to_the_road_than_it_seems() -> None:
     along, slope, looks = road(1)
     smooth, _ = smoothed_slope(along, looks, np.ones(slope.size, dtype=bool))
     assert np.std(smooth - slope) < 0.65 * NOISE

@@ -54,7 +54,7 @@ def test_distance_is_compared_up_to_the_last_sample() -> None:
     assert with_cross_checks(log(speed=0.965)).findings
 
 
-def test_an_accelerometer_that_was_mounted_backwards_is_told_its_sign() -> None:
+def test_the_sign_of_an_accelerometer_mounted_backwards_is_reported() -> None:
     with pytest.raises(InputError, match="add 'sign: -1' to the channel acceleration"):
         with_cross_checks(log(acceleration=-1.0))
 
@@ -102,7 +102,7 @@ def test_a_wrong_description_of_good_logs_is_refused(
         write_step(step, described(tmp_path, root, step, *changes), (), tmp_path / "out", None)
 
 
-def test_a_speed_that_stood_still_is_told_beside_what_it_contradicts() -> None:
+def test_a_speed_that_stood_still_is_reported_beside_what_it_contradicts() -> None:
     stuck = Finding(
         "a.csv, column 'V'", "holds one value all through: sensor failed or not connected", fault=True, doubt=True
     )
@@ -138,7 +138,7 @@ def test_loads_that_are_not_the_weight_are_doubted_and_those_of_a_wheel_too_many
         write_step("cg", path, (), tmp_path / "out", None)
 
 
-def test_a_doubt_is_told_before_anything_else(root: Path, tmp_path: Path) -> None:
+def test_a_doubt_is_reported_before_anything_else(root: Path, tmp_path: Path) -> None:
     """A scale that is wrong by some per cent is absorbed by the fit and not detected; the result is still doubtful."""
     text = (root / "configs" / "coastdown.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
     text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
@@ -160,7 +160,7 @@ def known_mass(value: float) -> str:
     return json.dumps({"format": FORMAT, "parameters": {"mass": entry}})
 
 
-def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root: Path) -> None:
+def test_a_value_that_a_parameter_file_contradicts_is_reported(tmp_path: Path, root: Path) -> None:
     """A parameter file has priority over the description; a contradiction between the two is reported."""
     described(tmp_path, root, "coastdown")
     text = (tmp_path / "coastdown.yaml").read_text()
@@ -174,7 +174,7 @@ def test_a_value_that_a_parameter_file_contradicts_is_told(tmp_path: Path, root:
     assert not gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
 
 
-def test_a_file_that_knows_causes_alone_is_taken(tmp_path: Path, root: Path) -> None:
+def test_a_file_that_knows_effects_alone_is_taken(tmp_path: Path, root: Path) -> None:
     """A validation publishes no parameters but names the effect that it found."""
     described(tmp_path, root, "coastdown")
     play = Estimate(1e-3, 2e-5, (9.6e-4, 1.04e-3), "rad", "free play", "backlash")

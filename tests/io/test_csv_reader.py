@@ -243,7 +243,7 @@ def test_an_optional_column_may_be_missing_or_empty(tmp_path: Path) -> None:
     assert "channel 'empty' is left out" in said(log)
 
 
-def test_repeated_headers_are_told_apart_by_number(tmp_path: Path) -> None:
+def test_repeated_headers_are_distinguished_by_number(tmp_path: Path) -> None:
     content = "t,v,v\n" + "".join(f"{i},{i},{-i}\n" for i in range(5))
     columns = {"time": Column("t", "s", "s"), "second": Column("v#2", "m", "m")}
     assert read(tmp_path, content, columns)["second"].tolist() == [0.0, -1.0, -2.0, -3.0, -4.0]

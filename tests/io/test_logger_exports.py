@@ -310,7 +310,7 @@ def test_a_vbo_without_data_is_refused(tmp_path: Path) -> None:
     "cell", ["10:23:11", "10:23:11,5", "2026-05-01T10:23:11.123456Z", "1.5.2026 10:23:11", "01-May-2026 10:23:11.023",
              "2026/05/01 10:23:11+02:00", "5/1/2026 10:23:11 PM"]
 )  # fmt: skip
-def test_a_time_of_day_is_told_from_a_number(cell: str) -> None:
+def test_a_time_of_day_is_distinguished_from_a_number(cell: str) -> None:
     assert is_instant(cell)
     assert written_seconds(np.array([cell], dtype=object))[0] % 86400 == pytest.approx(
         (22 if "PM" in cell else 10) * 3600 + 23 * 60 + 11, abs=0.6

@@ -120,7 +120,7 @@ def test_init_drafts_each_run_of_a_table_of_elapsed_times(tmp_path: Path) -> Non
     assert runs == [("Hin 1 [s]", "out"), ("Rückfahrt [s]", "back"), ("t3 [s]", "?")]
 
 
-def test_a_table_of_intervals_is_told_how_to_write_them(tmp_path: Path) -> None:
+def test_the_message_on_a_table_of_intervals_states_how_to_write_them(tmp_path: Path) -> None:
     rows = [f"{v},{v - 10},{t + 5},{t + 6 - 0.01 * v}" for v, t in zip(LEVELS, (4.2, 4.1, 4.9, 5.8, 5.7), strict=True)]
     (tmp_path / "a.csv").write_text("\n".join(["von,bis,t1,t2", *rows]) + "\n")
     with pytest.raises(

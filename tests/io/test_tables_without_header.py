@@ -40,7 +40,7 @@ def test_columns_are_read_by_their_numbers(text: str, tmp_path: Path) -> None:
     assert log["speed"] == pytest.approx(SPEED / 3.6, abs=1e-4)
 
 
-def test_a_description_with_names_is_told_the_numbers(tmp_path: Path) -> None:
+def test_the_message_on_columns_by_name_states_their_numbers(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_text(rows("{:.2f},{:.4f}"))
     with pytest.raises(InputError, match="has no header") as error:

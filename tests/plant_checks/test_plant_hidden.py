@@ -117,6 +117,6 @@ def test_a_stuck_sensor_holds_its_value(tmp_path: Path) -> None:
     assert len(set(force[len(force) // 2 - 20 : len(force) // 2 + 20])) == 1
 
 
-def test_cells_are_told_by_name() -> None:
+def test_cells_are_reported_by_name() -> None:
     assert Cell("tire", "", {"slip_offset": 0.01}, "named").name == "tire: slip_offset 0.01"
     assert Cell("coastdown", "wide", {}, "nothing").name == "coastdown (wide): nothing"

@@ -29,7 +29,7 @@ def evidence() -> Evidence:
 
 
 @pytest.mark.thorough
-def test_the_inertia_is_told_from_every_rival(evidence: Evidence) -> None:
+def test_the_inertia_is_distinguished_from_every_rival(evidence: Evidence) -> None:
     assert evidence.t()["motor_inertia"] > 20
     assert all(t > 20 for t in evidence.rivals()["motor_inertia"].values())
 

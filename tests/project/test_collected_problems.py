@@ -63,7 +63,7 @@ def test_wrong_keys_missing_logs_units_columns_and_numbers_come_in_one_round(tmp
         assert said in text, said
 
 
-def test_what_init_left_open_is_told_once_a_line_in_their_order(tmp_path: Path) -> None:
+def test_what_init_left_open_is_reported_once_a_line_in_their_order(tmp_path: Path) -> None:
     channels = {"time": {"column": "t", "unit": "s"}, "speed": {"column": "?", "unit": "?"}}
     text = problems(tmp_path, channels=channels, vehicle={"mass": "?", "air_density": 1.2})
     marked = [line for line in text.splitlines() if '"?"' in line and "->" not in line]
@@ -78,7 +78,7 @@ def test_a_missing_number_of_the_vehicle_comes_in_the_same_round(tmp_path: Path)
     assert "mass (vehicle mass as tested) is needed" in text
 
 
-def test_a_missing_number_is_told_at_the_vehicle_of_the_description(tmp_path: Path) -> None:
+def test_a_missing_number_is_reported_at_the_vehicle_of_the_description(tmp_path: Path) -> None:
     """Alone and together with other problems, with the line of the description instead of the step's name."""
     assert re.search(
         r"^test\.yaml:\d+: mass \(", problems(tmp_path, titel="x", vehicle={"air_density": 1.2}), re.MULTILINE
@@ -92,14 +92,14 @@ def test_a_missing_number_is_told_at_the_vehicle_of_the_description(tmp_path: Pa
         execute("coastdown", tmp_path / "test.yaml")
 
 
-def test_a_misspelled_channel_is_not_told_as_missing_too(tmp_path: Path) -> None:
+def test_a_misspelled_channel_is_not_reported_as_missing_too(tmp_path: Path) -> None:
     channels = {"time": {"column": "t", "unit": "s"}, "speed": {"column": "v", "unti": "m/s"}}
     text = problems(tmp_path, channels=channels)
     assert "unknown key 'unti'" in text
     assert "channel speed is needed" not in text
 
 
-def test_missing_logs_are_told_beside_a_run_that_names_none(tmp_path: Path) -> None:
+def test_missing_logs_are_reported_beside_a_run_that_names_none(tmp_path: Path) -> None:
     text = problems(tmp_path, runs=[{"log": "b.csv"}, {"direction": "out"}])
     assert "a run has either 'log' or 'logs'" in text
 

@@ -39,7 +39,7 @@ def refused(gained: Path) -> tuple[Path, RefusedResultError]:
     return folder, caught.value
 
 
-def test_the_cause_makes_the_result_publishable(gained: Path) -> None:
+def test_the_effect_makes_the_result_publishable(gained: Path) -> None:
     test = yaml.safe_load(gained.read_text(encoding="utf-8"))
     test["diagnose"] = {"effects": ["hub_torque_gain", "clock_offset"]}
     path = gained.with_name("few.yaml")

@@ -30,7 +30,7 @@ def _known(share: float, std: float) -> Parameters:
     ("share", "std", "agrees"),
     [(1.0, 0.0005, True), (0.97, 0.0005, False), (1.028, 0.0005, False), (0.98, 0.004, True)],
 )
-def test_a_radius_that_the_speeds_contradict_is_told(share: float, std: float, agrees: bool) -> None:
+def test_a_radius_that_the_speeds_contradict_is_reported(share: float, std: float, agrees: bool) -> None:
     pairs = [pair for name in ("a", "bb") for pair in tied_pairs(_run(name), _known(share, std))]
     _, findings = compared_over_runs(pairs)
     assert [pair.good for pair in pairs] == [agrees, agrees]

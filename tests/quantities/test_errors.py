@@ -5,7 +5,7 @@ from __future__ import annotations
 from vdyn_cli.quantities.errors import Finding, in_file_order, merge_logs, merge_similar
 
 
-def test_findings_that_differ_in_numbers_alone_are_told_once() -> None:
+def test_findings_that_differ_in_numbers_alone_are_reported_once() -> None:
     uneven = [Finding(f"slip_{i}.csv, column 'Time'", f"uneven clock: {80 + i} % of steps", "", "r") for i in range(5)]
     other = Finding("slip_1.csv, column 'Fx'", "clipped", "", "r")
     told = merge_similar([*uneven, other])
@@ -14,7 +14,7 @@ def test_findings_that_differ_in_numbers_alone_are_told_once() -> None:
     assert [f.where for f in merge_similar(equal)] == ["slip_0.csv and 1 more"]
 
 
-def test_a_wrong_column_of_many_logs_is_told_once_with_their_names() -> None:
+def test_a_wrong_column_of_many_logs_is_reported_once_with_their_names() -> None:
     logs = [f"run_{i}.csv" for i in range(8)]
     what, remedy = "channel 'speed': no such column in ", "did you mean 'V'?"
     wrong = [Finding("t.yaml:7", what + name, "'v'", remedy) for name in logs]
@@ -34,6 +34,6 @@ def test_a_log_whose_name_is_part_of_another_is_itself() -> None:
     assert told.what.endswith("in a.csv, day/a.csv, a.csv.gz")
 
 
-def test_findings_of_a_description_are_told_by_line() -> None:
+def test_findings_of_a_description_are_reported_by_line() -> None:
     found = [Finding("t.yaml:12", "a"), Finding("run.csv:3", "b"), Finding("t.yaml:4", "c"), Finding("t.yaml", "d")]
     assert [f.what for f in in_file_order(found, "t.yaml")] == ["c", "a", "b", "d"]

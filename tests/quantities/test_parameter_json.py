@@ -86,7 +86,7 @@ def test_other_keys_of_a_wrong_type_are_refused(key: str, value: Any, tmp_path: 
         read_document(written(tmp_path, {}, **{key: value}))
 
 
-def test_everything_wrong_is_told_at_once(tmp_path: Path) -> None:
+def test_everything_wrong_is_reported_at_once(tmp_path: Path) -> None:
     wrong = {"mass": entry(1, "kg"), "drag_area": entry(-5, "m^2"), "wheel_radius": entry(0.3, "kg")}
     with pytest.raises(InputError) as caught:
         read_document(written(tmp_path, wrong, correlation="abc"))

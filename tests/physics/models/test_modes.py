@@ -96,7 +96,7 @@ def test_slopes_are_those_of_the_table(name):
             assert getattr(middle[mode], slope)[name] == pytest.approx(difference, rel=1e-4, abs=1e-5 * size), mode
 
 
-def test_the_parameters_that_move_a_mode_most_are_told_first():
+def test_the_parameters_that_move_a_mode_most_are_reported_first():
     movers = table(15.0)["wheel hop front"].frequency_movers(2)
     assert {name for name, _ in movers} == {"tire_vertical_stiffness", "unsprung_mass_front"}
     assert abs(movers[0][1]) >= abs(movers[1][1])

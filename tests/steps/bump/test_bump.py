@@ -170,7 +170,7 @@ def described(folder: Path, bump: dict[str, object], road: Bump | None = None) -
 
 
 @pytest.mark.parametrize("told", [None, 0.4, 5.6, 9.0])
-def test_the_bump_is_found_wherever_it_is_told_to_be(told: float | None) -> None:
+def test_the_bump_is_found_wherever_it_is_stated_to_be(told: float | None) -> None:
     result = run(how=spec(runs=None if told is None else {"distance_front": told}))
     assert not missed(result)
     places = [run["distance_front"] for run in result.extra["crossings"]]
@@ -178,7 +178,7 @@ def test_the_bump_is_found_wherever_it_is_told_to_be(told: float | None) -> None
     assert bool([f for f in result.findings if "show the bump" in f.what]) == (told is not None)
 
 
-def test_the_nearer_of_two_bumps_is_taken_where_it_is_told() -> None:
+def test_the_nearer_of_two_bumps_is_used_if_its_distance_is_stated() -> None:
     twice = []
     for log in LOGS:
         step = log.time[-1] + 0.002

@@ -79,7 +79,7 @@ def accelerated_run(seed: int, zero: float, channels: tuple[str, ...] = ("speed"
 
 
 @pytest.mark.parametrize("zero", [0.2, -0.05])
-def test_a_zero_that_the_speed_contradicts_is_told(zero: float) -> None:
+def test_a_zero_that_the_speed_contradicts_is_reported(zero: float) -> None:
     (finding,) = gps_zero([accelerated_run(k, zero) for k in range(3)])
     assert finding.doubt
     assert finding.where == "3 runs"

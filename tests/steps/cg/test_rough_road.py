@@ -70,7 +70,7 @@ def test_a_clock_that_is_off_is_still_named() -> None:
 
 
 @pytest.mark.slow
-def test_what_the_driver_causes_holds_little_of_the_road() -> None:
+def test_what_the_driver_causes_contains_little_of_the_road() -> None:
     driver, both = ([cut_windows(log) for log in found] for found in (front_only(), rough()))
     found = driven_channels(both, VEHICLE.antenna_height - VEHICLE.cg_height)
     for name in ("front_load", "pitch_rate"):

@@ -19,7 +19,7 @@ def coast(name: str, acceleration: bool) -> CoastSegment:
     return CoastSegment(0, name, Log(name, time, channels), np.zeros(time.size, dtype=np.int64))
 
 
-def test_a_run_without_acceleration_is_told() -> None:
+def test_a_run_without_acceleration_is_reported() -> None:
     (found,) = accelerometer_findings([coast("a.csv", True), coast("b.csv", False), coast("c.csv", True)])
     assert found.where == "b.csv"
     assert "1 of 3 coasts" in found.what

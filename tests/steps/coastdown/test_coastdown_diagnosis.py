@@ -242,7 +242,7 @@ def test_a_wind_stays_with_its_day(windy: tuple[dict[str, Any], str, Path]) -> N
 
 
 @pytest.mark.slow
-def test_a_cause_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
+def test_an_effect_of_the_car_goes_with_its_parameters(tmp_path: Path) -> None:
     path = described(tmp_path, {"speed_dependent_rolling": 2e-4}, diagnose={"extend": ["speed_dependent_rolling"]})
     code, _, error = vdyn("coastdown", path, "-o", tmp_path / "out", "-q")
     assert code == 0, error

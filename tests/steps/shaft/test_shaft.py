@@ -99,7 +99,7 @@ def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:
     assert "33 %" in finding.what
 
 
-def test_a_drawing_that_the_log_contradicts_is_told_also_where_joints_explain_it() -> None:
+def test_a_drawing_that_the_log_contradicts_is_reported_also_where_joints_explain_it() -> None:
     vehicle = random_vehicle(3)
     data = (log(vehicle, 3, series_compliance=0.25 / plant.truth(vehicle)["shaft_stiffness_left"]),)
     joints = next(effect for effect in catalogue() if effect.name == "series_compliance")

@@ -85,7 +85,7 @@ def test_stated_c_and_e_determine_a_curve_whose_peak_was_not_reached() -> None:
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
-def test_unlike_peaks_are_told_where_one_curve_is_fitted() -> None:
+def test_unlike_peaks_are_reported_where_one_curve_is_fitted() -> None:
     def told(friction: float, **settings: str) -> bool:
         found = estimated(settings, effects={"braking_friction": friction}).findings
         return any("write 'peaks: two'" in f.remedy for f in found)

@@ -41,7 +41,9 @@ def lossy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, list[Made],
     return found(folder, drives, extend=["accelerometer_slope", "driveline_loss"]), drives, truth
 
 
-def test_hills_and_a_loss_are_found_and_what_looks_like_a_loss_is_told(lossy: tuple[Result, list[Made], Truth]) -> None:
+def test_hills_and_a_loss_are_found_and_a_seeming_loss_is_reported(
+    lossy: tuple[Result, list[Made], Truth],
+) -> None:
     told = lossy[0].diagnosis
     assert told is not None
     assert told.verdict == "ambiguous"
