@@ -15,6 +15,7 @@ from tests.plant import drop as plant
 from tests.plant.drop import Rig, random_rig
 from vdyn_cli.effects import Law, Number, Quantity, Signals, candidates, effect
 from vdyn_cli.effects.bump_stop import bump_stop
+from vdyn_cli.effects.clock_offset import clock_offset
 from vdyn_cli.effects.suspension_friction import suspension_friction
 from vdyn_cli.engine.maths import fmax, fmin
 from vdyn_cli.engine.simulate import Drive, Simulator
@@ -90,6 +91,22 @@ def test_dry_friction_can_be_taken_into_the_model() -> None:
     assert extended.amplitudes["suspension_friction"].value == pytest.approx(60.0, rel=0.25)
     assert extended.fit.rms < 0.5 * plain.publish().fit.rms
     assert suspension_friction in candidates(DROP.situations)
+
+
+def test_wheel_heights_that_are_logged_late_are_a_clock_offset() -> None:
+    rig, late = random_rig(3), 0.015
+    data = tuple(
+        log.with_channels(wheel_height_front=np.interp(log.time - late, log.time, log["wheel_height_front"]))
+        for log in logs(rig, 3)
+    )
+    plain = DROP.prepare(spec(rig), data, known(rig))
+    extended = plain.publish(AddedEffects((clock_offset,), (Unknown("clock_offset", 0.0, -0.2, 0.2, "s"),)))
+    found = extended.amplitudes["clock_offset"]
+    assert found.value == pytest.approx(late, abs=3 * found.std)
+    assert found.std < 1e-3
+    assert extended.fit.rms == pytest.approx(extended.fit.noise_floor, rel=0.1)
+    assert plain.publish().fit.rms > 1.1 * extended.fit.rms
+    assert clock_offset in candidates(DROP.situations)
 
 
 def test_a_law_that_softens_the_damper_is_fitted_from_the_plain_car() -> None:
