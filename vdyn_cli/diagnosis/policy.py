@@ -301,7 +301,7 @@ class Policy:
         "A tenth of rest_level: a profile can imitate every simpler law, so that it must be clearly better.",
     )  # fmt: skip
     named_t: float = _threshold(
-        2.0, "standard errors", "from zero that the one amplitude of a named effect must have, across blocks or runs",
+        2.0, "standard errors", "across blocks or runs, by which the amplitude of a named effect must differ from zero",
         "The bound of a 95 % interval: an effect whose interval contains zero is not named.",
     )  # fmt: skip
     # Parts and learned laws -----------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ class StepPolicy:
     )  # fmt: skip
     least_fall: float = threshold(
         1.0, "m/s", "by which the speed must fall in a coast",
-        "Below, not even half an interval of 10 km/h, as UN R83 and WLTP evaluate, is passed.",
+        "Below, a coast passes less than half of one interval of 10 km/h, which UN R83 and WLTP evaluate.",
     )  # fmt: skip
     held_drop: float = threshold(
         2.0, "m/s", "below the highest speed, within which the release of a held pedal lies",
