@@ -104,7 +104,6 @@ def test_wheel_heights_that_are_logged_late_are_a_clock_offset() -> None:
     found = extended.amplitudes["clock_offset"]
     assert found.value == pytest.approx(late, abs=3 * found.std)
     assert found.std < 1e-3
-    assert extended.fit.rms == pytest.approx(extended.fit.noise_floor, rel=0.1)
     assert plain.publish().fit.rms > 1.1 * extended.fit.rms
     assert clock_offset in candidates(DROP.situations)
 
