@@ -500,6 +500,18 @@ class StepPolicy:
         1.3, "", "times the variance with both that the ratios may leave",
         "Hills add forces to any ratio: 1.0 to 3; a gain or gears do not: 1.0, shifting often up to 1.5.",
     )  # fmt: skip
+    held_torque: float = threshold(
+        0.15, "of a drive's large torques", "least change within a second of a torque that is not held",
+        "Neighboring gears differ by 1.3 times or more: a shift changes the torque by 0.2 of its value or more.",
+    )  # fmt: skip
+    drive_slope: float = threshold(
+        0.01, "", "standard deviation of the mean slope and rolling resistance of a drive, in the search of gears",
+        "Drives of some kilometers climb by less than 1 % on average, and the rolling resistance is about 1 %.",
+    )  # fmt: skip
+    drag_spread: float = threshold(
+        0.5, "of the stated drag", "standard deviation of the drag in the search of gears",
+        "A headwind of 5 m/s at 20 m/s, or a box on the roof, changes the drag by half.",
+    )  # fmt: skip
 
 
 STEP_POLICY = StepPolicy()

@@ -7,11 +7,11 @@ import pytest
 
 from tests.plant.sensors import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.drives.ratio_changes import ratio_changes
+from vdyn_cli.steps.validate.drives.ratio_changes import StatedMotion, ratio_changes
 from vdyn_cli.steps.validate.drives.segments import RunConditions, Segmentation, drive_segments
 
 MASS, RADIUS, STEP = 1700.0, 0.32, 0.05  # kg, m, s
-STATED = 1.0 / (RADIUS * MASS)
+STATED = StatedMotion(1.0 / (RADIUS * MASS), -160.0 / MASS, -0.9 / MASS)
 GEARS = ((0.0, 1.0), (30.0, 0.62), (55.0, 0.45), (95.0, 0.62), (120.0, 1.0))  # s, ratio from then on
 Driven = tuple[Array, dict[str, Array], Array]
 
@@ -66,7 +66,7 @@ def test_a_gain_that_changes_in_one_drive_is_found_there() -> None:
 def test_a_drive_is_simulated_in_the_usual_gear_only() -> None:
     time, channels, torque = drive(1, GEARS)
     log = Log("run.csv", time, {**channels, "drive_torque": torque}, ())
-    segments, findings = drive_segments([log], [RunConditions()], Segmentation("road_load", ratio=STATED))
+    segments, findings = drive_segments([log], [RunConditions()], Segmentation("road_load", motion=STATED))
     assert [t for s in segments for t in (s.time[0], s.time[-1])] == pytest.approx([0.0, 30.0, 120.0, 160.0], abs=1.0)
     assert ["acceleration per torque changes" in f.what for f in findings] == [True]
 
@@ -76,3 +76,26 @@ def test_a_drive_with_the_gears_of_another_is_left_out_too() -> None:
     hilly = drive(4, GEARS, hills=0.004)
     assert not ratio_changes([hilly], STATED)[0].spans
     assert [bool(change.spans) for change in ratio_changes([drive(1, GEARS), hilly], STATED)] == [True, True]
+
+
+def test_gears_that_follow_the_speed_are_found_in_every_drive() -> None:
+    """High gears at high speeds look like another drag, and the torque steps at a shift."""
+    drives = [shifted(seed) for seed in range(3)]
+    for change in ratio_changes(drives, STATED):
+        assert change.spans
+        assert np.median([factor for *_, factor in change.spans]) == pytest.approx(0.62, abs=0.015)
+
+
+def shifted(seed: int) -> Driven:
+    """A drive whose gear depends on the speed: 1 or, above 15 m/s, 0.62."""
+    rng = np.random.default_rng([9, seed])
+    time = np.arange(0.0, 160.0, STEP)
+    goal = np.interp(time, np.r_[0.0, np.cumsum(rng.uniform(6.0, 16.0, 30))], np.r_[5.0, rng.uniform(6.0, 24.0, 30)])
+    speed, force, high, v = np.empty(time.size), np.empty(time.size), np.zeros(time.size, dtype=bool), 5.0
+    for k in range(time.size):
+        high[k] = v > (14.0 if k and high[k - 1] else 15.0)
+        force[k] = np.clip(MASS * (goal[k] - v) - 900.0, -900.0, 3800.0) + 160.0 + 0.9 * v**2
+        speed[k] = v
+        v += STEP * (force[k] - 160.0 - 0.9 * v**2) / MASS
+    channels = {"speed": speed + 0.02 * rng.standard_normal(time.size), "brake_torque": np.zeros(time.size)}
+    return time, channels, force * RADIUS / np.where(high, 0.62, 1.0)

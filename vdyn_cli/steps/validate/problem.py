@@ -12,6 +12,7 @@ from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -34,6 +35,7 @@ from vdyn_cli.steps.validate.car.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.drives.compared_channels import compared_sensors, has_two_motors
 from vdyn_cli.steps.validate.drives.input_torque import DriveInputs
+from vdyn_cli.steps.validate.drives.ratio_changes import StatedMotion
 from vdyn_cli.steps.validate.drives.segments import (
     RUN_START,
     SLOWEST,
@@ -75,6 +77,7 @@ from vdyn_cli.steps.validate.validation import Validation
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
+USUAL_ROLLING, USUAL_DRAG, USUAL_DENSITY = 0.01, 0.7, 1.2  # of a car; m^2; kg/m^3
 STARTS = 4  # linearization points of the baseline whose simulations are kept
 
 
@@ -129,7 +132,7 @@ class ValidateProblem(SimulatedProblem):
             refuse_coarse(s.model, s.step.value)
         refuse_sparse(self.logs)
         w = s.windows
-        rule = Segmentation(s.model, ratio=stated_ratio(self.known))
+        rule = Segmentation(s.model, motion=stated_motion(self.known))
         if w:
             rule = replace(rule, length=w.length.value, powered=w.powered, slowest=max(w.slowest.value, SLOWEST))
         day = _day_temperature(self)
@@ -317,12 +320,22 @@ class ValidateProblem(SimulatedProblem):
         return self._likely[effect.name]
 
 
-def stated_ratio(known: Parameters) -> float | None:
-    """Acceleration per drive torque, i eta / (r (M + mr)), 1/(kg m), of the stated parameters; None without a mass."""
+def stated_motion(known: Parameters) -> StatedMotion | None:
+    """The acceleration of a driven car with the stated parameters, on a level road; None where some are not known.
+
+    a = i eta / (r (M + mr)), b = -frr M g / (M + mr) and c = -rho A / (2 (M + mr)); without frr or A: of a usual car
+    """
     if "mass" not in known or "wheel_radius" not in known:
         return None
     force = known.value("gear_ratio", 1.0) * known.value("driveline_efficiency", 1.0) / known.value("wheel_radius", 1.0)
-    return force / (known.value("mass", 1.0) + known.value("rotating_mass", 0.0))
+    mass = known.value("mass", 1.0)
+    inertia = mass + known.value("rotating_mass", 0.0)
+    if "road_load_f0" in known:
+        rolling, drag = known.value("road_load_f0", 0.0), known.value("road_load_f2", 0.0)
+    else:
+        rolling = known.value("rolling_resistance", USUAL_ROLLING) * mass * GRAVITY
+        drag = 0.5 * known.value("air_density", USUAL_DENSITY) * known.value("drag_area", USUAL_DRAG)
+    return StatedMotion(force / inertia, -rolling / inertia, -drag / inertia)
 
 
 def _by_wheel(spec: ValidateSpec) -> bool:

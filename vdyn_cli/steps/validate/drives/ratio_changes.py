@@ -15,6 +15,7 @@ import numpy as np
 
 from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
 from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import DrivenSamples, driven_samples
@@ -33,7 +34,22 @@ ROUNDS = 8  # of finding pieces and the coefficients common to all
 WIDEST = 12.0  # ratio of the lowest gear to the highest: 4 to 6 in cars, 12 in trucks
 MOST_UNREPEATED = 3  # levels, above which a drive must return to some of them
 LEAST_KNOWN = 0.7  # share of the driving time in known levels: shifts disturb the rest
+HIGH = 0.9  # quantile of the torque that stands for its largest values
 MAIN_SHARE = 0.2  # within which a ratio may be the stated one: errors of mass, torque and radius together
+
+
+@dataclass(frozen=True)
+class StatedMotion:
+    """The acceleration a T + b + c V^2 of a driven car on a level road, as stated.
+
+    Parameters
+    ----------
+    ratio : a, 1/(kg m). constant : b, m/s^2. drag : c, 1/m.
+    """
+
+    ratio: float
+    constant: float
+    drag: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +98,7 @@ class RatioChange:
         return (Finding(f"{log}, channel 'drive_torque'", what, "", remedy, doubt=True),)
 
 
-def ratio_changes(drives: Sequence[Driven], stated: float | None = None) -> tuple[RatioChange, ...]:
+def ratio_changes(drives: Sequence[Driven], stated: StatedMotion | None = None) -> tuple[RatioChange, ...]:
     """The changes of the acceleration per torque in each drive.
 
     The usual ratio is that of the longest driving time of all drives, among those within ``MAIN_SHARE`` of the stated
@@ -91,15 +107,14 @@ def ratio_changes(drives: Sequence[Driven], stated: float | None = None) -> tupl
     Parameters
     ----------
     drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
-        drive torque (n,) N m. stated : gear_ratio driveline_efficiency / (wheel_radius (mass + rotating_mass)),
-        1/(kg m).
+        drive torque (n,) N m. stated : of this car; None where it is not known.
     """
-    found = [_pieces(driven_samples(*drive, STEP)) for drive in drives]
+    found = [_pieces(driven_samples(*drive, STEP), stated) for drive in drives]
     certain = [one for one in found if one is not None and one.certain]
     if not any(one.ratio.size > 1 for one in certain):
         return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
     levels, driven = (np.concatenate(v) for v in zip(*((one.ratio, one.driven) for one in certain), strict=True))
-    usual = _usual(levels, driven, stated)
+    usual = _usual(levels, driven, stated.ratio if stated else None)
     return tuple(_changed(time, one, usual, levels) for (time, _, _), one in zip(drives, found, strict=True))
 
 
@@ -136,18 +151,28 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
     return RatioChange(mask, tuple(spans))
 
 
-def _pieces(seen: DrivenSamples) -> Pieces | None:
+def _pieces(seen: DrivenSamples, stated: StatedMotion | None) -> Pieces | None:
     """The pieces of a drive; None where it is driven for too short a time."""
     step = -(-seen.time.size // MOST_SAMPLES) if seen.time.size else 1
-    time, rate, torque, rest = (v[::step] for v in (seen.time, seen.rate, seen.columns[:, 0], seen.columns[:, 1:]))
+    used = _held(seen.columns)[::step]
+    time, rate, torque, rest = (
+        v[::step][used] for v in (seen.time, seen.rate, seen.columns[:, 0], seen.columns[:, 1:])
+    )
     if time.size < FEWEST_SAMPLES:
         return None
-    penalty = STEP_POLICY.unequal_t**2 * LASTING * _local_variance(rate, torque, rest)
-    starts, coefficients = _search(rate, torque, rest, penalty)
+    variance = LASTING * _local_variance(rate, torque, rest)
+    starts, coefficients = _search(rate, torque, rest, _Law(stated, variance))
     ratio, edges = coefficients[: len(starts)], np.array([*starts, time.size])
     certain = len(starts) == 1 or (_are_levels(ratio) and _follow_torque(rate, torque, rest, starts))
     at = np.r_[time[starts], time[-1]]
     return Pieces(at, ratio, STEP * step * np.diff(edges), time[edges[1:] - 1], certain)
+
+
+def _held(columns: Array) -> Mask:
+    """Mask (n,) of the samples in whose span the torque changes by less than a shift changes it."""
+    torque, rate = columns[:, 0], columns[:, 3]
+    most = float(np.quantile(torque, HIGH)) if torque.size else 0.0
+    return np.asarray(np.abs(rate) * SPAN < STEP_POLICY.held_torque * most)
 
 
 def _are_levels(ratio: Array) -> bool:
@@ -166,16 +191,43 @@ def _local_variance(rate: Array, torque: Array, rest: Array) -> float:
     return float((NORMAL_FROM_MEDIAN * np.median(np.abs(residual))) ** 2 * LOCAL / (LOCAL - 2) + LEAST_NOISE**2)
 
 
-def _search(rate: Array, torque: Array, rest: Array, penalty: float) -> tuple[list[int], Array]:
+@dataclass(frozen=True)
+class _Law:
+    """The stated motion as a prior of the common coefficients; ``variance`` of a sample, (m/s^2)^2."""
+
+    stated: StatedMotion | None
+    variance: float
+
+    @property
+    def start(self) -> Array:
+        """The common coefficients (3,), before pieces are known; NaN where they are not stated."""
+        return np.array([self.stated.constant, self.stated.drag, 0.0]) if self.stated else np.full(3, np.nan)
+
+    def fit(self, rate: Array, torque: Array, rest: Array, starts: list[int]) -> Array:
+        """The coefficients by least squares: a ratio for each piece, then the common ones."""
+        columns = np.column_stack([_indicators(rate.size, starts) * torque[:, None], rest])
+        if self.stated is not None:
+            spread = STEP_POLICY.drive_slope * GRAVITY, STEP_POLICY.drag_spread * abs(self.stated.drag)
+            weight = np.sqrt(self.variance) / np.maximum(spread, 1e-12)
+            rows = np.zeros((2, columns.shape[1]))
+            rows[[0, 1], [len(starts), len(starts) + 1]] = weight
+            columns, rate = np.vstack([columns, rows]), np.r_[rate, weight * self.start[:2]]
+        return np.asarray(np.linalg.lstsq(columns, rate, rcond=None)[0])
+
+
+def _search(rate: Array, torque: Array, rest: Array, law: _Law) -> tuple[list[int], Array]:
     """First samples of the pieces, and the coefficients: a ratio for each piece, then those common to all."""
-    starts = [0]
+    penalty = STEP_POLICY.unequal_t**2 * law.variance
+    starts, common = [0], law.start
+    if not np.isfinite(common).all():
+        common = law.fit(rate, torque, rest, starts)[1:]
     for _ in range(ROUNDS):
-        common = _fit(rate, torque, rest, starts)[len(starts) :]
         found = _partition(rate - rest @ common, torque, penalty)
+        fitted = law.fit(rate, torque, rest, found)
         if found == starts:
             break
-        starts = found
-    return starts, _fit(rate, torque, rest, starts)
+        starts, common = found, fitted[len(found) :]
+    return starts, law.fit(rate, torque, rest, starts)
 
 
 def _partition(y: Array, x: Array, penalty: float) -> list[int]:
@@ -218,11 +270,6 @@ def _indicators(n: int, starts: list[int]) -> Array:
     """(n, p) 1 where a sample belongs to a piece."""
     piece = np.searchsorted(starts, np.arange(n), side="right") - 1
     return np.asarray(piece[:, None] == np.arange(len(starts)), dtype=np.float64)
-
-
-def _fit(rate: Array, torque: Array, rest: Array, starts: list[int]) -> Array:
-    columns = np.column_stack([_indicators(rate.size, starts) * torque[:, None], rest])
-    return np.asarray(np.linalg.lstsq(columns, rate, rcond=None)[0])
 
 
 def _residual(columns: Array, y: Array) -> Array:

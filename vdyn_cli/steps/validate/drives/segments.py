@@ -17,7 +17,7 @@ from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, ratio_changes
+from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, StatedMotion, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
@@ -117,14 +117,14 @@ class Segmentation:
     ----------
     model : of the simulation. length : s, of a window; None: segments are as long as possible.
     powered : whether only samples with a drive torque above zero are used. slowest : m/s, least speed for the road load
-        model. ratio : acceleration per drive torque as stated, 1/(kg m), if it is.
+        model. motion : the stated acceleration of the driven car, if it is known.
     """
 
     model: ModelName
     length: float | None = None
     powered: bool = False
     slowest: float = SLOWEST
-    ratio: float | None = None
+    motion: StatedMotion | None = None
 
 
 @dataclass(frozen=True)
@@ -324,7 +324,7 @@ def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, 
 def _ratio_changes(drives: Sequence[Driven], cut: Segmentation) -> tuple[RatioChange, ...]:
     """Changes of each drive's acceleration per torque; only the road load model excludes these parts."""
     if cut.model == "road_load":
-        return ratio_changes(drives, cut.ratio)
+        return ratio_changes(drives, cut.motion)
     return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
 
 
