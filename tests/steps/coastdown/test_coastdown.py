@@ -153,7 +153,9 @@ def test_the_sample_logs_give_their_truth(sample: Result) -> None:
     assert {t.key for t in result.tables} == {"coefficients", "forces", "times", "influence"}
     assert 2 <= len(result.figures) <= 5
     assert len(result.comparisons) == 8
-    (across,) = [f for f in result.findings if "coast_" not in f.where]  # the logs' own remarks apart
+    across, mass = (f for f in result.findings if "coast_" not in f.where)  # the logs' own remarks apart
+    assert mass.where == "vehicle.mass"
+    assert "collinear" in mass.what
     assert "no crosswind is stated" in across.what
     assert set(STEP.gives) - {"drag_coefficient"} <= set(result.parameters)
 

@@ -7,6 +7,7 @@ import numpy as np
 from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
+from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED, outlying_run, resistance_step
@@ -43,7 +44,21 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
     if answer.zeros and not any(z.by_elevation for z in answer.zeros.values()):
         what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
+    found += _collinear_mass(answer)
     return (*found, *answer.quality.findings(), *_outlying_runs(answer), *_contradicted_givens(answer))
+
+
+def _collinear_mass(answer: RoadLoadAnswer) -> list[Finding]:
+    """A note that coasts do not show a wrong mass, where it is stated with an error; an exact one has its own note."""
+    mass = next((u.prior for u in answer.fit.campaign.unknowns if u.name == "mass"), None)
+    if not answer.coasting or mass is None:
+        return []
+    force = 0.01 * float(answer.load.force(answer.quoted))
+    what = (
+        f"a wrong mass is collinear with drag area and road load, and coast-downs do not show it: 1 % of mass is "
+        f"{two_digits(force)} N at {3.6 * answer.quoted:.0f} km/h; the intervals include the stated +- {mass[1]:.2g} kg"
+    )
+    return [Finding("vehicle.mass", what, "", "weigh the car as it was driven, with crew, fuel and load")]
 
 
 def _rejected(selection: SegmentSelection) -> list[Finding]:
