@@ -111,7 +111,7 @@ def _tire(
 
 
 def _tire_shifts(seed: int, folder: Path) -> Made:
-    """Curves that are shifted by some per cent of slip and of friction."""
+    """Curves that are shifted by some percent of slip and of friction."""
     rng = np.random.default_rng([seed, 0x37])
     shifts = {"slip_offset": float(rng.normal(0, 0.01)), "vertical_shift": float(rng.normal(0, 0.02))}
     made = _tire(seed, folder, shifts, {"shifts": True})

@@ -139,7 +139,7 @@ def test_loads_that_are_not_the_weight_are_doubted_and_those_of_a_wheel_too_many
 
 
 def test_a_doubt_is_reported_before_anything_else(root: Path, tmp_path: Path) -> None:
-    """A scale that is wrong by some per cent is absorbed by the fit and not detected; the result is still doubtful."""
+    """A scale that is wrong by some percent is absorbed by the fit and not detected; the result is still doubtful."""
     text = (root / "configs" / "coastdown.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
     text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
     text = text.replace('{column: "Position [m]", unit: m}', '{column: "Position [m]", unit: yd}')

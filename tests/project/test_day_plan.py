@@ -100,7 +100,7 @@ def test_more_runs_of_the_kind_that_is_logged_are_more_accurate(tmp_path: Path) 
 
 @pytest.mark.slow
 def test_a_torque_by_motor_current_holds_the_error_of_its_constant(tmp_path: Path) -> None:
-    """One per cent of a torque that mostly drives the car is as large as most of the torque that spins up its wheel."""
+    """One percent of a torque that mostly drives the car is as large as most of the torque that spins up its wheel."""
     names = ("hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration")
     logged = {n: {"column": n, "unit": u} for n, u in zip(names, ("N m", "rad/s", "N", "N", "m/s^2"), strict=True)}
     logged = {"time": {"column": "t", "unit": "s"}, **logged}

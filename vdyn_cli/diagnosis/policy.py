@@ -72,7 +72,7 @@ class Policy:
     # Testable or not ------------------------------------------------------------------------------------------------
     least_visibility: float = _threshold(
         0.02, "share of the sensitivity", "that refitting the baseline must leave, for an effect to be testable",
-        "Laws of elements are known to a few per cent: below that, the remainder is the error of the law itself. "
+        "Laws of elements are known to a few percent: below that, the remainder is the error of the law itself. "
         "Set by the rows 'not testable' of the hidden-effect matrix, tests/bench/hidden.md.",
     )  # fmt: skip
     prior_information: float = _threshold(
@@ -161,7 +161,7 @@ class Policy:
     )  # fmt: skip
     far_worse: float = _threshold(
         2.0, "times the least rms error", "of the main channel, above which a large candidate is no answer",
-        "A sufficient candidate reaches the noise, as the best one does; equivalent ones differ by a few per cent.",
+        "A sufficient candidate reaches the noise, as the best one does; equivalent ones differ by a few percent.",
     )  # fmt: skip
     hopeless_share: float = _threshold(
         0.2, "share of the misfit", "that a large candidate leaves beyond an answer, above which it is rejected",
@@ -349,7 +349,7 @@ class Policy:
     )  # fmt: skip
     formula_share: float = _threshold(
         0.95, "share of the curve's rms deviation", "that a formula must explain to replace the free curve",
-        "The remainder is below the error with which laws of elements are known, a few per cent.",
+        "The remainder is below the error with which laws of elements are known, a few percent.",
     )  # fmt: skip
     formula_level: float = _threshold(
         0.99, "probability", "of the chi-square distance from the free curve, up to which a formula is not rejected",

@@ -21,7 +21,7 @@ COLUMNS = {
     "shaft_torque_right": "Shaft Torque Right [N m]",
     "acceleration": "Long Accel [m/s^2]",
 }
-# Root mean square and largest departure, a few per cent of the plant's sensor noise, and at the stop.
+# Root mean square and largest departure, a few percent of the plant's sensor noise, and at the stop.
 CLOSE = {
     "speed": (3e-3, 8e-3),
     "wheel_speed_fl": (0.012, 0.08),

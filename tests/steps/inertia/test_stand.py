@@ -49,7 +49,7 @@ def test_inertia_and_drag_are_recovered_within_their_intervals() -> None:
     for name, value in plant.truth(CAR, SEED).items():
         estimate = result.parameters[name]
         assert abs(estimate.value - value) < 4 * estimate.std, name
-    # Beside the half per cent of a torque sensor's gain.
+    # Beside the half percent of a torque sensor's gain.
     assert result.parameters["wheel_inertia"].std < 0.0054 * CAR.wheel_inertia
     assert not result.fit.warnings
     assert result.fit.rms == pytest.approx(result.fit.noise_floor, rel=0.2)

@@ -172,7 +172,7 @@ def test_an_effect_on_the_shaft_can_be_added_and_is_found() -> None:
         return shaft(s.but(twist=s.twist + (before - after) / 2))
 
     runs = (ShaftReadings.of(log(vehicle, 5, backlash=gap), 1.0),)
-    # The law damps also where the flanks are apart and nothing resists: hence a few per cent.
+    # The law damps also where the flanks are apart and nothing resists: hence a few percent.
     fit = ShaftFit(runs, AddedEffects((backlash,), (Unknown("backlash", 0.003, 0.0, 0.2),)))
     found = fit.solve(linear_solution(runs))[0].values
     assert found["backlash"] == pytest.approx(gap, rel=0.05)

@@ -1,4 +1,4 @@
-"""A wheel radius that is off by some per cent shifts the slip: it is named, and the curve is published all the same."""
+"""A wheel radius that is off by some percent shifts the slip: it is named, and the curve is published all the same."""
 
 from __future__ import annotations
 

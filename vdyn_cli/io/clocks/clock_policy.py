@@ -22,7 +22,7 @@ class ClockPolicy:
     rival: float = threshold(
         1.2, "times the misfit", "of the best delay, up to which another delay fits equally well, if the match is "
         "lost between them",
-        "Repeated manoeuvres leave misfits within some per cent of each other; without repetition all other delays "
+        "Repeated manoeuvres leave misfits within some percent of each other; without repetition all other delays "
         "have a misfit several times that of the best.",
     )  # fmt: skip
     lost: float = threshold(

@@ -44,7 +44,7 @@ class QualityPolicy:
     )  # fmt: skip
     idle_share: float = threshold(
         0.05, "share of the largest value", "below which a command counts as idle, and may be constant for any time",
-        "With the pedal released, the creep torque or the sensor's offset remains, a few per cent of its range.",
+        "With the pedal released, the creep torque or the sensor's offset remains, a few percent of its range.",
     )  # fmt: skip
     line_ratio: float = threshold(
         1.15, "", "times the longest ordinary straight line: least duration of an interpolated gap",

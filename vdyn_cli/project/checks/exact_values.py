@@ -29,7 +29,7 @@ def implausible_rotating_mass(inputs: Inputs) -> tuple[Finding, ...]:
 def exact_values(inputs: Inputs) -> tuple[Finding, ...]:
     """A note if a step needs the mass and it is stated as exact, so that the intervals do not include its error.
 
-    A rotating mass, a few per cent of the mass, is named only together with it.
+    A rotating mass, a few percent of the mass, is named only together with it.
     """
     known, needed = inputs.known, {*inputs.step.needs, *(inputs.step.reads or ())}
     exact = [n for n in SCALES if n in needed and n in known.estimates and known[n].std == 0 and known[n].value != 0]

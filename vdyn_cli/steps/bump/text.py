@@ -188,7 +188,7 @@ def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
 
 
 def sensitivity_table(sensitivity: Mapping[str, Mapping[str, float]], fit: BumpFit, solution: Solution) -> Table:
-    """Table of each result's change in per cent for 1 % of each known number, and for its stated standard deviation.
+    """Table of each result's change in percent for 1 % of each known number, and for its stated standard deviation.
 
     Parameters
     ----------

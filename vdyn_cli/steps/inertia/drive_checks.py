@@ -112,7 +112,7 @@ def too_little(run: DriveWindows) -> list[Finding]:
 def radius_contradiction(logs: Sequence[Log], radius: Given) -> tuple[Given, tuple[Finding, ...]]:
     """Comparison of the stated radius, m, with speed over wheel speed at low torque, the rolling radius.
 
-    The lever of the force is the loaded radius, some per cent below the rolling one and never above it. One above it by
+    The lever of the force is the loaded radius, some percent below the rolling one and never above it. One above it by
     more than ``radius_excess`` is doubtful: its standard deviation then includes the difference.
 
     Returns

@@ -13,7 +13,7 @@ Encoders at both ends give phi = motor_angle / gear_ratio - wheel_angle, with ze
 then that of the fitted twist, and no angle is differentiated.
 
 All channels have noise. The readings are adjusted, each within its noise, until this law holds and the twist is the
-integral of its rate. Plain least squares would underestimate c by some per cent.
+integral of its rate. Plain least squares would underestimate c by some percent.
 
 The stiffness from a log includes all parts between its two sensors, such as joints and splines; where there is a log,
 its value is published. If it is below that of the drawing, the compliance in series is reported. A plain half-shaft of

@@ -103,7 +103,7 @@ def road_figure(found: RoadFindings) -> Figure:
         "accelerometer_slope",
         "The road's slope from the accelerometer",
         "Mean slope of every 100 m, uphill positive. Good: drives over the same road show the same hills, and a drive "
-        "back shows them mirrored; slopes of public roads stay within a few per cent. Bad: steps that last to the "
+        "back shows them mirrored; slopes of public roads stay within a few percent. Bad: steps that last to the "
         "end (a drifting zero).",
         "distance [km]",
         "slope [%]",

@@ -21,7 +21,7 @@ MOST_SIZED = 40  # largest number of segments from which the sizes are estimated
 
 
 # Largest sizes of noise: gusts of a storm and, between drives, a change of wind, an unrecorded slope and a load of some
-# per cent of the mass. Larger ones are model errors: without limits, a gust of 200 m/s explains the torque of another
+# percent of the mass. Larger ones are model errors: without limits, a gust of 200 m/s explains the torque of another
 # drive, and whichever effect then fits best seems to suffice.
 LARGEST_AMPLITUDES: Mapping[str, float] = {
     "gust": 4.0,

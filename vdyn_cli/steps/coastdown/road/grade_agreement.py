@@ -4,7 +4,7 @@ Least squares over bins of 2 s of all runs together::
 
     V' = c_run + c1 V + c2 V^2 - b g grade
 
-b is one (a few per cent less because of the rotating mass) where the grade is correct, near zero where it belongs to
+b is one (a few percent less because of the rotating mass) where the grade is correct, near zero where it belongs to
 another place, and minus one where its sign or the direction of the position is wrong. Its standard error comes from
 the jackknife over runs. Bins far from a fit of least absolute deviations are left out: a driver who brakes at the same
 place in every run imitates a slope there.

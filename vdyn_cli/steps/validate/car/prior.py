@@ -35,7 +35,7 @@ RELATIVE: Mapping[str, float] = {
 ABSOLUTE: Mapping[str, float] = {
     "tire_load_sensitivity": 2e-5,  # 1/N: friction falls by 0 to 4 % per kN
     "tire_rest_damping": 0.3,  # s/m: 0 to 20 % of critical damping of a braked car that rocks on its tires
-    "tire_vertical_damping": 100.0,  # N s/m: a few per cent of critical for the wheel hop
+    "tire_vertical_damping": 100.0,  # N s/m: a few percent of critical for the wheel hop
     "recuperation_loss": 1.0,  # 1: the gears' loss; -1: a torque that holds the efficiency of driving
 }
 # Parameters without an effect on a straight and level drive, or with a negligible one (side gears; the motor's

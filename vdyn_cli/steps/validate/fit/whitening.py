@@ -23,7 +23,7 @@ from vdyn_cli.steps.validate.fit.shaft_oscillation import ShaftOscillation, shaf
 FINE_LAGS, AVERAGED_LAGS = 10, 2  # number of fast rows from which the noise of the torque sensor is predicted
 AVERAGING = 0.25  # s, length of a fast row that averages over oscillations of the half-shafts
 # Assumed standard deviation of fast rows over that of their sensors. There are thousands of rows with oscillating
-# shafts, but the model is accurate to a few per cent only. Averaged rows need less: without hidden effects, estimates
+# shafts, but the model is accurate to a few percent only. Averaged rows need less: without hidden effects, estimates
 # scatter by 0.8 to 1.4 times what the sensors' noise predicts.
 CAUTION, AVERAGED_CAUTION = 3.0, 1.5
 RIDGE = 1e-14  # m^2/s^2, added to a covariance so that it can be factored
