@@ -90,7 +90,7 @@ def test_modules_are_named_after_what_they_hold() -> None:
 
 @pytest.mark.parametrize("room", ["steps", "diagnosis", "project", "report", "export", "commands"])
 def test_rooms_that_ask_keep_no_results_in_modules(room: str) -> None:
-    """Results of a fit or a preparation belong to the problem, not to a module (templates and catalogues may be)."""
+    """Results of a fit or a preparation belong to the problem, not to a module (templates and catalogs may be)."""
     found = []
     for path in sorted((PACKAGE / room).rglob("*.py")):
         text = path.read_text(encoding="utf-8")

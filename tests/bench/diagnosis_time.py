@@ -4,7 +4,7 @@
 
 writes tests/bench/diagnosis_time.md. Seconds are of the diagnosis alone, the step's own fit and reading left out; the
 processor's, and the clock's. Each is taken in a process of its own, as in the command: machine code is made within it.
-Campaigns tell how the cost grows with runs, a shorter catalogue how it grows with effects.
+Campaigns tell how the cost grows with runs, a shorter catalog how it grows with effects.
 """
 
 from __future__ import annotations

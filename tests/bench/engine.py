@@ -18,7 +18,7 @@ import numpy as np
 
 from tests.engine.effects import FADING
 from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.simulate import Drive, Simulator
 
@@ -75,7 +75,7 @@ def best(function: Callable[[], object], repeats: int) -> float:
 
 def row(name: str, backend: str, with_sensitivities: bool) -> str:
     model, parameters, effects, unknowns, count = CASES[name]
-    chosen = tuple(effect for effect in (*catalogue(), FADING) if effect.name in effects)
+    chosen = tuple(effect for effect in (*catalog(), FADING) if effect.name in effects)
     runs = drives(name, count)
     theta = [{**parameters, "start.speed": 20.0}.get(unknown, 0.0) for unknown in unknowns]
     trace.cache_clear()

@@ -18,7 +18,7 @@ HEAD = """# Hidden effects
 Written by `python -m tests.bench.hidden`. Each row: an effect hidden in the logs of random vehicles from the truth
 plant, and what the program made of logs and description. *t*: median Cramer-Rao t of the hidden size (size over the
 least standard deviation that any estimator can reach); *rival*: the least such t when any one other effect of the
-catalogue is unknown too. *right*: the cause named, or what else was wanted of the row; *set*: several named that these
+catalog is unknown too. *right*: the cause named, or what else was wanted of the row; *set*: several named that these
 data can't tell apart, the truth among them; *silent*: nothing claimed; *wrong*: another cause named, or a set without
 the truth; for rows with nothing to find, a false alarm. *size covered*: 95 % intervals that hold the hidden size.
 *gain*: reported held-out gain whose interval holds the gain on fresh logs of the same car.

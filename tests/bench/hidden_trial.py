@@ -15,7 +15,7 @@ from tests.bench.hidden_fresh import fresh_gain
 from tests.bench.hidden_logs import make
 from tests.plant.hidden import Scenario
 from tests.plant.vehicle import Vehicle
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.errors import VdynError
 
@@ -125,7 +125,7 @@ def _size(cause: Mapping[str, Any], scenario: Scenario) -> list[Size]:
     effect = cause["effect"]
     if effect not in scenario.effects or effect == "grade_profile":
         return []
-    unknown = next(iter(next(e for e in catalogue() if e.name == effect).unknowns))
+    unknown = next(iter(next(e for e in catalog() if e.name == effect).unknowns))
     if unknown not in cause["unknowns"]:
         return []
     entry = cause["unknowns"][unknown]
@@ -159,7 +159,7 @@ def judged(cell: Cell, trial: Trial) -> str:
         return "right" if trial.verdict in SILENT else "alarm"
     if cell.expect == "unknown":
         if trial.named and all(name.startswith("learned_") for name in trial.named):
-            return "right"  # no law of the catalogue is named: the part's own law is learned
+            return "right"  # no law of the catalog is named: the part's own law is learned
         return {"unknown": "right", **dict.fromkeys(SILENT, "silent")}.get(trial.verdict, "wrong")
     if cell.expect == "not_testable":
         return "right" if trial.verdict in SILENT or trial.named == hidden or hidden in trial.among else "alarm"

@@ -38,7 +38,7 @@ def crossings(vehicle: Vehicle, seed: int, hidden: Hidden, folder: Path) -> Path
 class LawCell:
     """One row: a law hidden in an element of both axles or one, and what is to be said of it.
 
-    ``law`` is the catalogue's effect that is within 10 % rms of the hidden law; empty where there is none.
+    ``law`` is the catalog's effect that is within 10 % rms of the hidden law; empty where there is none.
     ``truth`` is the whole law of one place over its coordinate; up to a constant where ``shifted``.
     """
 

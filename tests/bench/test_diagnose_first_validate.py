@@ -55,8 +55,8 @@ def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> 
 
 @pytest.mark.thorough
 @pytest.mark.slow  # eight whole diagnoses
-def test_losses_of_another_law_than_the_catalogue_s_are_named_with_the_driveline_s_curve(tmp_path: Path) -> None:
-    """The plant's gears lose in proportion to |T|^0.8, the catalogue's to |T|: the curve holds most of it."""
+def test_losses_of_another_law_than_the_catalog_s_are_named_with_the_driveline_s_curve(tmp_path: Path) -> None:
+    """The plant's gears lose in proportion to |T|^0.8, the catalog's to |T|: the curve holds most of it."""
     shares = [covered_loss(tmp_path, seed) for seed in range(SEED, SEED + 8)]
     named = [share for share in shares if share is not None]
     assert len(named) >= 4

@@ -1,6 +1,6 @@
 """Whether intervals know the verdict: ``python -m tests.bench.verdict_intervals`` writes verdict_intervals.md.
 
-Effects that the catalogue lacks, and effects that these data cannot tell from others, are hidden in the logs of random
+Effects that the catalog lacks, and effects that these data cannot tell from others, are hidden in the logs of random
 vehicles. Where the verdict is ambiguous or unknown, the published intervals must hold the true parameters all the same.
 The last rows hide the same at a size that does not matter: any verdict that claims something is then an alarm.
 

@@ -138,7 +138,7 @@ HIDDEN_WIND = Campaign(1, hidden={"wind": 2.0})
 
 
 def offer(monkeypatch: pytest.MonkeyPatch, *effects: Effect) -> None:
-    """Replace the catalogue by these effects."""
+    """Replace the catalog by these effects."""
     monkeypatch.setattr(diagnosis_setup, "applicable", lambda model, effects_: effects)
 
 

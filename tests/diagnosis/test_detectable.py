@@ -9,21 +9,21 @@ from vdyn_cli.diagnosis.detect.detectable import detectable
 from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 
-CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
+CATALOG = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
 
 
 @pytest.mark.slow  # a Monte Carlo run or several fits
 def test_the_stated_amplitude_is_detected_about_nine_times_in_ten() -> None:
     found = []
     for seed in range(300, 320):
-        setup = Campaign(seed).setup(*CATALOGUE, level=0.05)
+        setup = Campaign(seed).setup(*CATALOG, level=0.05)
         strategy = open_strategy(setup)
         base = strategy.fitted(())
         assert base is not None
         smallest = {d.effect: d.amplitude for d in detectable(setup, detect(strategy, base))}
-        assert set(smallest) <= {c.name for c in CATALOGUE}
-        name = CATALOGUE[seed % 4].name
-        strategy = open_strategy(Campaign(seed, hidden={name: smallest[name]}).setup(*CATALOGUE, level=0.05))
+        assert set(smallest) <= {c.name for c in CATALOG}
+        name = CATALOG[seed % 4].name
+        strategy = open_strategy(Campaign(seed, hidden={name: smallest[name]}).setup(*CATALOG, level=0.05))
         base = strategy.fitted(())
         assert base is not None
         found.append(detect(strategy, base).p_value <= 0.05)

@@ -55,7 +55,7 @@ KEYS = {
 
 
 @pytest.fixture(autouse=True)
-def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
+def catalog(monkeypatch: pytest.MonkeyPatch) -> None:
     offer(monkeypatch, SLOPE, WIND, WAVE)
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.plant.other_classes import TRUCK, write_day
-from vdyn_cli.effects import catalogue, enlarged
+from vdyn_cli.effects import catalog, enlarged
 from vdyn_cli.project.execute import execute
 
-EFFECTS = {e.name: e for e in catalogue()}
+EFFECTS = {e.name: e for e in catalog()}
 
 
 def test_only_amplitudes_of_cars_are_enlarged() -> None:

@@ -13,7 +13,7 @@ from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.detect.detection import detect, reachable_t
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.judgment import Judgment, judge
-from vdyn_cli.diagnosis.name.candidate_models import candidate_model, catalogue_falls_short, pairs
+from vdyn_cli.diagnosis.name.candidate_models import candidate_model, catalog_falls_short, pairs
 from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import verdict_sentence
@@ -23,11 +23,11 @@ from vdyn_cli.quantities.errors import Finding
 
 SLOPE, WIND = cause("slope", turns=True), cause("wind", turns=True)
 WAVE, STEP = cause("wave"), cause("step")
-CATALOGUE = (SLOPE, WIND, WAVE, STEP)
+CATALOG = (SLOPE, WIND, WAVE, STEP)
 
 
 def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: Any) -> tuple[DiagnosisSetup, Judgment]:
-    made = campaign.setup(*(causes or CATALOGUE), level=level, **case)
+    made = campaign.setup(*(causes or CATALOG), level=level, **case)
     return made, judge(open_strategy(made))
 
 
@@ -45,15 +45,15 @@ def test_nothing_hidden_is_adequate(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("hidden", "short"), [({"bump": 30.0}, True), ({"wave": 30.0, "step": 20.0}, False)])
-def test_pairs_are_tried_only_where_the_whole_catalogue_could_do(hidden: dict[str, float], short: bool) -> None:
-    strategy = open_strategy(Campaign(7, hidden=hidden).setup(*CATALOGUE))
-    tried = [candidate_model(strategy, (e.name,)) for e in CATALOGUE]
+def test_pairs_are_tried_only_where_the_whole_catalog_could_do(hidden: dict[str, float], short: bool) -> None:
+    strategy = open_strategy(Campaign(7, hidden=hidden).setup(*CATALOG))
+    tried = [candidate_model(strategy, (e.name,)) for e in CATALOG]
     best = min((t for t in tried if t is not None), key=lambda t: t.cost)
-    assert catalogue_falls_short(strategy, best) is short
+    assert catalog_falls_short(strategy, best) is short
 
 
 def test_what_needs_no_other_is_tried_alone_however_little_it_showed() -> None:
-    strategy = open_strategy(Campaign(7, hidden={"wave": 3.0}).setup(*CATALOGUE))
+    strategy = open_strategy(Campaign(7, hidden={"wave": 3.0}).setup(*CATALOG))
     base = strategy.fitted(())
     assert base is not None
     tried = [m.effects for m in pairs(strategy, (), detect(strategy, base))]
@@ -77,7 +77,7 @@ def test_a_hidden_effect_is_named_with_its_amplitude(hidden: str, runs: int) -> 
 
 
 def test_an_effect_that_differs_between_runs_is_named() -> None:
-    _, verdict = judged(Campaign(1, hidden={"warming": 1.0}), *CATALOGUE, cause("warming", between=True))
+    _, verdict = judged(Campaign(1, hidden={"warming": 1.0}), *CATALOG, cause("warming", between=True))
     assert verdict.verdict == "named"
     assert verdict.answer is not None
     assert verdict.answer.effects == ("warming",)
@@ -88,12 +88,12 @@ def test_an_effect_between_too_few_runs_is_not_certified_by_itself() -> None:
     _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, profiles=())
     assert verdict.verdict == "not_testable"
     assert [i.effect for i in verdict.untestable] == ["warming"]
-    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, *CATALOGUE)
+    _, verdict = judged(Campaign(1, runs=4, hidden={"warming": 2.0}), warming, *CATALOG)
     assert (verdict.verdict, verdict.answer) == ("adequate", None)
 
 
 def test_two_effects_with_one_sensitivity_are_ambiguous() -> None:
-    case, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOGUE, cause("wind_twin"))
+    case, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOG, cause("wind_twin"))
     assert verdict.verdict == "ambiguous"
     assert {t.effects for t in verdict.answers} == {("wind",), ("wind_twin",)}
     assert verdict.answer is None
@@ -103,7 +103,7 @@ def test_two_effects_with_one_sensitivity_are_ambiguous() -> None:
 
 
 def test_what_comes_closest_is_what_explains_most_in_whatever_order_answers_were_found() -> None:
-    _, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOGUE, cause("wind_twin"))
+    _, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOG, cause("wind_twin"))
     most = min(verdict.answers, key=lambda t: t.fitted.solution.cost)
     for answers in (verdict.answers, verdict.answers[::-1]):
         refuted = replace(verdict, answers=answers).unknown("it is not")
@@ -111,7 +111,7 @@ def test_what_comes_closest_is_what_explains_most_in_whatever_order_answers_were
         assert refuted.closest is most
 
 
-def test_a_shape_outside_the_catalogue_is_unknown() -> None:
+def test_a_shape_outside_the_catalog_is_unknown() -> None:
     case, verdict = judged(Campaign(3, hidden={"bump": 2.0}))
     assert verdict.verdict == "unknown"
     assert verdict.answers == ()
@@ -172,7 +172,7 @@ class Physical(Campaign):
 def test_a_baseline_that_leaves_what_is_physical_is_diagnosed(size: float) -> None:
     """Without the wave, the bend is estimated as -16: the error that the wave explains, and no reason to stop."""
     campaign = Physical(6, hidden={"bend": 0.5, "wave": size})
-    bench = open_strategy(campaign.setup(*CATALOGUE))
+    bench = open_strategy(campaign.setup(*CATALOG))
     base = bench.fitted(())
     assert base is not None
     assert (base.values["bend"] < 0) is (size > 0)
@@ -241,7 +241,7 @@ def test_stated_values_are_no_pieces_of_evidence() -> None:
 def test_an_effect_that_differs_between_runs_needs_runs_enough_for_the_level() -> None:
     warming = cause("warming", between=True)
     for level, runs, name in ((0.05, 8, "named"), (0.005, 8, "adequate"), (0.005, 10, "named")):
-        _, verdict = judged(Campaign(1, runs=runs, hidden={"warming": 3.0}), *CATALOGUE, warming, level=level)
+        _, verdict = judged(Campaign(1, runs=runs, hidden={"warming": 3.0}), *CATALOG, warming, level=level)
         assert verdict.verdict == name
         because = [i.because for i in verdict.untestable if i.effect == "warming"]
         assert ["too few to test it" in one for one in because] == [True] * (name == "adequate")
@@ -254,7 +254,7 @@ def test_a_level_that_the_units_cannot_reach_is_refused() -> None:
 
 
 def test_effects_that_would_not_be_visible_are_listed_with_the_bias_they_would_cause() -> None:
-    _, verdict = judged(Campaign(11), *CATALOGUE, cause("copy_of_bend"), cause("nothing"))
+    _, verdict = judged(Campaign(11), *CATALOG, cause("copy_of_bend"), cause("nothing"))
     assert verdict.verdict == "adequate"
     (unseen,) = verdict.untestable  # what has no trace at all biases nothing
     assert unseen.effect == "copy_of_bend"
@@ -305,7 +305,7 @@ def test_rivals_that_more_runs_would_part_are_promised_so() -> None:
 
 
 def test_rivals_with_the_same_trace_need_another_manoeuvre() -> None:
-    case = Campaign(2, hidden={"wind": 2.0}).setup(*CATALOGUE, cause("wind_twin"))
+    case = Campaign(2, hidden={"wind": 2.0}).setup(*CATALOG, cause("wind_twin"))
     bench = open_strategy(case)
     tests = next_tests(bench, judge(bench))
     assert {t.manoeuvre for t in tests} <= {"Show the wind alone.", "Show the wind_twin alone."}

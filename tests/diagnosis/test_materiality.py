@@ -17,12 +17,12 @@ from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 from vdyn_cli.quantities.diagnosis import Size
 from vdyn_cli.quantities.errors import InputError
 
-CATALOGUE = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
+CATALOG = (cause("slope"), cause("wind"), cause("wave"), cause("step"))
 SMALL = Campaign(31, rows=20000, hidden={"slope": 0.03}, plain=True)  # t = 12, 3 % of the noise
 
 
 def test_a_significant_effect_of_trivial_size_leaves_the_model_adequate():
-    case = SMALL.setup(*CATALOGUE)
+    case = SMALL.setup(*CATALOG)
     verdict = judge(open_strategy(case), limits=Limits(output=0.1, noise=1.0))
     assert verdict.detection.p_value < 0.01
     assert (verdict.verdict, verdict.material, verdict.answers) == ("adequate", False, ())
@@ -32,12 +32,12 @@ def test_a_significant_effect_of_trivial_size_leaves_the_model_adequate():
 
 
 def test_without_limits_everything_significant_matters():
-    verdict = judge(open_strategy(SMALL.setup(*CATALOGUE)))
+    verdict = judge(open_strategy(SMALL.setup(*CATALOG)))
     assert (verdict.verdict, verdict.material) == ("named", True)
 
 
 def test_what_the_user_states_decides():
-    strategy = open_strategy(SMALL.setup(*CATALOGUE))
+    strategy = open_strategy(SMALL.setup(*CATALOG))
     assert judge(strategy, limits=Limits(output=0.01, noise=1.0, stated=True)).verdict == "named"
     assert judge(strategy, limits=Limits(output=0.05, noise=1.0, stated=True)).verdict == "adequate"
 
@@ -45,7 +45,7 @@ def test_what_the_user_states_decides():
 @pytest.mark.slow
 def test_an_unexplained_remainder_of_trivial_size_leaves_the_model_adequate():
     campaign = replace(SMALL, hidden={"bump": 0.1})
-    strategy = open_strategy(campaign.setup(*CATALOGUE))
+    strategy = open_strategy(campaign.setup(*CATALOG))
     assert judge(strategy).verdict == "unknown"
     loose = Limits(output=0.1, noise=1.0, parameters={"level": 0.5, "bend": 0.5})
     assert judge(strategy, limits=loose).verdict == "adequate"
@@ -68,7 +68,7 @@ def test_a_deviation_that_no_candidate_comes_close_to_is_judged_by_its_size():
 
 
 def test_an_unknown_error_states_the_size_of_what_comes_closest():
-    case = replace(SMALL, hidden={"bump": 1.0}).setup(*CATALOGUE)
+    case = replace(SMALL, hidden={"bump": 1.0}).setup(*CATALOG)
     verdict = judge(open_strategy(case))
     assert verdict.verdict == "unknown"
     assert verdict.closest is not None
@@ -79,7 +79,7 @@ def test_an_unknown_error_states_the_size_of_what_comes_closest():
 
 def test_a_size_is_the_change_of_output_and_parameters():
     campaign = Campaign(3, hidden={"wind": 2.0}, plain=True)
-    strategy = open_strategy(campaign.setup(*CATALOGUE))
+    strategy = open_strategy(campaign.setup(*CATALOG))
     base, found = strategy.fitted(()), strategy.fitted(("wind",))
     assert base is not None
     assert found is not None

@@ -30,7 +30,7 @@ UNSURE = (-0.1, 1.3)
 
 
 @pytest.fixture(autouse=True)
-def catalogue(monkeypatch: pytest.MonkeyPatch) -> None:
+def catalog(monkeypatch: pytest.MonkeyPatch) -> None:
     offer(monkeypatch, SLOPE, WIND, WAVE)
 
 

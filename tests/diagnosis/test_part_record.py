@@ -1,4 +1,4 @@
-"""The band of a part's curve includes the free curve's interval and the law of the catalogue that follows it."""
+"""The band of a part's curve includes the free curve's interval and the law of the catalog that follows it."""
 
 from __future__ import annotations
 

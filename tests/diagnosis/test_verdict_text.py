@@ -6,7 +6,7 @@ import pytest
 
 from vdyn_cli.diagnosis.part.part_record import law_clause
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.quantities.diagnosis import CurvePoint, FaultyPart, PartLaw
 from vdyn_cli.quantities.parameters import Estimate
 
@@ -22,7 +22,7 @@ from vdyn_cli.quantities.parameters import Estimate
     ],
 )
 def test_the_size_follows_the_label(effect: str, value: float, half: float, says: str) -> None:
-    (found,) = [e for e in catalogue() if e.name == effect]
+    (found,) = [e for e in catalog() if e.name == effect]
     (name, quantity), *_ = found.unknowns.items()
     size = Estimate(value, half / 2, (value - half, value + half), quantity.unit, quantity.meaning, effect)
     assert f"{found.label}{amplitude_text(found, {name: size})}" == says
@@ -30,7 +30,7 @@ def test_the_size_follows_the_label(effect: str, value: float, half: float, says
 
 def test_an_interval_off_its_value_is_stated_by_its_ends() -> None:
     """Half of it would suggest that it includes zero."""
-    (found,) = [e for e in catalogue() if e.name == "torque_drift"]
+    (found,) = [e for e in catalog() if e.name == "torque_drift"]
     (name, quantity), *_ = found.unknowns.items()
     size = Estimate(-0.0117, 0.009, (-0.0381, -0.0019), quantity.unit, quantity.meaning, "torque_drift")
     assert amplitude_text(found, {name: size}).startswith(" of -0.012 [-0.038, -0.002] N m/s")
@@ -43,8 +43,8 @@ PLURAL = (
 )  # fmt: skip
 
 
-def test_the_verb_agrees_with_every_label_of_the_catalogue() -> None:
-    assert tuple(e.name for e in catalogue() if is_plural(e.label)) == PLURAL
+def test_the_verb_agrees_with_every_label_of_the_catalog() -> None:
+    assert tuple(e.name for e in catalog() if is_plural(e.label)) == PLURAL
 
 
 def test_a_remainder_is_readable_and_small_only_where_it_is() -> None:
@@ -60,9 +60,9 @@ def part_at_fault(law: PartLaw | None = None) -> FaultyPart:
 
 
 def test_only_where_no_effect_is_named_no_law_follows_the_curve() -> None:
-    """If each of several laws would explain the error, the catalogue has a law for the curve."""
+    """If each of several laws would explain the error, the catalog has a law for the curve."""
     part = part_at_fault()
-    assert law_clause(part, None, None) == "no law of the catalogue follows the curve"
+    assert law_clause(part, None, None) == "no law of the catalog follows the curve"
     ends = [(2.9, 96.0, 15.0), (9.0, 3.0, 8.0), (19.5, -78.0, 8.0)]
     curve = tuple(CurvePoint(at=at, value=150.0 + v, interval95=(150.0 + v - h, 150.0 + v + h)) for at, v, h in ends)
     deviating = part.model_copy(update={"curve": curve, "baseline": (150.0, 150.0, 150.0)})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.effects import Effect, catalog
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
@@ -14,7 +14,7 @@ from vdyn_cli.steps.added_effects import AddedEffects
 
 
 def effect(name: str) -> Effect:
-    return next(one for one in catalogue() if one.name == name)
+    return next(one for one in catalog() if one.name == name)
 
 
 def added(*effects: Effect) -> AddedEffects:

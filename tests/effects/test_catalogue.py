@@ -1,4 +1,4 @@
-"""The catalogue finds its files by itself and refuses what would confuse a diagnosis."""
+"""The catalog finds its files by itself and refuses what would confuse a diagnosis."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import sys
 import pytest
 
 import vdyn_cli.effects as effects
-from vdyn_cli.effects import catalogue
-from vdyn_cli.effects.definition.catalogue import _found
+from vdyn_cli.effects import catalog
+from vdyn_cli.effects.definition.catalog import _found
 
 FILE = """
 from vdyn_cli.effects import effect
@@ -23,7 +23,7 @@ def {function}(air, s, q):
 
 @pytest.fixture
 def add(tmp_path, monkeypatch):
-    """Add a file to the catalogue for the time of a test."""
+    """Add a file to the catalog for the time of a test."""
     monkeypatch.setattr(effects, "__path__", [*effects.__path__, str(tmp_path)])
 
     def write(name: str, function: str, unknown: str) -> None:
@@ -38,10 +38,10 @@ def add(tmp_path, monkeypatch):
 
 def test_a_new_file_is_a_new_effect(add):
     add("another_force", "another_force", "another")
-    names = [effect.name for effect in catalogue()]
+    names = [effect.name for effect in catalog()]
     assert names == sorted(names)
     assert "another_force" in names
-    found = next(effect for effect in catalogue() if effect.name == "another_force")
+    found = next(effect for effect in catalog() if effect.name == "another_force")
     assert found.summary == "One more force."
     assert found.unknowns["another"].unit == "N"
 
@@ -49,10 +49,10 @@ def test_a_new_file_is_a_new_effect(add):
 def test_a_file_must_hold_what_it_is_named_after(add):
     add("misnamed_force", "another_force", "another")
     with pytest.raises(ValueError, match="misnamed_force"):
-        catalogue()
+        catalog()
 
 
 def test_two_effects_cannot_share_an_unknown(add):
     add("second_headwind", "second_headwind", "headwind")
     with pytest.raises(ValueError, match=r"'headwind' and 'second_headwind' share the unknown 'headwind'"):
-        catalogue()
+        catalog()

@@ -1,4 +1,4 @@
-"""What every effect of the catalogue must hold to, now and later: a new file is tested by being there."""
+"""What every effect of the catalog must hold to, now and later: a new file is tested by being there."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vdyn_cli.commands.contract_checks import (
     typical_constants,
 )
 from vdyn_cli.commands.explain import explanation
-from vdyn_cli.effects import PROPERTIES, SITUATIONS, Effect, candidates, catalogue
+from vdyn_cli.effects import PROPERTIES, SITUATIONS, Effect, candidates, catalog
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.graph import trace
 from vdyn_cli.engine.model import Model
@@ -28,7 +28,7 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
-EFFECTS = catalogue()
+EFFECTS = catalog()
 EACH = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
 
 
@@ -38,7 +38,7 @@ IN_EACH_MODEL = pytest.mark.parametrize("number", range(len(MODELS)), ids=lambda
 
 @cache
 def hosted(number: int) -> tuple[Effect, ...]:
-    """The effects that a model can take: one pass for the whole catalogue."""
+    """The effects that a model can take: one pass for the whole catalog."""
     return applicable(MODELS[number], EFFECTS)
 
 

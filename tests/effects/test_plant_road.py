@@ -9,11 +9,11 @@ from tests.plant import coast
 from tests.plant.coast_motion import Car, Plan, road_profile
 from tests.plant.sensors import Sensor
 from tests.plant.vehicle import Vehicle, random_vehicle
-from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.effects import Effect, catalog
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.physics.models.road_load import road_load
 
-EFFECTS = {effect.name: effect for effect in catalogue()}
+EFFECTS = {effect.name: effect for effect in catalog()}
 SEED = 11
 VEHICLE = random_vehicle(SEED)
 COAST = coast.QUIET.but(runs=2, start_speed=36.0, end_speed=2.0, temperatures=(10.0, 25.0))

@@ -11,11 +11,11 @@ from tests.physics.models.vehicle_cases import parameters
 from tests.plant.drive import noise_free
 from tests.plant.drive_motion import Pedals
 from tests.plant.vehicle import random_vehicle
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.physics.models.vehicle import vehicle
 
-EFFECTS = {effect.name: effect for effect in catalogue()}
+EFFECTS = {effect.name: effect for effect in catalog()}
 CAR = random_vehicle(4)
 TORQUE = 1.5 * CAR.mass * CAR.wheel_radius / CAR.gear_ratio
 # Tip in, back out, tip in again, coast: on the way back, so that what turns with the direction shows its sign.

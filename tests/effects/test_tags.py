@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from vdyn_cli import steps
-from vdyn_cli.effects import PROPERTIES, SITUATIONS, candidates, catalogue
+from vdyn_cli.effects import PROPERTIES, SITUATIONS, candidates, catalog
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps import Step
 
@@ -51,7 +51,7 @@ CANDIDATES = {
         wheel_inertia wheel_radius
     """,
 }
-NAMES = {effect.name for effect in catalogue()}
+NAMES = {effect.name for effect in catalog()}
 # Names that parameters, channels, and constants or inputs of models have, too: a literal of these names those.
 MODELS = {"elevation_slope", "accelerometer_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
 COLUMNS = {"headwind"}  # words that headers of logs have for a channel (project/drafting/channel_guess.py)
@@ -85,13 +85,13 @@ def test_every_situation_is_that_of_a_step_and_has_a_meaning() -> None:
 
 
 def test_a_step_without_situations_takes_every_effect() -> None:
-    assert candidates() == catalogue()
+    assert candidates() == catalog()
 
 
 def test_properties_are_tags() -> None:
-    effects = {e.name: e for e in catalogue()}
-    assert {e.name for e in catalogue() if "turns_with_heading" in e.tags} == {"headwind", "road_grade"}
-    assert {e.name for e in catalogue() if "daily" in e.tags} == {"headwind"}
+    effects = {e.name: e for e in catalog()}
+    assert {e.name for e in catalog() if "turns_with_heading" in e.tags} == {"headwind", "road_grade"}
+    assert {e.name for e in catalog() if "daily" in e.tags} == {"headwind"}
     assert (effects["headwind"].lasts, effects["headwind"].sensor) == (False, False)
     assert (effects["torque_gain"].lasts, effects["torque_gain"].sensor) == (False, True)
     assert (effects["mass_error"].lasts, effects["mass_error"].kind) == (True, "within_run")

@@ -6,7 +6,7 @@ import pytest
 
 from tests.engine.effects import FADING, elsewhere, mass_error, needs_more, speed_delay, speed_scale
 from tests.engine.plants import HALF_CAR, ROAD, ROAD_LOAD
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import MissingSignalError, ModelBuilder, Signals
@@ -22,7 +22,7 @@ def names(effects):
 def test_an_effect_is_offered_where_its_element_is_called_with_its_signals():
     assert names(applicable(ROAD_LOAD, OURS)) == ["fading_drag", "speed_scale", "speed_delay", "mass_error"]
     assert names(applicable(HALF_CAR, OURS)) == []
-    road, half = (set(names(applicable(model, catalogue()))) for model in (ROAD_LOAD, HALF_CAR))
+    road, half = (set(names(applicable(model, catalog()))) for model in (ROAD_LOAD, HALF_CAR))
     assert {"headwind", "extra_drag_area"} <= road
     assert "asymmetric_damping" in half
     assert not road & {"asymmetric_damping"}
@@ -50,7 +50,7 @@ def test_an_element_that_lacks_a_signal_is_a_fault_of_the_model_and_not_of_the_e
 
     model = Model("broken", lambda e, u: e(air, speed=1.0), (), ())
     with pytest.raises(MissingSignalError, match="nobody_gave_this"):
-        applicable(model, catalogue())
+        applicable(model, catalog())
 
 
 def test_two_effects_cannot_share_the_name_of_an_unknown():

@@ -11,7 +11,7 @@ import pytest
 from tests.engine.c_host import Compiled
 from tests.engine.effects import FADING
 from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine import maths
 from vdyn_cli.engine.c_source import c_program
 from vdyn_cli.engine.graph import trace
@@ -19,7 +19,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
 
-HEADWIND = next(effect for effect in catalogue() if effect.name == "headwind")
+HEADWIND = next(effect for effect in catalog() if effect.name == "headwind")
 CLOCK = np.cumsum(np.full(400, 0.01) + np.random.default_rng(3).uniform(-0.002, 0.002, 400))
 
 

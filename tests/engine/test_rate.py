@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.engine.effects import speed_scale
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.maths import cos
 from vdyn_cli.engine.model import Model
@@ -43,7 +43,7 @@ def test_inputs_are_held() -> None:
 
 
 def test_effects_correct_them_as_any_sensor() -> None:
-    assert [e.name for e in applicable(SWING, (speed_scale, *catalogue()))][:1] == ["speed_scale"]
+    assert [e.name for e in applicable(SWING, (speed_scale, *catalog()))][:1] == ["speed_scale"]
     plain, scaled = (
         Simulator(SWING, {"stiffness": 9.0, **gain}, (), (speed_scale,))(Drive(TIME, {"force": 0.0}))
         for gain in ({}, {"speed_gain": 0.5})

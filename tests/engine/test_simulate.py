@@ -9,14 +9,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests.engine.plants import HALF, HALF_CAR, ROAD, ROAD_LOAD
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine.maths import sin
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator, sensitive_to
 from vdyn_cli.quantities.errors import ResultError
 
-HEADWIND = next(effect for effect in catalogue() if effect.name == "headwind")
-ASYMMETRY = next(effect for effect in catalogue() if effect.name == "asymmetric_damping")
+HEADWIND = next(effect for effect in catalog() if effect.name == "headwind")
+ASYMMETRY = next(effect for effect in catalog() if effect.name == "asymmetric_damping")
 BACKENDS = ("llvm", "vm")
 ROAD_UNKNOWNS = ("rolling_resistance", "drag_area", "headwind", "mass", "start.speed")
 ROAD_THETA = np.array([0.011, 0.62, 1.5, 1480.0, 20.0])

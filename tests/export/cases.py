@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.export.exported_vehicle import ExportedVehicle
 from vdyn_cli.export.parameter_file import ParameterFile, read_parameter_file
@@ -119,7 +119,7 @@ def document(
 
 def _unit(unknown: str) -> str:
     """The SI unit of an effect's unknown; empty where no effect has it."""
-    return next((effect.unknowns[unknown].unit for effect in catalogue() if unknown in effect.unknowns), "")
+    return next((effect.unknowns[unknown].unit for effect in catalog() if unknown in effect.unknowns), "")
 
 
 def written(folder: Path, **changes: Any) -> Path:

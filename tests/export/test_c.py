@@ -20,7 +20,7 @@ from tests.export.cases import (
     simulated,
     stop_and_go,
 )
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.export import ExportOptions, make
 from vdyn_cli.export.exported_vehicle import exported_vehicle
@@ -126,7 +126,7 @@ def test_a_learned_law_is_in_the_c_model_with_the_bits_of_python(tmp_path):
 
 
 def test_every_effect_that_lasts_can_be_exported(tmp_path):
-    lasting = [effect for effect in applicable(vehicle("front"), catalogue()) if effect.lasts]
+    lasting = [effect for effect in applicable(vehicle("front"), catalog()) if effect.lasts]
     assert len(lasting) > 5
     sizes = {
         effect.name: {

@@ -35,7 +35,7 @@ EFFECTS = {
     "bump_height_error": "1: the bump is (1 + q) times as high as the tester measured",
     "bump_width_error": "1: the bump is (1 + q) times as wide as the tester measured",
     "bump_trapezoid": "1: share of a trapezoid, flat over 0.4 of its width, in the bump's profile",
-    "degressive_damping": "s/m: damper force C v (1 - q |v|), a shape that no law of the catalogue has, for controls",
+    "degressive_damping": "s/m: damper force C v (1 - q |v|), a shape that no law of the catalog has, for controls",
 }
 # Sizes at which finite differences are taken.
 SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_spring": 1e-2, "tire_damping": 1.0}

@@ -20,7 +20,7 @@ driveline_drag             N at the road; ``driveline_drag_viscous`` N s/m adds 
 rotating_mass              kg of rotating mass that the tester does not know
 mass_error                 the true mass is (1 + size) x the known one
 wheel_radius               share by which the true radius exceeds the known one (powered drives)
-drag_bump                  N at 15 m/s, 1.5 m/s wide: outside every catalogue, for controls
+drag_bump                  N at 15 m/s, 1.5 m/s wide: outside every catalog, for controls
 speed_scale                sensor: reads (1 + size) x
 speed_delay                sensor: s of latency on top of its own
 torque_gain, torque_offset sensor: reads (1 + size) T + offset (N m)

@@ -18,7 +18,7 @@ rotating_mass (kg), mass_error, wheel_radius, wheel_inertia, shaft_stiffness, sh
 the known value), motor_inertia (kg m^2 at the wheels), driveline_viscous and driveline_dry_loss (N m s and N m at the
 inner ends), backlash (rad, half the gap of each half-shaft), torque_gain, torque_offset (N m), torque_delay (s),
 speed_scale, speed_delay (s): the sensor reads more, or late; torque_lag (s): it reads what the torque follows. In no
-catalogue, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
+catalog, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
 """
 
 from __future__ import annotations

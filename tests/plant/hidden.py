@@ -28,7 +28,7 @@ class Variant:
     """A way to run a step's test: what is known of the vehicle, what is driven, what is measured.
 
     ``information(vehicle, seed, hidden, unknowns)`` is about the step's own unknowns and those effects;
-    ``rivals`` are the effects of the catalogue with a typical size, that of a cell in which each is hidden.
+    ``rivals`` are the effects of the catalog with a typical size, that of a cell in which each is hidden.
     """
 
     about: str
@@ -76,7 +76,7 @@ class Scenario:
 
 @lru_cache(16)
 def _at_nothing(step: str, variant: str, seed: int, drawn: int, unknowns: tuple[str, ...]) -> Information:
-    """Kept from row to row of the matrix: most hide another effect of the same catalogue in the same vehicle's logs."""
+    """Kept from row to row of the matrix: most hide another effect of the same catalog in the same vehicle's logs."""
     return VARIANTS[step, variant].information(random_vehicle(seed), drawn, {}, unknowns)
 
 
@@ -107,7 +107,7 @@ class Evidence:
         return float(max(self.sizes[effect] ** 2 * left - PLAUSIBLE**-2, 0.0) ** 0.5)  # without its own prior
 
     def rivals(self) -> dict[str, dict[str, float]]:
-        """Of each hidden effect against each other effect of the catalogue, the other hidden ones being unknown."""
+        """Of each hidden effect against each other effect of the catalog, the other hidden ones being unknown."""
         others = [name for name in self.sizes if name not in self.hidden]
         return {
             name: {rival: self.alone(name, [rival, *(n for n in self.hidden if n != name)]) for rival in others}

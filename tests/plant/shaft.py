@@ -25,7 +25,7 @@ EFFECTS = {
     "damping": "N m s/rad beyond the vehicle's",
     "backlash": "rad of free play to either side",
     "torque_zero_drift": "N m/s by which the torque's zero drifts from the start",
-    "stiffening": "1/rad^2: torque k phi (1 + q phi^2); in no catalogue, for controls",
+    "stiffening": "1/rad^2: torque k phi (1 + q phi^2); in no catalog, for controls",
 }
 # Sizes at which finite differences are taken.
 SMALL = {"series_compliance": 1e-7, "damping": 0.1, "backlash": 1e-3, "stiffening": 1.0, "torque_zero_drift": 0.1}

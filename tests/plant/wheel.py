@@ -42,7 +42,7 @@ EFFECTS = {
     "clock_offset": "s by which torque and forces are read late",
     "wheel_radius": "1: the true radius is (1 + q) times the one that the tester knows",
     "wheel_mass": "kg by which the wheel is heavier than the tester knows",
-    "drag_bump": "N m at 45 rad/s, 3 rad/s wide: a pad that rubs at one speed; in no catalogue, for controls",
+    "drag_bump": "N m at 45 rad/s, 3 rad/s wide: a pad that rubs at one speed; in no catalog, for controls",
 }
 # Sizes at which finite differences are taken.
 SMALL = dict.fromkeys(EFFECTS, 1e-4) | {

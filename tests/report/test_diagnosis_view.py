@@ -33,10 +33,10 @@ def plain(text: str) -> str:
     return text.replace("\N{NARROW NO-BREAK SPACE}", " ").replace("\N{NO-BREAK SPACE}", " ")
 
 
-def test_effects_have_the_labels_of_the_catalogue() -> None:
+def test_effects_have_the_labels_of_the_catalog() -> None:
     assert effect_labels.label("headwind") == "a headwind"
     assert effect_labels.bare(effect_labels.label("headwind")) == "headwind"
-    assert effect_labels.label("force_over_speed") == "force over speed"  # a free profile is in no catalogue
+    assert effect_labels.label("force_over_speed") == "force over speed"  # a free profile is in no catalog
     assert effect_labels.combined("headwind+tire_warmup") == "a headwind and tires that were still warming up"
     cause = {**EXAMPLE["causes"][0], "label": "a gale"}
     assert table(shown(causes=[cause]), "Identified effects").rows[0][0] == "gale"

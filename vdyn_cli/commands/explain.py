@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from vdyn_cli import steps
 from vdyn_cli.commands.glossary import glossary
-from vdyn_cli.effects import Effect, candidates, catalogue, refused
+from vdyn_cli.effects import Effect, candidates, catalog, refused
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean, raise_all
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.quantities.quantity import Quantity
@@ -62,7 +62,7 @@ def explanation(topic: str) -> str:
         clocks = f"Clocks of several loggers\n\n{thresholds_text(CLOCKS)}"
         quality = f"Quality of the logs\n\n{thresholds_text(QUALITY)}"
         return f"{policy_text()}\n{quality}\n{clocks}\n{check}\n{of_steps}"
-    effects = {e.name: e for e in catalogue()}
+    effects = {e.name: e for e in catalog()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)
     closest_topic(topic, (*steps.names(), *effects, *quantities, *PAGES), "step, effect or parameter")
@@ -175,7 +175,7 @@ def listing() -> str:
         ]
     lines.append("candidate effects, with the steps that test them (see 'vdyn explain NAME')")
     wanted = {s.name: _candidates(s) for s in found}
-    for e in catalogue():
+    for e in catalog():
         fault = " (sensor)" if e.sensor else ""
         lines += [f"  {e.name:<24} {e.label}{fault}: {', '.join(n for n, of in wanted.items() if e in of)}"]
     return "\n".join([*lines, *(str(f) for f in (*broken, *refused()))])

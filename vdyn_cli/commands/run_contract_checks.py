@@ -8,7 +8,7 @@ from pathlib import Path
 from vdyn_cli import steps
 from vdyn_cli.commands.contract_checks import Check, effect_checks, model_of, outcomes, reader_checks, step_checks
 from vdyn_cli.commands.explain import closest_topic, raise_refused
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.io.csv.csv_reader import CSV
 from vdyn_cli.io.formats.log_formats import GROUP
 from vdyn_cli.io.plugins import plugins
@@ -41,7 +41,7 @@ def run_contract_checks(name: str, example: Path | None, known: tuple[Path, ...]
 
 
 def _all_checks(name: str, example: Path | None, known: tuple[Path, ...]) -> Mapping[str, Mapping[str, Check]]:
-    effects = {e.name: e for e in catalogue()}
+    effects = {e.name: e for e in catalog()}
     formats = {"csv": None, **plugins(GROUP)}
     raise_refused(name)
     closest_topic(name, (*steps.names(), *effects, *formats), "effect, step or reader")

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.project.pipeline import StepOutcome, Task
 from vdyn_cli.quantities.errors import Finding, VdynError
 from vdyn_cli.report import canvas
@@ -89,7 +89,7 @@ def _load_shared() -> None:
             import_module(name)
     with suppress(ImportError, OSError, VdynError):
         canvas.load()
-        catalogue()
+        catalog()
 
 
 def _received(receiver: Any) -> StepOutcome | None:

@@ -46,7 +46,7 @@ class DiagnosisSetup:
         step's own unknowns about which a linearized problem is linearized.
     chord_regression : the same, but sensitivities to the step's own unknowns may be those without the effects.
     effects : the candidates applicable to model and data.
-    lacking : by name, the other effects of the catalogue that one more channel would make testable, and that channel
+    lacking : by name, the other effects of the catalog that one more channel would make testable, and that channel
         with what the logs lack.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
     one_way : why effects that change sign with the heading are confounded with others: runs of one direction.

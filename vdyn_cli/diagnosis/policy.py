@@ -116,7 +116,7 @@ class Policy:
         "Linear terms of certified road loads, up to 6 N s/m, are those of cars of 1.5 t; seals, bearings and gears of "
         "a race car of 600 kg have the same losses, so that its coefficient may be 2.5 times as large.",
     )  # fmt: skip
-    catalogue_prior: float = _threshold(
+    catalog_prior: float = _threshold(
         0.5, "share of the plausible range", "standard deviation of the prior while all candidates are fitted at once",
         "Two standard deviations reach the edge of the plausible range. Only the noise estimate uses it.",
     )  # fmt: skip
@@ -290,7 +290,7 @@ class Policy:
         0.15, "share of the range", "on the other side of zero, below which the effect has one sign only",
         "Ranges of effects with one sign extend 2 to 13 % beyond zero, for the noise of the estimate (bearing_drag, "
         "friction_fade, load_sensitivity); those of effects with two signs a third and more (progressive_spring). The "
-        "threshold lies in that gap of the catalogue and is no statistical level.",
+        "threshold lies in that gap of the catalog and is no statistical level.",
     )  # fmt: skip
     simple_unknowns: int = _threshold(
         3, "unknowns", "up to which an effect is a law; with more it is a profile",
@@ -338,7 +338,7 @@ class Policy:
         "Few blocks determine a point of a curve, but the smoothness prior joins it to its neighbors.",
     )  # fmt: skip
     law_share: float = _threshold(
-        0.85, "share of the curve's rms deviation", "that a law of the catalogue must explain to be named for a part",
+        0.85, "share of the curve's rms deviation", "that a law of the catalog must explain to be named for a part",
         "Laws within a tenth of the true one are to be named; the rest allows for the error of the curve and for the "
         "law being fitted to the data instead of the curve.",
     )  # fmt: skip

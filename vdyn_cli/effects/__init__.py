@@ -1,9 +1,9 @@
-"""Candidate effects, each a file that the catalogue finds by its name and that needs no other import than this one.
+"""Candidate effects, each a file that the catalog finds by its name and that needs no other import than this one.
 
 An installed package adds an effect with the entry point ``vdyn.effects: NAME = package.module:NAME``.
 """
 
-from vdyn_cli.effects.definition.catalogue import candidates, catalogue, extensions_in_si, refused
+from vdyn_cli.effects.definition.catalog import candidates, catalog, extensions_in_si, refused
 from vdyn_cli.effects.definition.effect import PROPERTIES, SITUATIONS, Effect, effect, enlarged, reads
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.quantities.quantity import Quantity
@@ -17,7 +17,7 @@ __all__ = [
     "Quantity",
     "Signals",
     "candidates",
-    "catalogue",
+    "catalog",
     "effect",
     "enlarged",
     "extensions_in_si",

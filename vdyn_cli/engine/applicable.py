@@ -47,21 +47,21 @@ class _Probe(ModelBuilder):
         return attempt
 
 
-def applicable(model: Model, catalogue: Iterable[E]) -> tuple[E, ...]:
-    """The effects of a catalogue that apply to a model, in its order; one pass, without simulation.
+def applicable(model: Model, catalog: Iterable[E]) -> tuple[E, ...]:
+    """The effects of a catalog that apply to a model, in its order; one pass, without simulation.
 
     Raises
     ------
     MissingSignalError : an element of the model itself lacks a signal.
     """
-    effects = tuple(catalogue)
+    effects = tuple(catalog)
     found = _probed(model, effects)
     return tuple(e for e in effects if e.name in found.met and e.name not in found.lacking)
 
 
-def missing_signals(model: Model, catalogue: Iterable[Correction]) -> dict[str, str]:
+def missing_signals(model: Model, catalog: Iterable[Correction]) -> dict[str, str]:
     """Of the effects that correct a law of the model but lack a signal: that signal, by name of the effect."""
-    return dict(_probed(model, tuple(catalogue)).lacking)
+    return dict(_probed(model, tuple(catalog)).lacking)
 
 
 def _probed(model: Model, effects: tuple[Correction, ...]) -> _Probe:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.effects import Effect, catalog
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.c_source import CProgram, c_program
 from vdyn_cli.engine.graph import Graph, trace
@@ -84,7 +84,7 @@ def exported_vehicle(
     model = vehicle(driven, differential=differential)
     values, assumed = completed(parameter_file, model.parameters, "the full vehicle")
     context = {"heading": 0.0, "temperature": parameter_file.values.get("temperature", 293.15)}
-    every = (*catalogue(), *learned_effects(parameter_file.parameters))
+    every = (*catalog(), *learned_effects(parameter_file.parameters))
     included, notes = accepted_effects(model, parameter_file.effects, every)
     known = {effect.name: effect for effect in every}
     effects = tuple(known[one.effect] for one in included)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from vdyn_cli.effects import catalogue, extensions_in_si
+from vdyn_cli.effects import catalog, extensions_in_si
 from vdyn_cli.export.quantity_texts import of_parameter
 from vdyn_cli.physics.models.vehicle_defaults import FOLLOWING, complete
 from vdyn_cli.quantities.errors import Finding, close_names, raise_all
@@ -80,7 +80,7 @@ def _named_effects(diagnosis: Any, where: str, findings: list[Finding]) -> tuple
         return ()
     found = []
     causes = diagnosis.get("causes")
-    quantities = {name: quantity for effect in catalogue() for name, quantity in effect.unknowns.items()}
+    quantities = {name: quantity for effect in catalog() for name, quantity in effect.unknowns.items()}
     for entry in causes if isinstance(causes, list) else ():
         try:
             unknowns = {str(name): _in_si(u, quantities.get(name)) for name, u in entry["unknowns"].items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.effects import Effect, catalog
 from vdyn_cli.report import typography
 
 
@@ -44,4 +44,4 @@ def amplitude(effect: str, value: float) -> str:
 
 
 def _effect(name: str) -> Effect | None:
-    return next((e for e in catalogue() if e.name == name), None)
+    return next((e for e in catalog() if e.name == name), None)

@@ -294,7 +294,7 @@ class StepPolicy:
     )  # fmt: skip
     balance_noise: float = threshold(
         1.05, "squares per row", "of that fit, up to which the residual counts as noise",
-        "Two standard deviations of 3000 rows. In three logs with an effect outside the catalogue (0.99 to 1.03 "
+        "Two standard deviations of 3000 rows. In three logs with an effect outside the catalog (0.99 to 1.03 "
         "squares per row), channels estimated with it moved a curve by 0.02 to 0.13 of its half-interval.",
     )  # fmt: skip
     # Bump -------------------------------------------------------------------------------------------------------------

@@ -8,10 +8,10 @@ from tests.effects.recovered import added
 from tests.plant import cg as plant
 from tests.plant.vehicle import random_vehicle
 from tests.steps.cg.test_cg import SPEC, known, logs
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.steps.cg.problem import prepare
 
-LIFT = tuple(e for e in catalogue() if e.name == "aero_lift")
+LIFT = tuple(e for e in catalog() if e.name == "aero_lift")
 
 
 OTHERS = [pytest.param(*shares, marks=pytest.mark.slow) for shares in ((0.05, 0.4), (-1.1, -1.5))]

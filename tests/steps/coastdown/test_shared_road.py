@@ -11,7 +11,7 @@ from tests.inference.gusty import restricted_likelihood
 from tests.messy_cases import estimated, prepared
 from tests.plant import messy_day
 from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.inference.restricted_likelihood import RandomUnknowns
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -60,7 +60,7 @@ def test_a_level_road_widens_the_interval_a_little() -> None:
 @pytest.mark.slow
 def test_a_profile_over_the_logged_position_can_be_published() -> None:
     case = messy_day.drive(5, replace(ROUGH, rms=0.003))
-    effect = next(e for e in catalogue() if e.name == "grade_profile")
+    effect = next(e for e in catalog() if e.name == "grade_profile")
     problem = prepared(case, position=True).problem
     result = problem.publish(AddedEffects((effect,), unknowns_of(effect)))
     assert all(covers(result, case, name) for name in MAIN)
@@ -111,7 +111,7 @@ def test_a_road_beside_effects_is_level_on_average() -> None:
 
 def test_a_published_slope_is_the_mean_slope_of_an_undulating_road() -> None:
     """A random road with its own mean slope would leave the slope of 0 open by 0.1 %, a mean of so many waves."""
-    effect = next(e for e in catalogue() if e.name == "road_grade")
+    effect = next(e for e in catalog() if e.name == "road_grade")
     problem = prepared(messy_day.drive(4, ROUGH), position=True).problem
     found = problem.publish(AddedEffects((effect,), unknowns_of(effect))).amplitudes["road_grade"]
     assert abs(found.value) < 3 * found.std < 6e-4

@@ -13,7 +13,7 @@ from tests.bench.input_cases import SPIN_CHANNELS
 from tests.effects.recovered import added
 from tests.plant import stand as plant
 from tests.plant.vehicle import random_vehicle
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
@@ -109,7 +109,7 @@ def test_a_pendulum_beside_the_stand_is_refused() -> None:
 
 def test_air_about_the_wheel_is_no_drag_of_its_bearing() -> None:
     windy = logs({"air": 3e-4})
-    windage = tuple(e for e in catalogue() if e.name == "wheel_windage")
+    windage = tuple(e for e in catalog() if e.name == "wheel_windage")
     result = prepare_stand(spec(), windy, Parameters()).publish(added(*windage))
     assert result.amplitudes["wheel_windage"].value == pytest.approx(3e-4, rel=0.2)
     for name, value in plant.truth(CAR, SEED).items():

@@ -11,7 +11,7 @@ from tests.effects.recovered import added
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from tests.steps.shaft.test_shaft_fit import log
-from vdyn_cli.effects import candidates, catalogue
+from vdyn_cli.effects import candidates, catalog
 from vdyn_cli.inference import Unknown
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
@@ -102,7 +102,7 @@ def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:
 def test_a_drawing_that_the_log_contradicts_is_reported_also_where_joints_explain_it() -> None:
     vehicle = random_vehicle(3)
     data = (log(vehicle, 3, series_compliance=0.25 / plant.truth(vehicle)["shaft_stiffness_left"]),)
-    joints = next(effect for effect in catalogue() if effect.name == "series_compliance")
+    joints = next(effect for effect in catalog() if effect.name == "series_compliance")
     added = AddedEffects((joints,), (Unknown("series_compliance", 0.0, -2e-6, 2e-4, "rad/(N m)"),))
     problem = STEP.prepare(spec(vehicle, runs=RUN), data, Parameters())
     (finding,) = (f for f in problem.publish(added).findings if f.where == "left, log and drawing")

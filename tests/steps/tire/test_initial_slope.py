@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -62,7 +62,7 @@ def test_what_a_relaxation_length_leaves_is_not_taken_for_the_slope() -> None:
         read = {n: v + noise[n] * rng.standard_normal(time.size) for n, v in read.items()}
         logs.append(Log(f"sweep_{k}.csv", time, {**read, "force_z": 4000.0 + 30.0 * rng.standard_normal(time.size)}))
     problem = STEP.prepare(TireSpec.model_validate({"test": "tire"}), tuple(logs), Parameters())
-    relaxation = next(e for e in catalogue() if e.name == "tire_relaxation")
+    relaxation = next(e for e in catalog() if e.name == "tire_relaxation")
     result = problem.publish(
         AddedEffects((relaxation,), tuple(Unknown(n, 0.0, -3.0, 3.0, "m") for n in relaxation.unknowns))
     )

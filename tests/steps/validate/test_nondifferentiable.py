@@ -11,7 +11,7 @@ import pytest
 
 from tests.bench.hidden_logs import make
 from tests.plant.hidden import Scenario
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.inference import Unknown
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -72,7 +72,7 @@ def setups(drive: ValidateProblem) -> Callable[[float], SimulationSetup]:
 
 
 def simulated(drive: ValidateProblem, size: float) -> SimulationSetup:
-    play = next(e for e in catalogue() if e.name == "backlash")
+    play = next(e for e in catalog() if e.name == "backlash")
     return drive.baseline.with_effects(AddedEffects((play,), (Unknown("backlash", size, 0.0, 0.06, "rad"),)))
 
 
@@ -286,7 +286,7 @@ def test_effects_of_no_size_keep_the_zeros_of_the_car_they_are_added_to(drive: V
     before = Estimate(PLAY, 2e-5, (PLAY - 4e-5, PLAY + 4e-5), "rad", "free play", "shaft")
     later = replace(drive, known=replace(drive.known, extensions={"backlash": {"backlash": before}}))
     rested = with_best_zeros(later.baseline, later.reference)
-    drag = next(e for e in catalogue() if e.name == "brake_drag")
+    drag = next(e for e in catalog() if e.name == "brake_drag")
     added = rested.with_effects(AddedEffects((drag,), tuple(Unknown(n, 0.0) for n in drag.unknowns)))
     assert with_best_zeros(added, later.reference) is added
     assert added.point.without_effects is rested

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.steps.validate.validate_cases import inputs, true_parameters
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.added_effects import AddedEffects
@@ -59,7 +59,7 @@ def test_an_effect_added_to_a_drive_that_begins_in_motion_has_the_sensitivities_
     found = inputs(root, tmp_path, true_parameters())
     logs = tuple(log.between(4.0, 7.0) for log in found.data[:1])
     moving = ValidateProblem(found.spec, logs, found.known).baseline
-    slope, size = next(e for e in catalogue() if e.name == "road_grade"), 1e-4
+    slope, size = next(e for e in catalog() if e.name == "road_grade"), 1e-4
     assert moving.vector.first_speed(0) > 3.0
 
     def added(at: float) -> SimulationSetup:
@@ -75,7 +75,7 @@ def test_an_effect_added_to_a_drive_that_begins_in_motion_has_the_sensitivities_
 def test_a_chord_keeps_the_bare_cars_sensitivities_to_parameters_and_takes_the_others_exactly(
     setup: SimulationSetup,
 ) -> None:
-    slope = next(e for e in catalogue() if e.name == "road_grade")
+    slope = next(e for e in catalog() if e.name == "road_grade")
     exact = setup.with_effects(AddedEffects((slope,), (Unknown("road_grade", 0.02, -1.0, 1.0, "", None),)))
     chord, parameters = replace(exact, chord=True), len(setup.prior.names)
     for one, other, bare in zip(chord.first, exact.first, setup.first, strict=True):

@@ -14,7 +14,7 @@ from tests.export.cases import LEARNED, LEARNED_LAW, LEARNED_SIZES
 from tests.steps.validate.validate_cases import described, inputs, known_file, prepared, true_parameters
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.inference import Unknown
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.inputs import Inputs
@@ -157,7 +157,7 @@ def test_how_a_car_leaves_rest_is_not_known_to_the_millimetre(root: Path, tmp_pa
 def test_free_play_is_weighed_by_what_some_play_does(root: Path, tmp_path: Path) -> None:
     """It has no slope at zero: its sensitivity is a secant over a relevant amplitude."""
     found = inputs(root, tmp_path, true_parameters(), (1,))
-    play = next(e for e in catalogue() if e.name == "backlash")
+    play = next(e for e in catalog() if e.name == "backlash")
     size = play.probes[len(play.probes) // 3]
     base = prepared(found).baseline
     setups = [

@@ -13,7 +13,7 @@ from tests.plant import light_ev
 from vdyn_cli.diagnosis.detect.scores import scores
 from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
 from vdyn_cli.diagnosis.strategies.linearized_system import initial_values, linearize, linearized_system
-from vdyn_cli.effects import catalogue
+from vdyn_cli.effects import catalog
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.added_effects import AddedEffects
@@ -66,7 +66,7 @@ def test_four_drives_hold_four_winds_however_often_they_stop(tmp_path: Path, mon
     monkeypatch.setattr(light_ev, "Logger", partial(light_ev.Logger, gust=0.02, wind=0.5))
     baseline = in_town(tmp_path, 4, 120.0).baseline
     assert len(baseline.segments) > 8
-    headwind = next(e for e in catalogue() if e.name == "headwind")
+    headwind = next(e for e in catalog() if e.name == "headwind")
     setup = baseline.with_effects(AddedEffects((headwind,), unknowns_of(headwind, prior=True)))
     regression = whole_drives(setup)
     system = linearized_system(linearize(regression, {}, initial_values(regression)))

@@ -47,7 +47,7 @@ def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotT
 
 
 def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:
-    """The effects of the catalogue that lack a channel, each with the reason."""
+    """The effects of the catalog that lack a channel, each with the reason."""
     return tuple(
         NotTestable(
             effect=name,

@@ -202,13 +202,13 @@ def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | 
     names = [n for n in found.testable if evidence[n] > POLICY.single_evidence]
     tried = candidate_model(strategy, sorted(names, key=lambda n: -evidence[n])[:1]) if names else None
     while tried is not None and not tried.sufficient:
-        more = len(tried.effects) < POLICY.most_effects and not catalogue_falls_short(strategy, tried)
+        more = len(tried.effects) < POLICY.most_effects and not catalog_falls_short(strategy, tried)
         tried = with_next(strategy, tried) if more else None
     several = tried is not None and len(tried.effects) > 1
     return tried if tried and several and all_needed(strategy, tried) else None
 
 
-def catalogue_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
+def catalog_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
     """Whether all candidates together leave much of the misfit, so that no set of them suffices.
 
     To first order about the fit ``tried``: what a free profile would explain beside all candidates.

@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.name.candidate_models import (
     CandidateModel,
     alternatives,
     best_fit,
-    catalogue_falls_short,
+    catalog_falls_short,
     forward_selection,
     pairs,
     singles,
@@ -31,7 +31,7 @@ def accepted_models(
     model, tried = strategy.model, singles(strategy, found)
     answers = simplest(model, not_significantly_worse(model, tried), tried)
     best = best_fit(tried)
-    short = best is not None and catalogue_falls_short(strategy, best)
+    short = best is not None and catalog_falls_short(strategy, best)
     if answers or short or _one_profile_suffices(strategy):
         return _with_rivals(strategy, answers or nearly_sufficient(tried), tried, found), tried
     two = pairs(strategy, tried, found)
@@ -78,7 +78,7 @@ def _with_equal_partners(
 
 
 def _one_profile_suffices(strategy: Strategy) -> bool:
-    """Whether one free profile leaves only noise: then the error is one effect that is not in the catalogue."""
+    """Whether one free profile leaves only noise: then the error is one effect that is not in the catalog."""
     model = strategy.model
     for family in model.setup.families:
         fitted = strategy.fitted((family,))

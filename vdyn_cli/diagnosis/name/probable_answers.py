@@ -7,7 +7,7 @@ are equally likely, and that amplitudes are a ~ N(0, sigma^2):
 
     P_k ~ (1 / m) B_k,   P_0 ~ 1,   B_k = s / sqrt(s^2 + sigma^2) exp(a^2 sigma^2 / (2 s^2 (s^2 + sigma^2)))
 
-with a and s the score test's estimate and standard error of candidate k of m, and sigma ``catalogue_prior`` of its
+with a and s the score test's estimate and standard error of candidate k of m, and sigma ``catalog_prior`` of its
 plausible range, or the standard deviation with which the description states what it corrects, if that is smaller.
 Source: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90 (1995) 773.
 """
@@ -39,7 +39,7 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
         if beside.spread[name].size == 1 and is_testable(model, beside, name):
             effect = model.setup.candidates[name]
             first, std = model.amplitudes(name)[0], float(beside.spread[name][0])
-            sigma = POLICY.catalogue_prior * largest_plausible(effect, first)
+            sigma = POLICY.catalog_prior * largest_plausible(effect, first)
             stated = model.setup.stated.get(first, sigma)
             if std < stated:  # else the stated standard deviation, which the intervals include, is the smaller one
                 odds[name] = bayes_factor(float(beside.estimate[name][0]), std, min(sigma, stated))

@@ -1,4 +1,4 @@
-"""Names a learned law where no law of the catalogue suffices."""
+"""Names a learned law where no law of the catalog suffices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The law of a part as a curve with its 95 % band, and how closely laws of the catalogue follow it."""
+"""The law of a part as a curve with its 95 % band, and how closely laws of the catalog follow it."""
 
 from __future__ import annotations
 

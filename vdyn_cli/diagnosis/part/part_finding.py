@@ -1,4 +1,4 @@
-"""Finds the part of the model at fault, and the laws of the catalogue within it."""
+"""Finds the part of the model at fault, and the laws of the catalog within it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vdyn_cli.steps.free_part import Part
 
 @dataclass(frozen=True)
 class LawWithin:
-    """A law of the catalogue within the part.
+    """A law of the catalog within the part.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class PartFinding:
     curves : of its places that the data cover.
     share_of_rms : share of the rms error above the noise that it explains.
     rivals : other elements whose evidence is not significantly weaker.
-    laws : of the catalogue on the same element, the nearest to the curve first.
+    laws : of the catalog on the same element, the nearest to the curve first.
     """
 
     search: PartSearch

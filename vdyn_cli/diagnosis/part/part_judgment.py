@@ -26,7 +26,7 @@ class PartJudgment:
     Parameters
     ----------
     strategy : of the judgment's fits. finding : the part; None where none was searched or none has evidence.
-    law : the law of the catalogue within the part that the judgment names. learned : the learned law that it names.
+    law : the law of the catalog within the part that the judgment names. learned : the learned law that it names.
     """
 
     strategy: Strategy
@@ -40,7 +40,7 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     """The judgment, revised if a part of the model at fault explains more than the candidates.
 
     The part is used if no candidate suffices, if the part explains much more than each answer, or if each answer is a
-    law of the part with a further effect that only corrects its shape. Then the law of the catalogue that follows the
+    law of the part with a further effect that only corrects its shape. Then the law of the catalog that follows the
     part's curve is named if it predicts held-out runs better; else two laws that together do, else the law learned from
     the curve. A part that does not suffice changes nothing.
     """
@@ -134,7 +134,7 @@ def _explains_more(finding: PartFinding, answer: CandidateModel) -> bool:
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
-    """The judgment that names a law of the catalogue; None if it fails, is unphysical, or its gain is not positive.
+    """The judgment that names a law of the catalog; None if it fails, is unphysical, or its gain is not positive.
 
     If the law leaves much that one further effect explains, both are named if they predict held-out runs better.
     """

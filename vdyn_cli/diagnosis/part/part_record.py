@@ -66,7 +66,7 @@ def points_of(curve: Curve, law: Array | None) -> tuple[CurvePoint, ...]:
 
     Parameters
     ----------
-    law : (n,), a law of the catalogue that follows the curve. The band includes it, since the free curve is too smooth
+    law : (n,), a law of the catalog that follows the curve. The band includes it, since the free curve is too smooth
         for sharp bends.
     """
     half = curve.half if law is None else np.hypot(curve.half, curve.value - law)
@@ -141,9 +141,9 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
         like = [form.replace("_", " ") for form in learned.indistinguishable[:MOST_FORMS]]
         others = f" ({' or '.join(like)} would fit equally well)" if like else ""
         form = "a table" if learned.form == "table" else f"{learned.form.replace('_', ' ')}: {learned.formula}"
-        return f"no law of the catalogue follows the curve, and its law is learned as {form}{others}"
+        return f"no law of the catalog follows the curve, and its law is learned as {form}{others}"
     if part.law is None and acting is None:
-        return f"no law of the catalogue follows the curve{_deviation(part)}"
+        return f"no law of the catalog follows the curve{_deviation(part)}"
     if part.law is None:
         return f"of the named effects, these act on it: {', '.join(acting or ()) or 'none'}"
     label = part.law.label

@@ -2,7 +2,7 @@
 
 The additions of all parts are linearized about the baseline's fit in one pass. A part's evidence is its marginal
 likelihood, which penalizes flexibility, so that parts with any number of coefficients can be compared with each other
-and with the effects of the catalogue. The most likely parts are then refitted nonlinearly, with the prior of smoothness
+and with the effects of the catalog. The most likely parts are then refitted nonlinearly, with the prior of smoothness
 that maximizes the evidence.
 """
 
@@ -41,7 +41,7 @@ class FittedParts:
     Parameters
     ----------
     parts : of one element over one coordinate; none for the baseline alone.
-    effects : of the catalogue, in the fit instead of parts.
+    effects : of the catalog, in the fit instead of parts.
     solution : of the fit; its priors keep the additions smooth.
     squares : sum of squares of the residuals, without the penalty of the additions' priors.
     gain : log evidence of the fit over the baseline.
@@ -148,7 +148,7 @@ class PartSearch:
         return None if solution is None else self._compared(solution, regression, parts=parts, variance=by.variance)
 
     def with_effects(self, effects: Sequence[str]) -> FittedParts | None:
-        """The fit with these effects of the catalogue; None where it fails.
+        """The fit with these effects of the catalog; None where it fails.
 
         It is the strategy's own fit, except where that is linearized about other values than the parts.
         """
@@ -243,7 +243,7 @@ def _gains(
         information, score = projected.of(strategy.model.amplitudes(name))
         every = [effect.unknowns[n] for n in amplitudes_of(effect)]
         ranges = np.array([max(abs(q.lower), abs(q.upper)) for q in every])
-        rivals[name] = evidence(information / floor, score / floor, (POLICY.catalogue_prior * ranges) ** 2)
+        rivals[name] = evidence(information / floor, score / floor, (POLICY.catalog_prior * ranges) ** 2)
     return tuple(sorted(gains, key=lambda pair: -pair[1].gain)), rivals
 
 

@@ -36,7 +36,7 @@ def unknowns_of(
 
     Parameters
     ----------
-    prior : give amplitudes a prior about zero, so that all effects of the catalogue can be fitted at once.
+    prior : give amplitudes a prior about zero, so that all effects of the catalog can be fitted at once.
     holding : known values; for one beyond the bounds, these are widened to ``open_range``.
     """
     found = []
@@ -49,7 +49,7 @@ def unknowns_of(
         low, high = bounds_of(effect, name)
         if name not in effect.possible and not low <= holding.get(name, low) <= high:
             low, high = (end * POLICY.open_range / POLICY.range_factor for end in (low, high))
-        std = POLICY.catalogue_prior * max((largest_plausible(effect, name), *map(abs, effect.possible.get(name, ()))))
+        std = POLICY.catalog_prior * max((largest_plausible(effect, name), *map(abs, effect.possible.get(name, ()))))
         found.append(Unknown(name, 0.0, low, high, unit, (0.0, std) if prior else None))
     return tuple(found)
 

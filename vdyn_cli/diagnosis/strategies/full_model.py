@@ -47,7 +47,7 @@ class FullModel:
 
     Parameters
     ----------
-    regression : baseline, all candidates and all profiles; amplitudes have no priors of the catalogue (only the noise
+    regression : baseline, all candidates and all profiles; amplitudes have no priors of the catalog (only the noise
         estimate uses them), but those that the step gave them, such as the roughness of a road.
     base : names of the baseline's shared unknowns; they come first.
     """
@@ -141,8 +141,8 @@ def full_model(
     added = {u.name for u in extra}
     amplitudes = {n for e in every for n in amplitudes_of(e)}
     full = regression(AddedEffects(every, extra))
-    catalogue = {u.name: u.prior for u in extra}
-    full = without_priors(full, {u.name for u in full.shared if u.name in amplitudes and u.prior == catalogue[u.name]})
+    catalog = {u.name: u.prior for u in extra}
+    full = without_priors(full, {u.name for u in full.shared if u.name in amplitudes and u.prior == catalog[u.name]})
     base = tuple(u.name for u in full.shared if u.name not in added)
     if tuple(u.name for u in full.shared[: len(base)]) != base:
         raise ValueError("a step's regression must put the baseline's unknowns before those of effects")

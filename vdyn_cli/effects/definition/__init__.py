@@ -1,1 +1,1 @@
-"""What an effect is, and how the catalogue finds the effects."""
+"""What an effect is, and how the catalog finds the effects."""

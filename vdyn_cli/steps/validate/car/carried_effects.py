@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.effects import Effect, catalogue
+from vdyn_cli.effects import Effect, catalog
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.engine.model import Model
 from vdyn_cli.quantities.errors import Finding
@@ -12,13 +12,13 @@ from vdyn_cli.steps.learned_effect import learned_effects
 
 def carried_effects(model: Model, known: Parameters) -> tuple[Effect, ...]:
     """Effects that earlier steps accepted and that are applicable to this model: the baseline includes them."""
-    listed = [e for e in catalogue() if e.name in known.extensions]
+    listed = [e for e in catalog() if e.name in known.extensions]
     return applicable(model, [*listed, *learned_effects(known)])
 
 
 def dropped_effects(model: Model, known: Parameters) -> tuple[Finding, ...]:
     """A warning for each effect of earlier steps that is not applicable to this model and therefore omitted."""
-    taken, installed = {e.name for e in carried_effects(model, known)}, {e.name for e in catalogue()}
+    taken, installed = {e.name for e in carried_effects(model, known)}, {e.name for e in catalog()}
     found = []
     for name in (n for n in known.extensions if n not in taken):
         why = "its law is not in this model" if name in installed else "no such effect is installed"

@@ -1,4 +1,4 @@
-"""The catalogue of candidate effects: the files of ``vdyn_cli/effects``, and the effects of installed packages."""
+"""The catalog of candidate effects: the files of ``vdyn_cli/effects``, and the effects of installed packages."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def candidates(situations: Collection[str] = ()) -> tuple[Effect, ...]:
 
     ``situations`` : of the step; without any, every effect is a candidate.
     """
-    return tuple(one for one in catalogue() if not situations or not one.situations or one.situations & set(situations))
+    return tuple(one for one in catalog() if not situations or not one.situations or one.situations & set(situations))
 
 
-def catalogue() -> tuple[Effect, ...]:
+def catalog() -> tuple[Effect, ...]:
     """Every effect of vdyn and of installed packages, in the order of their names.
 
     Raises
@@ -37,7 +37,7 @@ def catalogue() -> tuple[Effect, ...]:
 
 
 def refused() -> tuple[Finding, ...]:
-    """Findings on effects of installed packages that are left out of the catalogue."""
+    """Findings on effects of installed packages that are left out of the catalog."""
     return _found()[1]
 
 
@@ -48,7 +48,7 @@ def extensions_in_si(extensions: Extensions, where: str, problems: list[Finding]
     ----------
     where : the file. problems : receives a finding for each unit of a wrong dimension.
     """
-    quantities = {name: quantity for one in catalogue() for name, quantity in one.unknowns.items()}
+    quantities = {name: quantity for one in catalog() for name, quantity in one.unknowns.items()}
     found: dict[str, dict[str, Estimate]] = {}
     for effect_name, unknowns in extensions.items():
         found[effect_name] = {}
