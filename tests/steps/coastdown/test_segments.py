@@ -9,6 +9,7 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, coast_segment, split
 from vdyn_cli.steps.coastdown.step import STEP
 
 
@@ -61,3 +62,19 @@ def test_a_speed_that_is_held_before_the_driver_lets_go_is_no_coast(seed: int) -
         low, high = held.parameters[name].interval95
         assert low < alone.parameters[name].value < high
         assert high - low < 2.0 * np.ptp(alone.parameters[name].interval95)
+
+
+@pytest.mark.parametrize("scattered", [False, True], ids=["a dead sensor", "lost rows"])
+def test_a_coast_is_used_before_and_after_a_gap_of_its_speed(scattered: bool) -> None:
+    """Rows that are lost all over a coast leave no part that is whole."""
+    time = np.arange(0.0, 120.0, 0.1)
+    gone = np.random.default_rng(1).random(time.size) < 0.3 if scattered else (time > 50.0) & (time < 85.0)
+    speed = np.where(gone, np.nan, 30.0 - 0.2 * time)
+    found = coast_segment(0, Log("run.csv", time, {"speed": speed}), None, 10.0)
+    if scattered:
+        assert isinstance(found, RejectedSegment)
+        assert "the speed is missing in" in found.why
+    else:
+        assert isinstance(found, CoastSegment)
+        first, second = split(found)
+        assert (first.log.time[-1], second.log.time[0]) == pytest.approx((50.0, 85.0))

@@ -115,7 +115,7 @@ def test_a_short_run_is_rejected() -> None:
     assert "samples" in reason
 
 
-def test_missing_samples_are_skipped_and_a_gap_too_long_is_not_accepted() -> None:
+def test_missing_samples_are_skipped_and_a_long_gap_splits_the_run() -> None:
     def holes(log: Log) -> Log:
         speed = log["speed"].copy()
         speed[::7] = np.nan
@@ -126,8 +126,15 @@ def test_missing_samples_are_skipped_and_a_gap_too_long_is_not_accepted() -> Non
         speed[200:600] = np.nan
         return log.with_channels(speed=speed)
 
+    def mostly(log: Log) -> Log:
+        speed = log["speed"].copy()
+        speed[np.random.default_rng(1).random(speed.size) < 0.4] = np.nan
+        return log.with_channels(speed=speed)
+
     assert not why(spoilt(holes))
-    assert "missing" in why(spoilt(gap))[0]
+    assert not why(split := spoilt(gap))
+    assert len(split.selection.segments) == len(spoilt(holes).selection.segments) + 1
+    assert "missing" in why(spoilt(mostly))[0]
 
 
 def test_a_windy_run_is_rejected() -> None:

@@ -297,6 +297,7 @@ def _undisturbed_part(
     edges = [begin, *(t for pair in best for t in pair), end]
     lost = [(a, b, at[(one.time[at] > a) & (one.time[at] < b)]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     label = np.searchsorted([a for a, _ in best], time, side="right")
+    label += (label.max() + 1) * one.segment.part  # windows between gaps of the speed stay apart
     inside = np.asarray(np.any([(time >= a) & (time <= b) for a, b in best], axis=0))
     left = replace(one.segment, part=label).rows(inside)
     return left, [RejectedSegment(name, a, b, one.reason(int(k[0]))) for a, b, k in lost if k.size]

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
@@ -146,12 +147,34 @@ def coast_segment(
     if finish - begin < shortest:
         return RejectedSegment(log.name, begin, finish, f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
     missing = 1 - (end - top + 1) / max(int(np.sum((log.time >= begin) & (log.time <= finish))), 1)
-    if missing > STEP_POLICY.most_missing:
-        return RejectedSegment(log.name, begin, finish, f"the speed is missing in {100 * missing:.0f} % of the rows")
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
     if part.time.size < fewest_rows(split):
         return RejectedSegment(log.name, begin, finish, f"only {part.time.size} samples have a speed")
-    return CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split, held)
+    segment = CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split, held)
+    if missing > STEP_POLICY.most_missing:
+        beside = _beside_gaps(segment, shortest)
+        if beside is None or _falls(beside) < covered_least * (upper - lower):
+            return RejectedSegment(
+                log.name, begin, finish, f"the speed is missing in {100 * missing:.0f} % of the rows"
+            )
+        return beside
+    return segment
+
+
+def _beside_gaps(segment: CoastSegment, shortest: float) -> CoastSegment | None:
+    """The segment as windows before and after gaps of the speed, in which it may be driven; None without such gaps."""
+    time = segment.log.time
+    label = np.r_[0, np.cumsum(np.diff(time) > QUALITY.longest_bridge)]
+    windows = [(a, b) for a, b in groups(label) if b - a + 1 >= segment.fewest and time[b] - time[a] >= shortest]
+    if label[-1] == 0 or not windows:
+        return None
+    keep = np.isin(label, [label[a] for a, _ in windows])
+    return replace(segment, part=label).rows(keep)
+
+
+def _falls(segment: CoastSegment) -> float:
+    """Sum of the spans of speed of the windows of a segment, m/s."""
+    return sum(float(np.ptp(segment.log["speed"][a : b + 1])) for a, b in groups(segment.part))
 
 
 def further_coasts(log: Log, used: Sequence[CoastSegment]) -> list[RejectedSegment]:
