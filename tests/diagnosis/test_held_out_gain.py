@@ -23,15 +23,15 @@ CAUSES = tuple(cause(n) for n in NAMES)
 START = 5.0  # standard deviation of what is known of a run's start
 
 
-def opened(campaign: Campaign) -> tuple[Strategy, FittedModel]:
-    strategy = open_strategy(campaign.setup(*CAUSES))
+def opened(campaign: Campaign, directions: Sequence[str] = ()) -> tuple[Strategy, FittedModel]:
+    strategy = open_strategy(campaign.setup(*CAUSES, directions=tuple(directions)))
     base = strategy.fitted(())
     assert base is not None
     return strategy, base
 
 
-def gained(campaign: Campaign, causes: Sequence[str] = ("slope",)) -> HeldOutGain:
-    strategy, base = opened(campaign)
+def gained(campaign: Campaign, causes: Sequence[str] = ("slope",), directions: Sequence[str] = ()) -> HeldOutGain:
+    strategy, base = opened(campaign, directions)
     extended = strategy.fitted(causes)
     assert extended is not None
     found = held_out_gain(strategy, base, extended, Selection(NAMES, base))
@@ -111,6 +111,20 @@ def test_every_fold_chooses_again() -> None:
     found = gained(campaign, ("wind",))
     assert found.before == pytest.approx(before, rel=1e-5)
     assert found.after == pytest.approx(after, rel=1e-5)
+
+
+def test_a_fold_without_one_direction_keeps_the_answer() -> None:
+    campaign = Campaign(18, runs=8, hidden={"wind": 0.3})
+    _, after, chosen = by_hand(campaign)
+    only, rest = chosen.index(("slope",)), [k for k in range(8) if k != chosen.index(("slope",))]
+    misses = [
+        missed(campaign, [*BASE, *effects], fitted(campaign, [*BASE, *effects], rest)[0], only)
+        for effects in (("slope",), ("wind",))
+    ]
+    n = campaign.runs * campaign.rows
+    found = gained(campaign, ("wind",), ["back" if k == only else "out" for k in range(8)])
+    assert found.after == pytest.approx((after**2 + (misses[1] - misses[0]) / n) ** 0.5, rel=1e-5)
+    assert gained(campaign, ("wind",), ["out", "back"] * 4).after == pytest.approx(after, rel=1e-5)
 
 
 def test_two_effects_are_chosen_by_forward_selection() -> None:

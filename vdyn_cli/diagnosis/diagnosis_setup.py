@@ -51,6 +51,7 @@ class DiagnosisSetup:
     profiles : free profiles, each over one coordinate (speed, time, position ...).
     one_way : why effects that change sign with the heading are confounded with others: runs of one direction.
     mixed_directions : why the directions cannot be used: some runs do not state theirs.
+    directions : of each fitted run, out or back; empty where nothing depends on them.
     run : what a run is called (a coast, a drive, a crossing).
     fewest_runs : least number of runs for a diagnosis.
     too_short : why runs this short cannot discriminate between effects.
@@ -76,6 +77,7 @@ class DiagnosisSetup:
     lacking: Mapping[str, str] = field(default_factory=dict)
     one_way: str = ""
     mixed_directions: str = ""
+    directions: tuple[str | None, ...] = ()
     run: str = "run"
     fewest_runs: int = 1
     too_short: str = ""
@@ -119,7 +121,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
     if isinstance(spec.diagnose.effects, list):
         effects, lacking = tuple(e for e in effects if e.name in spec.diagnose.effects), {}
     linearized = diagnosable.linearized(spec)
-    directions = problem.directions([r.direction for r in spec.runs]) if diagnosable.two_way(spec) else ("out", "back")
+    directions = tuple(problem.directions([r.direction for r in spec.runs])) if diagnosable.two_way(spec) else ()
     one_way, mixed_directions = _confounding_directions(directions)
     return DiagnosisSetup(
         regression=relaxed(problem.regression),
@@ -129,6 +131,7 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         lacking=lacking,
         one_way=one_way,
         mixed_directions=mixed_directions,
+        directions=directions,
         run=diagnosable.run,
         fewest_runs=diagnosable.fewest_runs,
         too_short=diagnosable.too_short(problem),

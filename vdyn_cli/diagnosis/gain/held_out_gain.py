@@ -2,9 +2,10 @@
 
 Each fold leaves out one run (or one block of time if runs are few), repeats the choice of effects (singles, pairs,
 forward selection; simplified as ``fold_selection`` states), refits to first order, and predicts what was left out. A
-run's own unknowns (its start speed) are fitted to the run itself. Where a step simulates with parameters at their prior
-values and from the measured start, so do both predictions, without and with the effects; only the amplitudes are then
-taken from the fit.
+fold that leaves out the only run of its direction keeps the effects of the answer, since wind, slope and resistance are
+confounded in the others. A run's own unknowns (its start speed) are fitted to the run itself. Where a step simulates
+with parameters at their prior values and from the measured start, so do both predictions, without and with the effects;
+only the amplitudes are then taken from the fit.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from vdyn_cli.diagnosis.gain.fold_selection import information, sufficient
 from vdyn_cli.diagnosis.gain.gain_variance import PredictionError, day_to_day_variance, prediction_error
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import explained_share
-from vdyn_cli.diagnosis.strategies.full_model import FittedModel
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedRuns, initial_values
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference.intervals import t_quantile
@@ -143,6 +144,10 @@ class _Folds:
     def of(self, fit: FittedModel) -> CrossValidation:
         return self._cut.setdefault(id(fit.system), CrossValidation(fit.system, self.fewest))
 
+    def run(self, fold: int) -> int:
+        """The run that a fold leaves out; -1 for a block."""
+        return next(iter(self._cut.values())).folds[fold][0]
+
     def comparable(self, fit: FittedModel | None, fallback: FittedModel) -> FittedModel:
         """The fit if it is cut into as many folds as the baseline, else ``fallback``."""
         return fit if fit is not None and len(self.of(fit).folds) == self.count else fallback
@@ -156,7 +161,8 @@ def _fold_model(
     ``answer`` is ``extended``, relinearized about its own amplitudes where the strategy does so.
     """
     effects = extended.effects
-    if not set(effects) <= set(selecting.candidates):  # nondifferentiable effects cannot be selected at zero amplitude
+    # Nondifferentiable effects cannot be selected at zero amplitude.
+    if not set(effects) <= set(selecting.candidates) or _leaves_one_way(strategy.model, folds.run(fold)):
         return answer, effects
     chosen = _selected(strategy, folds, fold, selecting, effects)
     if chosen == effects:
@@ -180,6 +186,15 @@ def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
     plain = every[0].plain_rows > 0
     squares = sum(m.plain if plain else m.squares for m in every)
     return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
+
+
+def _leaves_one_way(model: FullModel, run: int) -> bool:
+    """Whether without this run (-1: a block) all runs have one direction, though the run has the other."""
+    directions = model.setup.directions
+    if run < 0 or len(directions) != len(model.regression.runs):
+        return False
+    others = {d for k, d in enumerate(directions) if k not in model.regression.wholes[run]}
+    return len(others) == 1 < len(set(directions))
 
 
 def _selected(
