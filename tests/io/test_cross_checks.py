@@ -154,8 +154,8 @@ def test_a_doubt_is_reported_before_anything_else(root: Path, tmp_path: Path) ->
     assert 'class="verdict good"' not in page
 
 
-def known_mass(value: float) -> str:
-    entry = {"value": value, "std": 2.0, "interval95": [value - 4.0, value + 4.0], "unit": "kg", "source": "cg"}
+def known_mass(value: float, source: str = "cg") -> str:
+    entry = {"value": value, "std": 2.0, "interval95": [value - 4.0, value + 4.0], "unit": "kg", "source": source}
     entry["meaning"] = "mass"
     return json.dumps({"format": FORMAT, "parameters": {"mass": entry}})
 
@@ -172,6 +172,14 @@ def test_a_value_that_a_parameter_file_contradicts_is_reported(tmp_path: Path, r
     ]
     (tmp_path / "parameters.json").write_text(known_mass(1589.0))
     assert not gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"]).findings
+
+
+def test_a_value_that_an_earlier_description_gave_does_not_replace_a_stated_one(tmp_path: Path, root: Path) -> None:
+    described(tmp_path, root, "coastdown")
+    (tmp_path / "parameters.json").write_text(known_mass(1636.0, "given"))
+    inputs = gather(load_step("coastdown"), tmp_path / "coastdown.yaml", [tmp_path / "parameters.json"])
+    assert inputs.known["mass"].value == 1588.0
+    assert not inputs.findings
 
 
 def test_a_file_that_knows_effects_alone_is_taken(tmp_path: Path, root: Path) -> None:

@@ -72,6 +72,18 @@ def test_what_init_left_open_is_reported_once_a_line_in_their_order(tmp_path: Pa
     assert "no such column" not in text
 
 
+def test_missing_channels_name_the_manoeuvre_that_does_not_need_them(tmp_path: Path) -> None:
+    columns = {"time": "s", "hub_torque": "N m", "wheel_speed": "rad/s"}
+    channels = {n: {"column": n, "unit": unit} for n, unit in columns.items()}
+    (tmp_path / "wheel.yaml").write_text(
+        yaml.safe_dump({"test": "inertia", "channels": channels, "runs": [{"log": "wheel.csv"}]})
+    )
+    with pytest.raises(InputError) as error:
+        gather(load_step("inertia"), tmp_path / "wheel.yaml")
+    assert "channel hub_force_x is needed" in str(error.value)
+    assert "or write 'manoeuvre: stand'" in str(error.value)
+
+
 def test_a_missing_number_of_the_vehicle_comes_in_the_same_round(tmp_path: Path) -> None:
     text = problems(tmp_path, titel="x", vehicle={"air_density": 1.2})
     assert "unknown key 'titel'" in text

@@ -157,11 +157,15 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
 def _with_files(
     stated: Parameters, known_files: Sequence[Path], files: dict[Path, str], problems: list[Finding]
 ) -> Parameters:
-    """The stated parameters, updated by parameter files, which are added to ``files`` with their sha256."""
+    """The stated parameters, updated by parameter files, which are added to ``files`` with their sha256.
+
+    A file's estimates take the place of stated values; its given values, which an earlier description stated, do not.
+    """
     known = stated
     for file in known_files:
         if (later := attempt(problems, read_known, file)) is not None:
-            known, files[file] = known.updated(later[0]), later[1]
+            older = [n for n, e in later[0].items() if e.source == "given" and n in stated]
+            known, files[file] = known.updated(later[0].without(older)), later[1]
     return known
 
 

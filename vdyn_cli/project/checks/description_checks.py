@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,15 +93,25 @@ def wrong_channels(step: Step, spec: Description, source: YamlSource, dropped: C
     mapped |= set(known) if ("channels",) in dropped or ("loggers",) in dropped else set()
     mapped |= {one.target for one in step.scaled if one.source in mapped}
     place = source.where(("loggers",) if spec.loggers else ("channels",))
+    missing = []
     for entry in step.required:
-        ways = alternatives(entry)
-        if not any(set(way) <= mapped for way in ways):
+        if not _mapped(entry, mapped):
+            ways = alternatives(entry)
             names = " or ".join(" + ".join(way) for way in ways)
             quantity = known[ways[0][0]]
             line = f"{ways[0][0]}: {{column: '<header>', unit: {quantity.unit or '1'}}}"
             remedy = f"add '{line}' to the channels{needed_channel(step, ways[0])}"
-            findings.append(Finding(place, f"channel {names} is needed", remedy=remedy))
-    return findings
+            missing.append(Finding(place, f"channel {names} is needed", remedy=remedy))
+    others = [n for n, one in step.manoeuvres.items() if all(_mapped(entry, mapped) for entry in one.required)]
+    if missing and others:
+        more = f"; or write 'manoeuvre: {others[0]}' if the logs are of that test ('vdyn explain {step.name}')"
+        missing[0] = replace(missing[0], remedy=missing[0].remedy + more)
+    return [*findings, *missing]
+
+
+def _mapped(entry: str, mapped: Collection[str]) -> bool:
+    """Whether a needed channel, or one of its alternatives, is mapped."""
+    return any(set(way) <= set(mapped) for way in alternatives(entry))
 
 
 def wrong_effects(step: Step, spec: Description, source: YamlSource) -> Iterator[Finding]:
