@@ -13,7 +13,9 @@ from tests.bench.input_cases import SPIN_CHANNELS
 from tests.effects.recovered import added
 from tests.plant import stand as plant
 from tests.plant.vehicle import random_vehicle
-from vdyn_cli.effects import catalog
+from vdyn_cli.effects import candidates, catalog
+from vdyn_cli.engine.applicable import applicable
+from vdyn_cli.physics.models.free_wheel import FREE_WHEEL
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
@@ -105,6 +107,21 @@ def test_a_pendulum_beside_the_stand_is_refused() -> None:
     both = InertiaSpec.model_validate({"test": "inertia", "manoeuvre": "stand", "pendulum": rig})
     with pytest.raises(InputError, match="two tests"):
         ON_STAND.prepare(both, logs(), Parameters())
+
+
+def test_a_drifting_zero_of_the_torque_is_fitted() -> None:
+    drifting = tuple(log.with_channels(hub_torque=log["hub_torque"] + 0.05 * log.time) for log in logs())
+    drift = tuple(e for e in catalog() if e.name == "torque_zero_drift")
+    result = prepare_stand(spec(), drifting, Parameters()).publish(added(*drift))
+    found = result.amplitudes["torque_zero_drift"]
+    assert found.value == pytest.approx(0.05, abs=4 * found.std)
+    assert found.std < 0.01
+    assert drift[0] in applicable(FREE_WHEEL, candidates(ON_STAND.situations))
+
+
+def test_a_reading_times_minus_one_is_no_part_of_the_stand() -> None:
+    """A free error over the torque's value takes all torque away, and with it inertia and drag: no residual is left."""
+    assert [part.element for part in prepare_stand(spec(), logs(), Parameters()).parts] == ["bearing"]
 
 
 def test_air_about_the_wheel_is_no_drag_of_its_bearing() -> None:

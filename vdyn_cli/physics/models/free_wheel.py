@@ -13,7 +13,7 @@ DRAG = ("bearing_torque", "bearing_viscous")
 def _assemble(e: ModelBuilder, u: Signals) -> None:
     """The wheel's speed from the torque at its hub, with a drag by the measured speed, whose noise matters little."""
     p = e.p
-    speed = u.wheel_speed
+    speed, run_time = u.wheel_speed, e.state("run_time")
     drag = e(
         bearing_drag_torque,
         bearing_torque=p.bearing_torque,
@@ -23,11 +23,11 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     )
     turning = e(
         free_wheel_spin,
-        hub_torque=e("hub_torque", value=u.hub_torque) - p.hub_torque_zero,
+        hub_torque=e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero,
         bearing_torque=e(bearing, bearing_torque=drag, wheel_speed=speed),
         wheel_inertia=p.wheel_inertia,
     )
-    e.integrate(wheel_speed=turning)
+    e.integrate(wheel_speed=turning, run_time=1.0)
     e.sensor("hub", e.state("wheel_speed", u.wheel_speed), turning)
 
 

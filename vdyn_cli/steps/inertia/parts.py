@@ -17,13 +17,8 @@ SENSORS = {
 }
 
 
-def wheel_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
-    """The parts: the bearing's torque over the wheel's speed, and the readings over their value.
-
-    Parameters
-    ----------
-    logs : of the runs; no parts without logs.
-    """
+def bearing_part(logs: Sequence[Log]) -> tuple[Part, ...]:
+    """The bearing's torque over the wheel's speed in the ``logs`` of the runs; no part without logs."""
     if not logs:
         return ()
     turn = span_of([log["wheel_speed"] for log in logs], 1.0)
@@ -31,9 +26,19 @@ def wheel_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
         "bearing", "", "wheel_speed", turn, TORQUE, "N m", "rad/s", "the bearing's drag torque", "wheel speed",
         anchored=False, law=bearing, arguments=lambda x, values: {"bearing_torque": 0.0}, related=("brake",),
     )  # fmt: skip
+    return (spin,)
+
+
+def wheel_parts(logs: Sequence[Log]) -> tuple[Part, ...]:
+    """The parts: the bearing's torque over the wheel's speed, and the readings over their value.
+
+    Parameters
+    ----------
+    logs : of the runs; no parts without logs.
+    """
     readings = (
         sensor_part(n, span_of([log[n] for log in logs], 0.1), size, unit, what)
         for n, (size, unit, what) in SENSORS.items()
-        if all(n in log for log in logs)
+        if logs and all(n in log for log in logs)
     )
-    return (spin, *readings)
+    return (*bearing_part(logs), *readings)

@@ -24,7 +24,7 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import empty_channels, too_little
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance, drive_windows
-from vdyn_cli.steps.inertia.parts import wheel_parts
+from vdyn_cli.steps.inertia.parts import bearing_part
 from vdyn_cli.steps.inertia.slow_noise import with_scatter
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_result import stand_result
@@ -64,8 +64,12 @@ class StandProblem(SimulatedProblem):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """The bearing over the wheel's speed, the torque reading over its value."""
-        return wheel_parts(self.logs)
+        """The bearing over the wheel's speed.
+
+        Not the torque reading over its value: an error of -1 times the torque leaves a wheel without inertia and drag,
+        which fulfills the balance without residual.
+        """
+        return bearing_part(self.logs)
 
     @cached_property
     def first_inertia(self) -> float:
