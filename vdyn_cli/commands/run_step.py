@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import logging
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,11 +28,13 @@ class StepRun:
     Parameters
     ----------
     record : its result. place : files of the result, as text. refused : the error of a result that is not published.
+    replaced : the command whose result in these files was of another description; empty where there was none.
     """
 
     record: StepRecord
     place: str
     refused: RefusedResultError | None = None
+    replaced: str = ""
 
 
 def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, level: float | None) -> StepRun:
@@ -48,17 +51,35 @@ def run_step(name: str, path: Path, known_files: tuple[Path, ...], output: str, 
     InputError : the input is wrong; nothing is written.
     """
     refused: RefusedResultError | None = None
+    before: list[str] = []
+
+    @contextmanager
+    def lock(folder: Path) -> Iterator[None]:
+        with section_lock(folder):  # a step that ran at the same time may have written meanwhile
+            before.append(_earlier(folder / f"{name}.json", path))
+            yield
+
     try:
         if output == "-":
             record = execute(name, path, known_files, level)
         else:
             refuse_busy(Path(output))
-            record = write_step(name, path, known_files, Path(output), level, section_lock)
+            record = write_step(name, path, known_files, Path(output), level, lock)
     except RefusedResultError as error:
         refused, record = error, error.record
     if output == "-":
         write_out(to_json(record.document))
-    return StepRun(record, "" if output == "-" else f"{Path(output) / name}.json and .html", refused)
+    place = "" if output == "-" else f"{Path(output) / name}.json and .html"
+    return StepRun(record, place, refused, "".join(before))
+
+
+def _earlier(file: Path, description: Path) -> str:
+    """The command of a result that this file has of another description; empty where it has none."""
+    try:
+        made = json.loads(file.read_text("utf-8"))["provenance"]
+        return "" if description.name in made["inputs"] else str(made["command"])
+    except (OSError, ValueError, KeyError, TypeError):  # no result
+        return ""
 
 
 def tell_step(run: StepRun, tell: Tell) -> None:
@@ -74,6 +95,9 @@ def tell_step(run: StepRun, tell: Tell) -> None:
     """
     if run.place:
         tell(run.place)
+    if run.replaced:
+        tell(f"note: {run.place}: replaced the result of '{run.replaced}'")
+        tell("    -> keep both with -o and another folder")
     tell_result(run.record, tell)
     if run.refused is not None:
         raise run.refused
