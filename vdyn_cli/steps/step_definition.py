@@ -96,6 +96,7 @@ class Step:
     reads : keys of the vehicle and the air that the step reads in addition to ``needs``; None: any of them.
     run_keys : which of a run's direction, start, temperature and wind it reads; None: any of them.
     scaled : channels that may be computed from another one, times constants of the vehicle.
+    any_gain : factors by which channels may exceed their physical range, because the diagnosis finds their gain.
     rate : (spec) -> Hz, to which logs that are sampled at least twice as fast are averaged, because the model has no
         faster dynamics; None: as sampled.
     track_check : (spec, whole logs before cuts, data, known, run of each log in data) -> check of the runs at the
@@ -122,6 +123,7 @@ class Step:
     reads: tuple[str, ...] | None = None
     run_keys: tuple[str, ...] | None = None
     scaled: tuple[ScaledChannel, ...] = ()
+    any_gain: Mapping[str, float] = field(default_factory=dict, compare=False)
     rate: Callable[[Any], float | None] = lambda spec: None
     track_check: Callable[[Any, tuple[Log, ...], Any, Parameters, tuple[int, ...]], TrackCheck] | None = None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)

@@ -196,6 +196,8 @@ def _segments_outside(run: Run, log: Log, source: YamlSource, at: Location) -> I
 def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) -> Log:
     """The log, if its clock and channels are possible for a vehicle; otherwise a unit is probably wrong.
 
+    A channel whose gain the step's diagnosis finds may exceed its range by that gain; a finding of the log states it.
+
     Parameters
     ----------
     no_unit : channels with an unknown unit, which are not checked.
@@ -205,7 +207,7 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
     InputError : the clock is impossible, or more than 1 % of a channel's samples are outside its physical range; all
         channels are reported at once.
     """
-    problems = list(impossible_clock(log))
+    problems, doubts = list(impossible_clock(log)), list[Finding]()
     for name, quantity in step.channels().items():
         values = log[name] if name in log and name != "time" and name not in no_unit else None
         if values is None or not np.isfinite(values).any():
@@ -216,9 +218,13 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
             span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             got = f"{worst:.4g} {quantity.unit}".strip()
             remedy = "check the unit and the column of this channel"
-            problems.append(Finding(f"{log.name}, channel '{name}'", f"lies outside {span}", got, remedy))
+            most = step.any_gain.get(name, 1.0)
+            far = np.mean((values < most * quantity.lower) | (values > most * quantity.upper)) > 0.01
+            found = problems if far or most == 1.0 else doubts
+            where, what = f"{log.name}, channel '{name}'", f"lies outside {span}"
+            found.append(Finding(where, what, got, remedy, doubt=found is doubts))
     raise_all(problems)
-    return log
+    return replace(log, findings=(*log.findings, *doubts)) if doubts else log
 
 
 def with_totals(step: Step, log: Log) -> Log:

@@ -11,6 +11,7 @@ from vdyn_cli.steps.validate.drives.segments import FEWEST_SAMPLES, OUTPUTS
 from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows, prepare
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
+MOST_GAIN = 15.0  # of a speed by its unit, ratio or pulses a turn, as far as the candidate effect reaches
 SHORTEST_DRIVE = 5.0  # s, least length of a drive: in a shorter one, start speed and torque zero fit like any force
 
 
@@ -29,6 +30,7 @@ STEP = Step(
     needs=tuple(ESTIMATED_BY),
     gives=(),
     scaled=(replace(SPEED_OF_WHEEL, in_model=True), TORQUE_OF_MOTOR),
+    any_gain={"speed": MOST_GAIN},
     run_keys=("direction", "start", "temperature"),
     prepare=prepare,
     complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),

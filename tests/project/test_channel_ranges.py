@@ -1,0 +1,30 @@
+"""A channel outside its physical range is refused, unless the step's diagnosis finds its gain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.project.reading.run_reading import within_physical_limits
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps import load_step
+
+
+def driven(top: float) -> Log:
+    """A log whose speed rises to ``top``, m/s."""
+    time = np.arange(0.0, 20.0, 0.1)
+    return Log("run.csv", time, {"speed": top * time / 20.0})
+
+
+def test_a_speed_several_times_too_high_is_diagnosed_in_drives_and_refused_in_coast_downs() -> None:
+    (finding,) = within_physical_limits(load_step("validate"), driven(270.0)).findings
+    assert "lies outside -30 to 150 m/s" in finding.what
+    assert finding.doubt
+    for step, top in (("coastdown", 270.0), ("validate", 3000.0)):
+        with pytest.raises(InputError, match="lies outside -30 to 150 m/s"):
+            within_physical_limits(load_step(step), driven(top))
+
+
+def test_a_speed_in_its_range_has_no_finding() -> None:
+    assert not within_physical_limits(load_step("validate"), driven(60.0)).findings
