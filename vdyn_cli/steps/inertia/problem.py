@@ -40,8 +40,9 @@ from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swin
 FREE_TORQUE = 20.0  # N m, plausible amplitude of a free profile
 ANY_TIRE = Given(0.010, 0.003)  # rolling resistance of car tires
 WINDOWS = (0.125, 0.25, 0.5, 1.0)  # s of integration: a clock offset shows where torque and speed change fast
-# Share of noise in what tells inertia from radius, torque's gain and mass. With an error of 5 % of a variance it biases
-# the inertia beside one of them by 7.5 % in the diagnosis, about a standard error, and by 2.5 % in what is published.
+# Share of noise in the speed that separates inertia from radius, torque's gain and mass. With an error of 5 % of a
+# variance it biases the inertia beside one of them by 7.5 % in the diagnosis, about a standard error, and by
+# 2.5 % in the published result.
 DIAGNOSED_NOISE, PUBLISHED_NOISE = 0.6, 1 / 3
 
 

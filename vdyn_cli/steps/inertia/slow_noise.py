@@ -131,7 +131,7 @@ def _slips(block: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, Arra
 
 
 def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], widths: Sequence[float], most: float) -> float:
-    """The shortest of the ``widths`` of windows, s, in which the wheel's speed tells inertia from radius and mass.
+    """The shortest of the ``widths`` of windows, s, in which the wheel's speed separates inertia from radius and mass.
 
     The wheel's acceleration is nearly proportional to that of the car, which acts on radius and mass. Only the rest of
     the speed gained, by the tire's slip, discriminates between them. With a share n of noise in the variance of that

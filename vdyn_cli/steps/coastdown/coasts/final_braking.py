@@ -16,7 +16,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegme
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LAST, BEFORE = 2.0, 4.0  # s
-FEWEST_IN_LINE = 6  # samples of a line that tells its scatter
+FEWEST_IN_LINE = 6  # samples of the line from which the scatter is estimated
 
 
 def without_final_braking(
