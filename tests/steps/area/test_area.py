@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,17 @@ def test_mirrors_are_left_out_or_masked_and_said(tmp_path: Path) -> None:
     assert not masked.findings
     for result in (seen, masked):
         assert result.parameters["frontal_area"].value == pytest.approx(REFERENCE.frontal_area, rel=0.005)
+
+
+def test_a_shadow_under_the_car_is_a_doubt(tmp_path: Path) -> None:
+    """It also closes the gap between the wheels: the area is a tenth too large."""
+    photo = plant.photo(REFERENCE, 2)
+    gray = np.array(Image.open(io.BytesIO(photo.png)), dtype=np.uint8)
+    left, _, right, bottom = (round(edge) for edge in photo.box)
+    gray[bottom - 3 : bottom + 12, left:right] = 50
+    shaded = run(replace(photo, png=_png(gray)), tmp_path, settings={"camera_distance": "30 m"})
+    assert shaded.parameters["frontal_area"].value > 1.05 * REFERENCE.frontal_area
+    assert any(f.doubt and "shadow" in f.remedy for f in shaded.findings)
 
 
 def test_a_bright_car_on_dark_ground_and_a_painted_mask(tmp_path: Path) -> None:

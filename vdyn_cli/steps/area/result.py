@@ -82,7 +82,11 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
         found.append(Finding(spec.image, what, remedy="check whether the car is cut off"))
     left, top, right, bottom = edges
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
-    if across or rows.min() < top - BEYOND or rows.max() + 1 > bottom + BEYOND:
+    below = rows.max() + 1 - bottom
+    if below > BEYOND:  # a shadow also closes the gap between the wheels
+        what, remedy = "the silhouette extends below the box", "exclude the shadow under the car, or check the box"
+        found.append(Finding(spec.image, what, f"{below:.0f} pixels", remedy, doubt=True))
+    if across or rows.min() < top - BEYOND:
         remedy = "exclude mirrors and antennas; otherwise check the box's edges"
         found.append(Finding(spec.image, "the silhouette extends beyond the box", remedy=remedy))
     across, down = spec.box.width.value / edges.across, spec.box.height.value / edges.down
