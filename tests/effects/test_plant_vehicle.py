@@ -51,6 +51,7 @@ CASES = {
     "shaft_stiffness": (-0.3, "shaft_torque_left", 1.0),
     "shaft_damping": (0.8, "shaft_torque_left", 1.0),
     "tire_relaxation": (0.5, "shaft_torque_left", CAR.tire_relaxation_length),
+    "slip_stiffness": (-0.3, "wheel_speed_fl", 1.0),
     "backlash": (0.01, "shaft_torque_left", 1.0),
     "speed_scale": (0.02, "speed", 1.0),
     "speed_delay": (0.05, "speed", 1.0),
@@ -85,7 +86,7 @@ def test_a_drive_changes_as_in_the_plant(name):
     changed = true(name)[column] - true("")[column]
     time, with_it = mine(name)
     told = np.interp(true("")["Time [s]"], time, with_it[channel] - mine("")[1][channel])
-    if channel != "shaft_torque_left":
+    if channel != "shaft_torque_left" and name != "slip_stiffness":  # slip follows the half-shafts' torque
         assert np.sqrt(np.mean((told - changed) ** 2) / np.mean(changed**2)) < WITHIN
     else:
         assert (told @ changed) / (changed @ changed) == pytest.approx(1.0, abs=SIZE)

@@ -14,11 +14,11 @@ Hidden effects (``{name: size}``, SI, nothing at zero): extra_drag_area (m^2), h
 road_grade (uphill on the way out), grade_profile (steepest slope of ``coast_motion.road_profile``),
 speed_dependent_rolling (s/m), tire_warmup (share at the start; fades with 600 s), temperature_rolling (1/K, at
 ``temperature``), brake_drag and brake_drag_fading (N at the road; 20 s), driveline_drag (N at the road, front axle),
-rotating_mass (kg), mass_error, wheel_radius, wheel_inertia, shaft_stiffness, shaft_damping, tire_relaxation (shares of
-the known value), motor_inertia (kg m^2 at the wheels), driveline_viscous and driveline_dry_loss (N m s and N m at the
-inner ends), backlash (rad, half the gap of each half-shaft), torque_gain, torque_offset (N m), torque_delay (s),
-speed_scale, speed_delay (s): the sensor reads more, or late; torque_lag (s): it reads what the torque follows. In no
-catalog, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
+rotating_mass (kg), mass_error, wheel_radius, wheel_inertia, shaft_stiffness, shaft_damping, tire_relaxation,
+slip_stiffness (shares of the known value), motor_inertia (kg m^2 at the wheels), driveline_viscous and
+driveline_dry_loss (N m s and N m at the inner ends), backlash (rad, half the gap of each half-shaft), torque_gain,
+torque_offset (N m), torque_delay (s), speed_scale, speed_delay (s): the sensor reads more, or late; torque_lag (s): it
+reads what the torque follows. In no catalog, for controls: drag_bump (N at 15 m/s, 1.5 m/s wide).
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ EFFECTS = (
     "driveline_viscous",
     "driveline_dry_loss",
     "torque_lag",
+    "slip_stiffness",
 )
 BRAKE_FRONT = 0.65
 TOLERANCE = 1e-7
@@ -147,7 +148,7 @@ class Drive:
     def tire(self, load: float, slip: float, sliding: float, speed: float) -> float:
         """Longitudinal force; near rest the tread also damps, or the car would rock on its tires for ever."""
         car = self.car
-        b = car.tire_B * (slip + 0.05 * sliding * exp(-(speed * speed)))
+        b = car.tire_B * (1.0 + self.q["slip_stiffness"]) * (slip + 0.05 * sliding * exp(-(speed * speed)))
         return max(load, 0.0) * car.tire_D * sin(car.tire_C * atan(b - car.tire_E * (b - atan(b))))
 
     def axle_loads(
