@@ -8,7 +8,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     ),
     reference="tires of one size differ by a factor of two between winter and worn summer treads; pressure, "
     "temperature and a wet road change the slip stiffness by up to 30 %",
-    label="tires with another slip stiffness than in the model",
+    label="slip stiffness of the tires that differs from the given one",
     signature="Driven wheels turn faster, or slower, than simulated in proportion to the drive force.",
     alike=("wheel_radius", "speed_scale", "torque_gain", "tire_relaxation"),
     confirm="Measure the slip of the driven wheels at several torques, on this road and on that of the tire test.",
