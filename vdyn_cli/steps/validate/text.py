@@ -89,7 +89,7 @@ def warnings(v: Validation) -> tuple[str, ...]:
     """Outputs outside their band, and parameters that the drives contradict."""
     made = [
         f"{words(n)} is outside its prediction band for {100 * v.tests[n].share:.1f} % of the time; a correct model "
-        f"stays below {100 * v.tests[n].limit:.0f} % in 97.5 of 100 cases"
+        f"stays below {100 * v.tests[n].limit:.1f} % in 97.5 of 100 cases"
         for n in v.outside
     ]
     b, after, by_chance = v.prior, v.posterior, _by_chance(v)
