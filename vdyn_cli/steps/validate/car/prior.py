@@ -213,7 +213,7 @@ def _assumption(name: str, value: float, std: float, source: str) -> Finding:
     unit = PARAMETERS[name].unit if name in PARAMETERS else ""
     taken = f"{value:.3g} +- {std:.2g} {unit}".strip() if std else f"{value:.3g} {unit}".strip()
     what = f"{name} is not given: assumed {taken} ({source})"
-    return Finding("vehicle", what, remedy=f"add '{name}: <number> {unit}'".rstrip() + " under vehicle", minor=True)
+    return Finding("vehicle", what, remedy=f"add '{f'{name}: <number> {unit}'.strip()}' under vehicle", minor=True)
 
 
 def _refuse_unphysical(known: Parameters) -> None:
