@@ -29,6 +29,7 @@ while True:
 def test_equal_file_names_are_reported_with_their_folders() -> None:
     paths = [Path("a/1/gps.csv"), Path("b/1/gps.csv"), Path("a/2/gps.csv"), Path("gps.csv"), Path("a/can.csv")]
     assert list(distinct_names(paths).values()) == ["a/1/gps.csv", "b/1/gps.csv", "2/gps.csv", "gps.csv", "can.csv"]
+    assert distinct_names([Path()]) == {Path(): "."}
 
 
 def test_an_unwritable_place_is_an_input_error(tmp_path: Path) -> None:

@@ -47,6 +47,8 @@ def test_quantities_become_si(text: str | float, si_unit: str, value: float, std
     [
         ("3 kg", "m", "not a unit of length"),
         ("3 bananas", "m", "'bananas' is not a unit"),
+        ("3420 N", "kg", "'N' is not a unit of mass"),
+        ("99 kPa", "m/s", "'kPa' is not a unit of speed"),
         ("1,5 m", "m", "has a decimal comma: write 1.5 m"),
         ("fast", "m/s", "not a number with a unit"),
         ("1 m**9**9**9**9", "m", "not a unit"),

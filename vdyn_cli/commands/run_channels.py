@@ -36,7 +36,7 @@ def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
         try:
             found.append((name, survey(path)))
         except InputError as error:
-            problems += [f.renamed(path.name, name) for f in error.findings]
+            problems += [f.renamed(path.name or name, name) for f in error.findings]
     text = _table(*found[0]) if found else ""
     for other, facts in found[1:]:
         text += "\n" + "\n".join([*_summary(other, facts), *_differences(*found[0], facts)])

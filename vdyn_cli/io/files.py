@@ -32,7 +32,7 @@ def distinct_names(paths: Iterable[Path]) -> dict[Path, str]:
     every = list(dict.fromkeys(paths))
     names = {}
     for path in every:
-        tails = ["/".join(path.parts[-n:]) for n in range(1, len(path.parts) + 1)]
+        tails = ["/".join(path.parts[-n:]) for n in range(1, len(path.parts) + 1)] or ["."]  # "." has no parts
         alone = [t for t in tails if not any(f"/{o.as_posix()}".endswith(f"/{t}") for o in every if o != path)]
         names[path] = (alone or tails[-1:])[0]
     return names

@@ -109,13 +109,15 @@ def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
         raise UnitError(f"'{unit[:40]}' {wrong}")
     # "kgm2" is a defined name, "m/s2" is not; loggers write RPM, KM/H and MPH, which are units in lower case.
     spellings = dict.fromkeys((text, unit_grammar.written_powers(text), unit_grammar.written_powers(text).lower()))
-    for last, spelling in enumerate(spellings, 1 - len(spellings)):
+    is_unit = False  # of another dimension: "N" is one, "n" is not
+    for spelling in spellings:
         try:
             factor, offset = _by_library(spelling, si_unit)
             break
         except Exception as error:  # pint raises many kinds, also tokenizer errors
-            if last == 0:
-                raise UnitError(_why(unit, si_unit, error)) from None
+            is_unit = is_unit or type(error).__name__ == "DimensionalityError"
+    else:
+        raise UnitError(f"'{unit}' is not {a_unit_of(si_unit) if is_unit else 'a unit'}")
     if factor == 0.0 or not (math.isfinite(factor) and math.isfinite(offset)):
         raise UnitError(f"'{unit}' is not a unit")
     return factor, offset
@@ -126,12 +128,6 @@ def _by_library(unit: str, si_unit: str) -> tuple[float, float]:
     quantity = _registry().Quantity
     zero, one = (quantity(x, unit or "1").to(si_unit or "1").magnitude for x in (0.0, 1.0))
     return float(one - zero), float(zero)
-
-
-def _why(unit: str, si_unit: str, error: Exception) -> str:
-    if type(error).__name__ == "DimensionalityError":
-        return f"'{unit}' is not {a_unit_of(si_unit)}"
-    return f"'{unit}' is not a unit"
 
 
 def a_unit_of(si_unit: str) -> str:

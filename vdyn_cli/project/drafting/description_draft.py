@@ -110,7 +110,7 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
         try:
             facts = survey(path)
         except InputError as error:
-            problems += [f.renamed(path.name, name) for f in error.findings]
+            problems += [f.renamed(path.name or name, name) for f in error.findings]
             continue
         guessed = GuessedLog(path, facts, guess_channels(wanted, facts, path.name), name)
         if guessed.guesses["time"].facts is None:
