@@ -50,6 +50,6 @@ def not_finite(model: str, time: float, step: float, what: str) -> ResultError:
         Finding(
             f"model {model!r} at t = {time:.6g} s",
             f"{what} is not a finite number: the step of {1e3 * step:.3g} ms is too large, or the model is unstable",
-            remedy="use smaller steps (more substeps), or check the parameters and inputs at that time",
+            remedy="check the parameters and inputs at that time",
         )
     )

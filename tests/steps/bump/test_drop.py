@@ -72,6 +72,15 @@ def test_springs_dampers_and_tires_are_recovered(axles: int) -> None:
     assert result.fit.rms == pytest.approx(result.fit.noise_floor, rel=0.1)
 
 
+def test_wheels_that_move_before_the_release_do_not_start_the_drop() -> None:
+    rig = random_rig(3)
+    log = logs(rig, 3, 1)[0]
+    release = drop_run(log, ("body_height_front", "wheel_height_front"), None).time[0]
+    early = log["wheel_height_front"] + 0.002 * np.exp(-40 * (log.time - log.time[0]))
+    moved = log.with_channels(wheel_height_front=early)
+    assert drop_run(moved, ("body_height_front", "wheel_height_front"), None).time[0] == release > log.time[0]
+
+
 def test_one_wheel_on_the_rig_gives_an_axle_of_twice_its_values() -> None:
     rig = random_rig(3)
     data = logs(rig, 3, 1)

@@ -18,7 +18,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump.drop_fit import DropFit
 from vdyn_cli.steps.bump.drop_result import drop_result
-from vdyn_cli.steps.bump.drop_run import drop_run, wrong_drop
+from vdyn_cli.steps.bump.drop_run import DropRun, drop_run, wrong_drop
 from vdyn_cli.steps.bump.known_car import car_numbers
 from vdyn_cli.steps.bump.parts import suspension_parts
 from vdyn_cli.steps.bump.spec import BumpSpec
@@ -27,9 +27,6 @@ from vdyn_cli.steps.failure import no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile
 
-NOT_DETERMINED = Finding(
-    "bump", "the drops do not determine springs, dampers and tires", "", "drop from a greater height"
-)
 FREE_FORCE = 200.0  # N, plausible amplitude of a free profile: dry friction of the struts of an axle
 STROKE, STROKE_RATE = 0.05, 0.5  # m, m/s: deflections of springs and dampers in a drop
 
@@ -82,8 +79,16 @@ class DropProblem(SimulatedProblem):
         try:
             solution = fit.solve()
         except ResultError as error:
-            raise unpublished(error, shown, (*error.findings, NOT_DETERMINED)) from None
+            raise unpublished(error, shown, (*error.findings, _not_determined(fit.runs))) from None
         return shown(solution)
+
+
+def _not_determined(runs: Sequence[DropRun]) -> Finding:
+    """The finding of a failed fit, with the times taken as the release, before which the car must be held."""
+    begins = ", ".join(f"{run.run} {run.time[0]:.4g} s" for run in runs)
+    what = f"the drops do not determine springs, dampers and tires; time of the release: {begins}"
+    remedy = "if a car is still held at that time, write the correct 'release' at its run; else drop it from higher"
+    return Finding("bump", what, "", remedy)
 
 
 def prepare_drop(spec: BumpSpec, logs: Sequence[Log], known: Parameters) -> DropProblem:

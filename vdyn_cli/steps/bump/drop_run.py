@@ -73,16 +73,20 @@ def drop_run(log: Log, channels: Sequence[str], release: float | None) -> DropRu
 
     Parameters
     ----------
-    channels : heights, those of the body first. release : log time, s; None: the first motion of the car.
+    channels : heights, those of the body first. release : log time, s; None: the first motion of the body.
     """
     noise = {n: white_level(log[n], log.time) for n in channels}
-    start = log.time[_first_motion(log, channels, noise)] if release is None else release
+    bodies = [n for n in channels if n.startswith("body")]
+    start = log.time[_first_motion(log, bodies, noise)] if release is None else release
     part = log.between(float(start), float(start) + AFTER)
     return DropRun(log.name, part.time, {n: part[n] for n in channels}, noise)
 
 
 def _first_motion(log: Log, channels: Sequence[str], noise: Mapping[str, float]) -> int:
-    """The first sample at which any height differs from its held value; 0 where the log begins in motion."""
+    """The first sample at which any body height differs from its held value; 0 where the log begins in motion.
+
+    Only the body is held: wheels may move before the release, as when the car has just been lifted.
+    """
     found = log.time.size
     for name in channels:
         away = np.abs(log[name] - np.nanmedian(log[name][:HELD])) > MOVED * max(noise[name], 1e-9)
