@@ -36,6 +36,17 @@ def test_an_answer_with_a_probability_counts_by_it():
     assert likely.spans == ("brake",)
 
 
+def test_a_coefficient_that_only_the_published_model_fixes_is_widened():
+    fixed = Parameters({n: one(0.0, 0.0, "given") for n in ("zero", "stated")})
+    other = {"zero": one(0.5, 0.2), "stated": one(0.0, 0.0, "given")}
+    found = widened(fixed, [OpenAnswer("baseline", dict(fixed)), OpenAnswer("rolling", other)])
+    assert found["zero"].interval95 == pytest.approx((0.0, 0.7))
+    assert (found["zero"].source, found["zero"].spans) == ("coastdown", ("rolling",))
+    assert found["stated"] == fixed["stated"]
+    likely = widened(fixed, [OpenAnswer("rolling", other, probability=0.3)])["zero"]
+    assert 0.5 < likely.interval95[1] < 0.7
+
+
 def test_a_bias_by_the_unexplained_adds_in_squares():
     found = widened(Parameters({"a": one(1.0, 0.3)}), [OpenAnswer("baseline", {"a": one(1.0, 0.3)}, {"a": 0.4})])
     assert found["a"].interval95 == pytest.approx((0.5, 1.5))

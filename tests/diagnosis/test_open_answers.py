@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer
-from vdyn_cli.diagnosis.extend.open_answers import _Widening
-from vdyn_cli.quantities.parameters import BASELINE, Parameters
+from vdyn_cli.diagnosis.extend.open_answers import _Widening, by_fit
+from vdyn_cli.quantities.parameters import BASELINE, Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 
 
@@ -36,3 +38,14 @@ def test_the_baseline_is_included_only_where_it_is_an_answer(open_baseline: bool
     answers = [OpenAnswer("headwind", {}), *([OpenAnswer(BASELINE, {})] if open_baseline else [])]
     _Widening(strategy, problem, named("base"), named("slope")).including(answers, [named("slope and headwind")])
     assert problem.answers == [*(["base"] if open_baseline else []), "slope and headwind"]
+
+
+def test_derived_parameters_follow_an_answer_that_the_step_cannot_publish() -> None:
+    """Their intervals keep what else is uncertain: here as much as by the fitted parameter, as by an area."""
+    a = Estimate(2.0, 0.05, (1.9, 2.1), "", "", "line", 2.0)
+    base = replace(named("base"), parameters=Parameters({"a": a, "half": replace(a, value=1.0, interval95=(0.9, 1.1))}))
+    fit: Any = SimpleNamespace(values={"a": 1.8}, std={"a": 0.1}, interval95={"a": (1.6, 2.0)}, correlation={})
+    found = by_fit(fit, base, lambda values: {"half": 0.5 * values["a"]})
+    assert found["a"].interval95 == (1.6, 2.0)
+    assert found["half"].value == pytest.approx(0.9)
+    assert found["half"].interval95 == pytest.approx((0.7, 1.1))

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from vdyn_cli.quantities.parameters import UNEXPLAINED, Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 GROWN = 1.02  # least growth of the half width; less is invisible in the two published digits
+FIXED = 1e-6  # share of the widest interval, in place of the width zero of a value that the published model fixes
 STEP = 0.1  # share of a bias, the step over which derived parameters are differentiated
 
 
@@ -46,18 +48,20 @@ class OpenAnswer:
 def widened(published: Parameters, answers: Sequence[OpenAnswer]) -> Parameters:
     """The published parameters with intervals that include those of all answers; ``spans`` lists what widened them.
 
-    A given parameter is not changed. ``std`` grows in proportion to the longer side of the interval.
+    A parameter that is given in every answer is not changed; one that only the published model fixes, such as a
+    coefficient that is zero in it, is. ``std`` grows in proportion to the longer side of the interval.
     """
     return replace(published, estimates={n: _widened(n, e, answers) for n, e in published.items()})
 
 
 def _widened(name: str, one: Estimate, answers: Sequence[OpenAnswer]) -> Estimate:
     low, high = one.interval95
-    if not high > low or one.source == "given":
+    known = [a for a in answers if name in a.parameters]
+    estimated = [e.source for a in known if (e := a.parameters[name]).source != "given" and e.half_width > 0]
+    if (not high > low or one.source == "given") and not estimated:
         return one
     spans: list[str] = []
     half = 0.5 * (high - low)
-    known = [a for a in answers if name in a.parameters]
     probable = [(a.probability, a.parameters[name].interval95) for a in known if a.probability]
     ends = [low, high, *mixture_ends((low, high), probable)]
     for answer in known:
@@ -70,17 +74,22 @@ def _widened(name: str, one: Estimate, answers: Sequence[OpenAnswer]) -> Estimat
         if answer.probability is None:
             ends += [a - more, b + more]
     begin, end = _possible(name, one, min(ends), max(ends))
-    if end - begin < GROWN * (high - low):
+    if end - begin <= GROWN * (high - low):
         return one
     reach = max(end - one.value, one.value - begin)
     std = max(one.std * reach / half if one.std > 0 else reach / NORMAL95, one.std)
-    return replace(one, interval95=(begin, end), std=std, spans=tuple(dict.fromkeys(spans)))
+    source = estimated[0] if one.source == "given" else one.source
+    return replace(one, interval95=(begin, end), std=std, source=source, spans=tuple(dict.fromkeys(spans)))
 
 
 def mixture_ends(own: tuple[float, float], others: Sequence[tuple[float, tuple[float, float]]]) -> tuple[float, ...]:
     """The interval of the mixture of an estimate and others with their probabilities; empty without any."""
     wide = [(p, (low, high)) for p, (low, high) in others if high > low]
-    return mixture_interval(own, wide) if wide else ()
+    if not wide:
+        return ()
+    low, high = own
+    least = 0.0 if high > low else FIXED * max(b - a for _, (a, b) in wide)
+    return mixture_interval((low - least, high + least), wide)
 
 
 def _possible(name: str, one: Estimate, low: float, high: float) -> tuple[float, float]:
@@ -114,6 +123,32 @@ def biases(
     known = {n: bias for n, bias in half_widths(every).items() if n in published}
     ratio = max((b / published[n].half_width for n, b in known.items() if published[n].half_width > 0), default=0.0)
     return known | {n: ratio * e.half_width for n, e in published.items() if n not in known}
+
+
+def propagated(
+    found: Mapping[str, Estimate],
+    correlation: Mapping[str, Mapping[str, float]],
+    derived: Callable[[Mapping[str, float]], Mapping[str, float]],
+    others: Mapping[str, float] = MappingProxyType({}),
+) -> dict[str, float]:
+    """Half the 95 % interval of each derived parameter, from those of the fitted ones, to first order.
+
+    half^2 = sum_ij s_i s_j R_ij,   s_i = derivative by parameter i times half its interval
+
+    Parameters
+    ----------
+    correlation : R, by name; pairs that it lacks are not correlated. others : values of further unknowns.
+    """
+    at = {**others, **{n: e.value for n, e in found.items()}}
+    base = derived(at)
+    slopes = {n: dict.fromkeys(base, 0.0) for n in found}
+    for n, e in found.items():
+        if e.half_width > 0:
+            moved = derived({**at, n: e.value + STEP * e.half_width})
+            slopes[n] = {m: (moved[m] - base[m]) / STEP for m in base}
+    matrix = np.array([[correlation.get(a, {}).get(b, float(a == b)) for b in found] for a in found])
+    vectors = {m: np.array([slopes[n][m] for n in found]) for m in base}
+    return {m: float(np.sqrt(max(v @ matrix @ v, 0.0))) if found else 0.0 for m, v in vectors.items()}
 
 
 def _derived(

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from vdyn_cli.diagnosis.detect.unexplained import unexplained_biases
 from vdyn_cli.diagnosis.extend.extension import Extension, publish_with
-from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, biases, widened
+from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, biases, propagated, widened
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.name.probable_answers import probable_answers
 from vdyn_cli.diagnosis.part.learned_law import Learned
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import BASELINE, Estimate
 from vdyn_cli.quantities.result import Result
@@ -126,7 +127,7 @@ class _Widening:
             if result is None:
                 result = publish_with(self.problem, [candidates[e] for e in answer.effects], near.values)[0]
             bias = self.biases(near, result or self.result) if unexplained else {}
-            parameters = result.parameters if result else _by_fit(near, self.result)
+            parameters = result.parameters if result else by_fit(near.solution, self.result, self.problem.derived)
             found.append(OpenAnswer(_label(answer), parameters, bias))
             results += [result] if result else []
         return found, results
@@ -160,14 +161,34 @@ def holding_free_curve(result: Result, extension: Extension, law: Learned | None
     return result if curve is None else problem.spanning(result, [curve])
 
 
-def _by_fit(near: FittedModel, base: Result) -> dict[str, Estimate]:
-    """The published parameters among the fitted ones, with the values and intervals of a fit of the diagnosis."""
-    fit = near.solution
-    return {
+def by_fit(
+    fit: Solution, base: Result, derived: Callable[[Mapping[str, float]], Mapping[str, float]]
+) -> dict[str, Estimate]:
+    """The published parameters that a fit of the diagnosis determines, with its values and intervals.
+
+    Those derived from fitted ones have the published interval times the ratio of what follows for both fits from the
+    intervals of the fitted parameters: the interval then includes what else is uncertain, such as a frontal area.
+
+    Parameters
+    ----------
+    derived : values of the unknowns -> published parameters derived from them.
+    """
+    found = {
         n: replace(e, value=float(fit.values[n]), std=float(fit.std[n]), interval95=fit.interval95[n])
         for n, e in base.parameters.items()
         if n in fit.values
     }
+    before = {n: base.parameters[n] for n in found}
+    values = {n: float(v) for n, v in fit.values.items()}
+    now = propagated(found, fit.correlation, derived, values)
+    published = propagated(before, base.parameters.correlation, derived)
+    for name, value in derived(values).items():
+        one = base.parameters.estimates.get(name)
+        if one is not None and name not in found and published.get(name, 0.0) > 0:
+            scale = now[name] / published[name]
+            half = one.half_width * scale
+            found[name] = replace(one, value=value, std=one.std * scale, interval95=(value - half, value + half))
+    return found
 
 
 def _label(answer: CandidateModel) -> str:
