@@ -12,7 +12,7 @@ from tests.bench.hidden_logs import Scenario, make
 from vdyn_cli.description.description_model import Run
 from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.run_starts import run_starts
+from vdyn_cli.steps.run_starts import run_starts, start_findings
 
 FOLLOWING, OWN_CLOCKS, TRIPS = ((100.0, 160.0), (300.0, 380.0)), ((0.0, 60.0), (0.0, 80.0)), ((0.0, 1500.0),) * 2
 
@@ -25,6 +25,7 @@ def starts(spans: tuple[tuple[float, float], ...], *stated: str | None) -> tuple
 
 @pytest.mark.parametrize(("spans", "stated", "expected"), [
     (OWN_CLOCKS, ("0 s", "190 s"), (0.0, 190.0)),
+    (OWN_CLOCKS, ("0 s", None), (0.0, 60.0)),
     (FOLLOWING, (None, None), (0.0, 200.0)),
     (FOLLOWING[::-1], (None, None), (200.0, 0.0)),
     (OWN_CLOCKS, (None, None), (0.0, 60.0)),
@@ -35,6 +36,12 @@ def test_a_start_is_stated_or_by_one_clock_or_by_order(
     spans: tuple[tuple[float, float], ...], stated: tuple[str | None, ...], expected: tuple[float, ...]
 ) -> None:
     assert starts(spans, *stated) == expected
+
+
+@pytest.mark.parametrize(("stated", "told"), [((None, "190 s"), True), ((None, None), False), (("0 s", "9 s"), False)])
+def test_a_start_that_not_all_runs_state_is_told(stated: tuple[str | None, ...], told: bool) -> None:
+    runs = [Run.model_validate({"log": f"{k}.csv", **({"start": s} if s else {})}) for k, s in enumerate(stated)]
+    assert ["only 1 of 2" in f.what for f in start_findings(runs)] == [True] * told
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.description.description_model import Run
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -14,16 +15,18 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
     """Start of each run's log, (runs,) s after the first one.
 
-    From the key ``start`` of the runs, if any run states it. Else from the logs' times, if the logs follow one another
-    on one clock. Else logs of a few minutes are assumed to be driven in the order of the description without a pause:
-    the warm-up of the tires is then visible, with an uncertain time constant. Longer logs are trips and all start at 0.
+    From the key ``start``, if every run states it (``start_findings``). Else from the logs' times, if the logs follow
+    one another on one clock. Else logs of a few minutes are assumed to be driven in the order of the description
+    without a pause: the warm-up of the tires is then visible, with an uncertain time constant. Longer logs are trips
+    and all start at 0.
 
     Parameters
     ----------
     runs : of the description. logs : one for each run, each with at least one sample.
     """
-    if any(run.start is not None for run in runs):
-        return tuple(run.start.value if run.start is not None else 0.0 for run in runs)
+    stated = [run.start.value for run in runs if run.start is not None]
+    if len(stated) == len(runs):
+        return tuple(stated)
     first, last = (np.array([log.time[k] for log in logs]) for k in (0, -1))
     order = np.argsort(first, kind="stable")
     if np.all(last[order[:-1]] <= first[order[1:]]):
@@ -31,3 +34,15 @@ def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
     if np.median(last - first) > STEP_POLICY.shortest_trip:
         return (0.0,) * len(runs)
     return (0.0, *np.cumsum(last - first)[:-1].tolist())
+
+
+def start_findings(runs: Sequence[Run]) -> tuple[Finding, ...]:
+    """A warning where some runs state their start and others do not: then none is used."""
+    stated = sum(run.start is not None for run in runs)
+    if stated in (0, len(runs)):
+        return ()
+    what = f"only {stated} of {len(runs)} state 'start', so that it is not used: unless the logs share a clock, the "
+    what += (
+        "pauses between the runs are unknown, and the diagnosis may confuse a warm-up of the tires with other effects"
+    )
+    return (Finding("runs", what, "", "write 'start' at every run, such as its time of day 10:08", doubt=True),)

@@ -57,7 +57,7 @@ from vdyn_cli.steps.failure import no_runs, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile, span_of
 from vdyn_cli.steps.manoeuvre import Manoeuvre
-from vdyn_cli.steps.run_starts import run_starts
+from vdyn_cli.steps.run_starts import run_starts, start_findings
 
 FREE_FORCE = 100.0  # N, plausible amplitude of a free profile: two thirds of a car's rolling resistance
 NORMAL_TEMPERATURE = 293.15  # K, of runs whose temperature is unknown
@@ -207,7 +207,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     if grades:
         runs = [replace(r, slope_error=grades[s.run].error_at(r.time)) for r, s in zip(runs, segments, strict=True)]
     campaign = _campaign(spec, tuple(runs), drive, given, use)
-    findings = (*wrong_unit, *by_elevation, *assumptions(known))
+    findings = (*wrong_unit, *start_findings(spec.runs), *by_elevation, *assumptions(known))
     findings += direction_findings(spec.runs, sloped, segments, use)
     findings += accelerometer_findings(segments)
     if drive == "coasting" and not grades:  # a grade by elevation was compared before

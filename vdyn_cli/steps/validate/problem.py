@@ -23,7 +23,7 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.run_starts import run_starts
+from vdyn_cli.steps.run_starts import run_starts, start_findings
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
@@ -149,7 +149,7 @@ class ValidateProblem(SimulatedProblem):
         segments, findings = drive_segments(roads.channels(logs), conditions, rule)
         if roads.elevated:
             segments = [replace(s, slope_error=roads.elevated[s.run].error_at(s.time)) for s in segments]
-        return tuple(segments), tuple(findings)
+        return tuple(segments), (*start_findings(self.spec.runs), *findings)
 
     @cached_property
     def model(self) -> Model:
