@@ -44,9 +44,12 @@ def test_dropping_leaves_a_rising_clock_and_says_how_many_rows_it_cost() -> None
 
 def test_a_clock_that_restarts_is_not_dropped_away() -> None:
     time = np.concatenate([np.arange(100) * 0.1, np.arange(60) * 0.1])
-    found = rising(time, "drop")
-    assert "the largest step back is from 9.9 s to 0 s at line 102" in str(found.problems[0])
-    assert "more than 20 % of the rows would be left out" in found.problems[0].remedy
+    for mode in ("drop", "strict"):
+        found = rising(time, mode)
+        assert "time restarts at 0 s at line 102\n" in str(found.problems[0])
+        assert "the file has 2 recordings: split it there" in found.problems[0].remedy
+    time[10] = 0.0  # one wrong time is no recording
+    assert "more than 20 % of the rows would be left out" in rising(time, "drop").problems[0].remedy
 
 
 def test_one_wild_time_stamp_does_not_drop_the_rest() -> None:
