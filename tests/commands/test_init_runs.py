@@ -41,6 +41,21 @@ def test_a_second_clock_since_1970_gives_the_starts(tmp_path: Path) -> None:
     assert [run["start"] for run in description["runs"]] == ["0.0 s", "300.5 s"]
 
 
+def test_a_time_of_day_beside_the_clock_gives_the_starts_and_replaces_a_clock_that_restarts(tmp_path: Path) -> None:
+    clock = np.arange(600) / 10.0
+    paths = []
+    for k in range(3):  # the last log has two recordings
+        time = np.r_[clock, clock] if k == 2 else clock
+        day = 300.5 * k + (np.r_[clock, 100.0 + clock] if k == 2 else clock)
+        rows = [f"{t:.1f};09:{s // 60:02.0f}:{s % 60:04.1f};{100 - k - t:.2f}" for t, s in zip(time, day, strict=True)]
+        paths.append(tmp_path / f"run_{k}.csv")
+        paths[-1].write_text("\n".join(["Zeit [s];Uhrzeit;v [km/h]", *rows]))
+    _, description = draft("coastdown", *paths)
+    assert [run["start"] for run in description["runs"]][:3] == ["0.0 s", "300.5 s", "601.0 s"]
+    assert description["channels"]["time"]["column"] == "Zeit [s]"
+    assert [run.get("columns") for run in description["runs"]] == [None, None, {"time": "Uhrzeit"}, {"time": "Uhrzeit"}]
+
+
 @pytest.mark.parametrize("clock", ["time", "ms_today", "time_ms"])
 def test_the_coasts_of_a_log_in_milliseconds_are_selected_in_seconds(clock: str, tmp_path: Path) -> None:
     time = np.arange(0.0, 240.0, 0.1)

@@ -123,7 +123,8 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
             )
         return "no column increases like a clock", remedy
     what = f"column '{named}' has the name of a clock, but its values do not increase"
-    return what, "sort the rows by time, split the file where its time restarts, or export the log again with a time that has all its digits"
+    remedy = "sort the rows by time, split the file where its time restarts, or export a time that has all its digits"
+    return what, remedy
 
 
 def recordings(path: Path) -> Iterator[Recorded]:

@@ -26,7 +26,7 @@ def channel_lines(
     needed = channels_needed(step, [log])
     for channel in _ways(step, log):
         guess = log.guesses[channel]
-        missing = [o.name for o in logs if o.decided_columns().get(channel) != log.decided_columns().get(channel)]
+        missing = [o.name for o in logs if not o.agrees(log, channel)]
         if guess.facts is not None and not missing:
             lines += channel_line(channel, guess)
             mapped.append(channel)

@@ -34,6 +34,15 @@ class GuessedLog:
         """Column, without its unit, and group of each decided channel."""
         return {channel: (without_unit(column), group) for channel, (column, group) in self.columns().items()}
 
+    def agrees(self, other: GuessedLog, channel: str) -> bool:
+        """Whether one description can map ``channel`` in both logs.
+
+        Logs of one logger with two clocks agree in their time: where one clock restarts, the run names the other.
+        """
+        own, others = (log.decided_columns().get(channel) for log in (self, other))
+        one_logger = [f.column for f in self.facts] == [f.column for f in other.facts]
+        return own == others or (channel == "time" and one_logger and None not in (own, others))
+
     def differing(self, other: GuessedLog, channels: Collection[str]) -> str:
         """The keys of a run, as text, for ``channels`` whose columns have another name, unit or sign in ``other``."""
         own, others = self.guesses, other.guesses
@@ -115,13 +124,11 @@ def _key(log: GuessedLog, needed: Collection[str]) -> tuple[tuple[str, tuple[tup
 
 def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:
     own, others = dict(_key(log, needed)), dict(_key(usual, needed))
-    if own == others:
-        return ""
     lacking = [f"no {n}: {log.guesses[n].why}" for n in others if n not in own]
     if lacking:
         return "; ".join(lacking)
-    differs = ", ".join(n for n in own if own[n] != others.get(n))
-    return f"other columns than {usual.name} ({differs}): describe such logs in a separate file"
+    differs = ", ".join(n for n in own if not log.agrees(usual, n))
+    return f"other columns than {usual.name} ({differs}): describe such logs in a separate file" if differs else ""
 
 
 def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[str]) -> str:

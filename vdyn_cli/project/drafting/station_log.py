@@ -140,8 +140,13 @@ def clock_zero(facts: Sequence[ChannelFacts]) -> float | None:
 
 
 def _second_clock(facts: ChannelFacts, clock: ChannelFacts) -> float | None:
-    """The first time, s since 1970, of a column that is a second clock in s or ms; None for any other column."""
+    """The first time of a column that is a second clock; None for any other column.
+
+    s since 1970 of a column in s or ms; s since 1970 or since midnight of a column of times of day.
+    """
     length = clock.info.span[1] - clock.info.span[0]
+    if math.isfinite(facts.info.begin) and abs(facts.ends[1] - facts.ends[0] - length) <= _SECOND_CLOCK * length:
+        return facts.info.begin + facts.ends[0]
     for scale in (1.0, 1e-3):  # s, ms
         first, last = (scale * end for end in facts.ends)
         if _since_1970(first) and abs(last - first - length) <= _SECOND_CLOCK * length:
