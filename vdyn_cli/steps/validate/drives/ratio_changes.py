@@ -9,7 +9,7 @@ torque: pieces with b_j instead of a_j are the alternative.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,6 +60,8 @@ class Pieces:
     ----------
     time : (p + 1,) s, start of each piece, and the end of the last one. ratio : (p,) 1/(kg m). driven : (p,) s.
     ends : (p,) s, the last driven sample of each piece. certain : whether this drive alone shows that they differ.
+    likely : whether it does beside the stated motion and without fast changes of the torque, where a hill resembles
+        another ratio.
     """
 
     time: Array
@@ -67,6 +69,12 @@ class Pieces:
     driven: Array
     ends: Array
     certain: bool
+    likely: bool
+
+    def has(self, levels: Array) -> bool:
+        """Whether the car is in one of these ``levels`` of the ratio, (m,) 1/(kg m), for most of the driving time."""
+        near = np.any(np.abs(self.ratio[:, None] / levels - 1.0) <= STEP_POLICY.unequal_share, axis=1)
+        return bool(self.driven[near].sum() >= LEAST_KNOWN * self.driven.sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +117,7 @@ def ratio_changes(drives: Sequence[Driven], stated: StatedMotion | None = None) 
     drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
         drive torque (n,) N m. stated : of this car; None where it is not known.
     """
-    found = [_pieces(driven_samples(*drive, STEP), stated) for drive in drives]
+    found = _confirmed([_pieces(driven_samples(*drive, STEP), stated) for drive in drives])
     certain = [one for one in found if one is not None and one.certain]
     if not any(one.ratio.size > 1 for one in certain):
         return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
@@ -138,10 +146,8 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
     mask, spans = np.zeros(time.size, dtype=bool), list[tuple[float, float, float]]()
     if found is None or found.ratio.size == 1:
         return RatioChange(mask)
-    near = np.any(np.abs(found.ratio[:, None] / levels - 1.0) <= STEP_POLICY.unequal_share, axis=1)
     geared = levels.max() > (1.0 + MAIN_SHARE) * levels.min()
-    alike = geared and found.driven[near].sum() >= LEAST_KNOWN * found.driven.sum()
-    if not (found.certain or alike):
+    if not (found.certain or (geared and found.has(levels))):
         return RatioChange(mask)
     factor = found.ratio / usual
     for k in np.flatnonzero(np.abs(factor - 1.0) > STEP_POLICY.unequal_share).tolist():
@@ -154,18 +160,40 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
 def _pieces(seen: DrivenSamples, stated: StatedMotion | None) -> Pieces | None:
     """The pieces of a drive; None where it is driven for too short a time."""
     step = -(-seen.time.size // MOST_SAMPLES) if seen.time.size else 1
-    used = _held(seen.columns)[::step]
-    time, rate, torque, rest = (
-        v[::step][used] for v in (seen.time, seen.rate, seen.columns[:, 0], seen.columns[:, 1:])
-    )
+    every = [v[::step] for v in (seen.time, seen.rate, seen.columns[:, 0], seen.columns[:, 1:])]
+    held = _held(seen.columns)[::step]
+    time, rate, torque, rest = (v[held] for v in every)
     if time.size < FEWEST_SAMPLES:
         return None
-    variance = LASTING * _local_variance(rate, torque, rest)
-    starts, coefficients = _search(rate, torque, rest, _Law(stated, variance))
+    starts, coefficients = _search(rate, torque, rest, _Law(stated, _lasting_variance(rate, torque, rest)))
     ratio, edges = coefficients[: len(starts)], np.array([*starts, time.size])
-    certain = len(starts) == 1 or (_are_levels(ratio) and _follow_torque(rate, torque, rest, starts))
+    likely = _are_levels(ratio) and _follow_torque(rate, torque, rest, starts)
+    certain = len(starts) == 1 or (likely and _has_levels(*every[1:]))
     at = np.r_[time[starts], time[-1]]
-    return Pieces(at, ratio, STEP * step * np.diff(edges), time[edges[1:] - 1], certain)
+    return Pieces(at, ratio, STEP * step * np.diff(edges), time[edges[1:] - 1], certain, likely)
+
+
+def _confirmed(found: Sequence[Pieces | None]) -> list[Pieces | None]:
+    """The pieces of all drives, with likely levels ``certain`` where most of two or more drives have them.
+
+    A car with gears shifts in most drives, while a hill that resembles another ratio is in one of them.
+    """
+    seen = [one for one in found if one is not None]
+    levels = np.concatenate([np.zeros(0), *(one.ratio for one in seen if one.likely)])
+    alike = sum(one.ratio.size > 1 and (one.likely or one.has(levels)) for one in seen)
+    if alike <= max(1, len(seen) / 2):
+        return list(found)
+    return [one and replace(one, certain=one.certain or one.likely) for one in found]
+
+
+def _has_levels(rate: Array, torque: Array, rest: Array) -> bool:
+    """Whether all samples of a drive, without a stated motion, show levels of the ratio."""
+    starts, coefficients = _search(rate, torque, rest, _Law(None, _lasting_variance(rate, torque, rest)))
+    return _are_levels(coefficients[: len(starts)]) and _follow_torque(rate, torque, rest, starts)
+
+
+def _lasting_variance(rate: Array, torque: Array, rest: Array) -> float:
+    return LASTING * _local_variance(rate, torque, rest)
 
 
 def _held(columns: Array) -> Mask:
