@@ -51,6 +51,12 @@ def test_what_could_be_wrong_is_not_mapped(header: str, why: str, tmp_path: Path
     assert why in found.text
 
 
+def test_a_wheel_speed_in_a_unit_of_speed_is_named_with_its_remedy(tmp_path: Path) -> None:
+    time = np.arange(60) / 10
+    found, _ = draft("inertia", table(tmp_path / "run.csv", Time_s=time, **{"Wheel Speed_mph": 50 - time}))
+    assert "not a unit of angular speed (rad/s): map a wheel's speed over the ground as 'speed'" in found.text
+
+
 @pytest.mark.parametrize(
     ("header", "expected"),
     [

@@ -94,6 +94,13 @@ def test_directions_come_from_a_logged_heading_or_from_positions(course: str, tm
     assert "direction of each run" in found.undecided
 
 
+def test_the_side_of_each_run_is_to_be_decided_once(tmp_path: Path) -> None:
+    time = np.arange(600) / 1000.0
+    paths = [table(tmp_path / f"{k}.csv", Time_s=time, Motor_rpm=900 + k * time) for k in (1, 2)]
+    found, _ = draft("shaft", *paths)
+    assert found.undecided[-2:] == ("side of each run", "gear_ratio")
+
+
 def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:
     paths = [coast(tmp_path / f"run_{k}.csv", 0.0, "", rise) for k, rise in enumerate((-0.15, 1.0, -0.2))]
     found, description = draft("coastdown", *paths)

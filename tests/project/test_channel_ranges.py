@@ -28,3 +28,10 @@ def test_a_speed_several_times_too_high_is_diagnosed_in_drives_and_refused_in_co
 
 def test_a_speed_in_its_range_has_no_finding() -> None:
     assert not within_physical_limits(load_step("validate"), driven(60.0)).findings
+
+
+def test_a_speed_of_the_wrong_sign_has_the_sign_among_its_remedies() -> None:
+    with pytest.raises(InputError, match=r"check the sign \('signs: \{speed: -1\}' at the run\), the unit"):
+        within_physical_limits(load_step("coastdown"), driven(-60.0))
+    with pytest.raises(InputError, match="check the unit and the column"):
+        within_physical_limits(load_step("coastdown"), driven(-3000.0))

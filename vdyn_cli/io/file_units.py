@@ -153,6 +153,15 @@ def unit_problem(column: Column, name: str) -> Finding | None:
     try:
         to_si(1.0, column.unit, column.si_unit)
     except UnitError as error:
-        remedy = f"write the unit of '{column.column}' in the file"
+        remedy = speed_over_ground(column.unit, column.si_unit) or f"write the unit of '{column.column}' in the file"
         return Finding(column.where or name, str(error), "", remedy)
     return None
+
+
+def speed_over_ground(unit: str, si_unit: str) -> str:
+    """The remedy for a wheel's angular speed in a unit of speed, which brake controls send; empty for other units."""
+    try:
+        to_si(1.0, unit, "m/s")
+    except UnitError:
+        return ""
+    return "map a wheel's speed over the ground as 'speed', where the test reads that" if si_unit == "rad/s" else ""

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.io.channel_survey import ChannelFacts
-from vdyn_cli.io.file_units import words_and_unit
+from vdyn_cli.io.file_units import speed_over_ground, words_and_unit
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.quantity import Quantity, UnitError, a_unit_of, to_si
 
@@ -332,7 +332,8 @@ def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) ->
     try:
         to_si(1.0, unit, quantity.unit)
     except UnitError:
-        return "", f"is in {unit}, which is not {a_unit_of(quantity.unit)}"
+        remedy = speed_over_ground(unit, quantity.unit)
+        return "", f"is in {unit}, which is not {a_unit_of(quantity.unit)}" + (f": {remedy}" if remedy else "")
     return unit, how
 
 

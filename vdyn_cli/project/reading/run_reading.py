@@ -217,7 +217,9 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
             worst = values[np.nanargmax(np.abs(values))]
             span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             got = f"{worst:.4g} {quantity.unit}".strip()
-            remedy = "check the unit and the column of this channel"
+            negated = np.mean((-values < quantity.lower) | (-values > quantity.upper)) <= 0.01
+            sign = f"the sign ('signs: {{{name}: -1}}' at the run), " if negated else ""
+            remedy = f"check {sign}the unit and the column of this channel"
             most = step.any_gain.get(name, 1.0)
             far = np.mean((values < most * quantity.lower) | (values > most * quantity.upper)) > 0.01
             found = problems if far or most == 1.0 else doubts

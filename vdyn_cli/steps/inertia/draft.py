@@ -1,7 +1,7 @@
 """Lines that ``vdyn init`` adds to the channels of a wheel inertia test: keys that no log contains."""
 
 DRAFT = """\
-# manoeuvre: stand           # a free wheel that a torque spins up and down; then map drive_torque or hub_torque
+# manoeuvre: stand           # a free wheel that a torque spins up and down; then map hub_torque, or motor_current
 vehicle:
   wheel_mass: "?"           # of the rotating parts outside the sensor, such as 20.0 +- 0.1 kg
   wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm

@@ -94,7 +94,9 @@ class CampaignCoasts:
         why = (
             f"decelerates {100 * abs(share):.1f} % {'more' if share > 0 else 'less'} than predicted from the other runs"
         )
-        return self.segments[worst.run].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust"
+        return self.segments[
+            worst.run
+        ].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust, or its direction is wrong"
 
     def step(self) -> tuple[int, str] | None:
         """The run from which on the mean deceleration is another one than before, and the fact; None without one."""
