@@ -149,6 +149,13 @@ def test_a_unit_at_the_end_of_a_name_that_contradicts_the_description_is_named(
     assert stated in said(log)
 
 
+@pytest.mark.parametrize(("unit", "told"), [("m/s^2", True), ("g", False)])
+def test_a_g_at_the_end_of_the_name_of_an_acceleration_is_its_unit(unit: str, told: bool, tmp_path: Path) -> None:
+    columns = {"time": COLUMNS["time"], "acceleration": Column("AccX_g", unit, "m/s^2")}
+    log = read(tmp_path, table(names=("Time [s]", "AccX_g", "Torque [Nm]")), columns)
+    assert ["another unit 'g'" in f.what for f in log.findings] == [True] * told
+
+
 @pytest.mark.parametrize("header", ["Speed (GPS)", "Speed (L)", "Speed [raw]", "Speed (front)", "Speed [km/h)"])
 def test_brackets_that_hold_no_contradicting_unit_are_no_finding(tmp_path: Path, header: str) -> None:
     columns = COLUMNS | {"speed": Column(header, "km/h", "m/s")}

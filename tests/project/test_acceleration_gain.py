@@ -35,6 +35,7 @@ def coast(seed: int, gain: float, slope: float) -> Log:
         (1.0 / 9.80665, 0.0, "acceleration in g read as m/s^2"),
         (9.80665, 0.0, "acceleration in m/s^2 read as g"),
         (1.0 / 3.6, 0.0, "speed in km/h read as m/s"),
+        (-1.0, 0.0, "add 'sign: -1'"),
     ],
 )
 def test_a_mistaken_unit_of_gentle_runs_is_named_and_a_slope_is_not(gain: float, slope: float, cause: str) -> None:

@@ -84,10 +84,14 @@ def contradicted_name_end(where: str, name: str, channel: str, column: Column) -
     """The contradiction between the description's unit and the end of a name, such as ``spd_mph``, if there is one.
 
     For channels whose file states no unit elsewhere. A single letter (``_m``, ``_s``) or a unit of another dimension
-    may be an abbreviation of something else and contradicts nothing.
+    may be an abbreviation of something else and contradicts nothing; but a ``g`` of an acceleration is one.
     """
-    _, unit = words_and_unit(name)
-    if len(unit) < 2 or not contradicts(unit, column, only_scale=True):
+    words, unit = words_and_unit(name)
+    if column.si_unit == "m/s^2" and len(words) > 1 and words[-1] == "g":
+        unit = "g"
+    elif len(unit) < 2:
+        return []
+    if not contradicts(unit, column, only_scale=True):
         return []
     return [contradiction(f"{where}, end of its name", channel, column, unit)]
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vdyn_cli.io.quality.acceleration_unit import with_right_acceleration
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
-from vdyn_cli.steps.coastdown.input_checks import accelerometer_findings, with_right_acceleration
+from vdyn_cli.steps.coastdown.input_checks import accelerometer_findings
 
 
 def coast(name: str, acceleration: bool) -> CoastSegment:
@@ -30,11 +31,29 @@ def test_a_day_with_or_without_is_quiet() -> None:
         assert accelerometer_findings([coast("a.csv", logged), coast("b.csv", logged)]) == ()
 
 
-@pytest.mark.parametrize("gain", [1.0, 1.0 / GRAVITY], ids=["m/s^2", "g read as m/s^2"])
-def test_an_acceleration_in_a_wrong_unit_is_not_used(gain: float) -> None:
+@pytest.mark.parametrize(
+    ("gain", "remedies"),
+    [
+        (1.0, ()),
+        (1.0 / GRAVITY, ("g read as m/s^2",)),
+        (-1.0, ("sign: -1",)),
+        (-1.0 / GRAVITY, ("g read as m/s^2", "sign: -1")),
+    ],
+    ids=["right", "g read as m/s^2", "wrong sign", "both"],
+)
+def test_an_acceleration_in_a_wrong_unit_or_of_a_wrong_sign_is_not_used(gain: float, remedies: tuple[str, ...]) -> None:
     whole = [coast(name, False).log for name in ("a.csv", "b.csv")]
     falls = [30.0 * np.exp(-log.time / 60.0) for log in whole]
     logs = [w.with_channels(speed=v, acceleration=-gain * v / 60.0) for w, v in zip(whole, falls, strict=True)]
     left, found = with_right_acceleration(logs)
-    assert ["acceleration" in log for log in left] == [gain == 1.0] * 2
-    assert ["g read as m/s^2" in f.remedy for f in found] == [True] * (gain != 1.0)
+    assert ["acceleration" in log for log in left] == [not remedies] * 2
+    assert [all(r in f.remedy for r in remedies) for f in found] == [True] * bool(remedies)
+
+
+def test_beside_a_torque_an_acceleration_is_evidence_that_the_unit_of_the_speed_is_wrong() -> None:
+    whole = [coast(name, False).log for name in ("a.csv", "b.csv")]
+    falls = [30.0 * np.exp(-log.time / 60.0) for log in whole]
+    logs = [w.with_channels(speed=3.6 * v, acceleration=-v / 60.0) for w, v in zip(whole, falls, strict=True)]
+    left, found = with_right_acceleration(logs, or_speed=False)
+    assert all("acceleration" in log for log in left)
+    assert ["speed in km/h read as m/s" in f.remedy for f in found] == [True]

@@ -1,8 +1,9 @@
-"""Wrong unit of an acceleration or a speed: the same usual factor between both in all runs."""
+"""Wrong unit or sign of an acceleration or a speed: the same usual factor between both in all runs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from vdyn_cli.quantities.unit_mistakes import ACCELERATION_MISTAKES, usual_mista
 
 WINDOWS = (1.0, 5.0, 10.0)  # s; over longer ones, noise hides less of the gentle acceleration of a coast-down
 FEWEST_WINDOWS = 10  # windows
-FEWEST_RUNS = 2  # whose gains show a wrong unit
+FEWEST_RUNS = 2  # whose gains show a mistake
+WRONG_SIGN = "wrong sign"
 
 
 def gain_over_windows(log: Log, speed: str) -> tuple[AccelerationGain | None, Array, Array]:
@@ -40,16 +42,22 @@ def gain_over_windows(log: Log, speed: str) -> tuple[AccelerationGain | None, Ar
 
 
 def common_mistake(gains: Sequence[float]) -> str:
-    """The mistaken units that explain the gain of each run; empty if none does, or with too few runs.
+    """The mistaken units or the wrong sign that explain the gain of each run; empty if none does, or with too few runs.
 
-    A slope that resembles a gain does not resemble that of a unit in several runs.
+    A slope that resembles a gain does not resemble that of a mistake in several runs.
     """
-    causes = {usual_mistake(abs(g), ACCELERATION_MISTAKES, QUALITY.near_unit_factor) for g in gains}
+    causes = {_mistake(g) for g in gains}
     return causes.pop() if len(gains) >= FEWEST_RUNS and len(causes) == 1 else ""
 
 
-def unit_finding(gains: Sequence[float], second: str) -> Finding | None:
-    """The finding on a unit that explains the gain of each run; None if there is none.
+def _mistake(gain: float) -> str:
+    if gain < 0.0 and usual_mistake(-gain, ((1.0, WRONG_SIGN),), QUALITY.near_unit_factor):
+        return WRONG_SIGN
+    return usual_mistake(abs(gain), ACCELERATION_MISTAKES, QUALITY.near_unit_factor)
+
+
+def mistake_finding(gains: Sequence[float], second: str) -> Finding | None:
+    """The finding on a unit or a sign that explains the gain of each run; None if there is none.
 
     Parameters
     ----------
@@ -58,9 +66,31 @@ def unit_finding(gains: Sequence[float], second: str) -> Finding | None:
     cause = common_mistake(gains)
     if not cause:
         return None
-    what = f"acceleration is {float(np.median(np.abs(gains))):.3f} times the {second} in {len(gains)} runs"
-    remedy = f"correct the unit of one of both channels ({cause}?)"
-    return Finding("channel 'acceleration'", what, "", remedy, doubt=True)
+    opposite = max(gains) < 0.0
+    gain = float(np.median(gains if opposite else np.abs(gains)))
+    what = f"acceleration is {gain:.3f} times the {second} in {len(gains)} runs"
+    remedies = [] if cause == WRONG_SIGN else [f"correct the unit of one of both channels ({cause}?)"]
+    remedies += ["add 'sign: -1' to the channel acceleration, or remove it if it is there"] if opposite else []
+    return Finding("channel 'acceleration'", what, "", "; ".join(remedies), doubt=True)
+
+
+def with_right_acceleration(logs: Sequence[Log], or_speed: bool = True) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
+    """The logs without an acceleration whose unit or sign, or the unit of the speed, is wrong in all; and the finding.
+
+    Parameters
+    ----------
+    logs : SI, with the channel ``speed``.
+    or_speed : whether the acceleration is left out also if the speed has the wrong unit.
+    """
+    there = [log for log in logs if "acceleration" in log]
+    gains = [gain.value for log in there if (gain := gain_over_windows(log, "speed")[0]) is not None]
+    found = mistake_finding(gains, "change of speed")
+    if found is None:
+        return tuple(logs), ()
+    if common_mistake(gains).startswith("speed") and not or_speed:
+        return tuple(logs), (found,)
+    left = [replace(log, channels={n: v for n, v in log.channels.items() if n != "acceleration"}) for log in logs]
+    return tuple(left), (replace(found, what=f"not used: {found.what}"),)
 
 
 def _grid(log: Log, speed: str, step: float) -> tuple[Array, ...]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from vdyn_cli.io.clocks.clock_estimate import clock_difference
 from vdyn_cli.io.clocks.tied_channels import tie_of
-from vdyn_cli.io.quality.acceleration_unit import FEWEST_WINDOWS, gain_over_windows, unit_finding
+from vdyn_cli.io.quality.acceleration_unit import FEWEST_WINDOWS, gain_over_windows, mistake_finding
 from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.quality.quality_policy import QUALITY
@@ -74,8 +74,8 @@ def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple
     A gain of the position that is not significant in one run is significant if it is the same in all runs; the pairs of
     position are then marked as contradicting.
     """
-    pairs, units = _with_wrong_unit(pairs)
-    findings = (*_radius_findings(pairs), *units)
+    pairs, mistakes = _with_wrong_acceleration(pairs)
+    findings = (*_radius_findings(pairs), *mistakes)
     places = [p for p in pairs if p.first == "position" and p.gain is not None]
     gain = common_gain([p.gain for p in places if p.gain is not None])
     if gain is None or not gain.contradicts:
@@ -84,10 +84,10 @@ def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple
     return judged, (gain_finding(gain, True), *findings)
 
 
-def _with_wrong_unit(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
-    """The pairs, those of acceleration marked if one mistaken unit explains the gain of each run; and the finding."""
+def _with_wrong_acceleration(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
+    """The pairs, those of acceleration marked if one mistake explains the gain of each run; and the finding."""
     found = [p for p in pairs if p.first == "acceleration" and p.gain is not None]
-    finding = unit_finding([p.gain for p in found if p.gain is not None], found[0].second) if found else None
+    finding = mistake_finding([p.gain for p in found if p.gain is not None], found[0].second) if found else None
     if finding is None or any(p.good for p in found):
         return list(pairs), ()
     return [p.model_copy(update={"good": False}) if p in found else p for p in pairs], (finding,)

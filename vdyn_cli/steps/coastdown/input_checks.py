@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from vdyn_cli.description.description_model import Run
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.io.quality.acceleration_unit import gain_over_windows, unit_finding
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -105,17 +103,6 @@ def _rise(log: Log) -> float:
     """Last minus first position, m."""
     there = log["position"][np.isfinite(log["position"])]
     return float(there[-1] - there[0]) if there.size else 0.0
-
-
-def with_right_acceleration(logs: Sequence[Log]) -> tuple[Sequence[Log], tuple[Finding, ...]]:
-    """The logs without an acceleration whose unit, or that of the speed, is wrong in all of them, and the finding."""
-    there = [log for log in logs if "acceleration" in log]
-    gains = [gain.value for log in there if (gain := gain_over_windows(log, "speed")[0]) is not None]
-    found = unit_finding(gains, "change of speed")
-    if found is None:
-        return logs, ()
-    left = [replace(log, channels={n: v for n, v in log.channels.items() if n != "acceleration"}) for log in logs]
-    return left, (replace(found, what=f"not used: {found.what}"),)
 
 
 def accelerometer_findings(segments: Sequence[CoastSegment]) -> tuple[Finding, ...]:

@@ -12,6 +12,7 @@ from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression
+from vdyn_cli.io.quality.acceleration_unit import with_right_acceleration
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all
@@ -39,7 +40,6 @@ from vdyn_cli.steps.coastdown.input_checks import (
     direction_findings,
     measures_acceleration,
     sign_findings,
-    with_right_acceleration,
 )
 from vdyn_cli.steps.coastdown.known_parameters import assumptions, campaign_unknowns, known_parameters, model_values
 from vdyn_cli.steps.coastdown.parts import road_parts
@@ -188,7 +188,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     given = known_parameters(spec, logs, known)
     drive = drive_signal(spec.settings, logs)
     raise_all(f for log in logs for f in sign_findings(log, drive))
-    logs, wrong_unit = with_right_acceleration(logs)
+    logs, wrong_acceleration = with_right_acceleration(logs)
     sloped, grades, by_elevation = _with_slopes(spec, _with_winds(spec, logs), drive, given)
     selection, use, zeros = _segments_and_sensor(spec, sloped, selected(spec, sloped, drive, given))
     segments = selection.segments
@@ -207,7 +207,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     if grades:
         runs = [replace(r, slope_error=grades[s.run].error_at(r.time)) for r, s in zip(runs, segments, strict=True)]
     campaign = _campaign(spec, tuple(runs), drive, given, use)
-    findings = (*wrong_unit, *start_findings(spec.runs), *by_elevation, *assumptions(known))
+    findings = (*wrong_acceleration, *start_findings(spec.runs), *by_elevation, *assumptions(known))
     findings += direction_findings(spec.runs, sloped, segments, use)
     findings += accelerometer_findings(segments)
     if drive == "coasting" and not grades:  # a grade by elevation was compared before

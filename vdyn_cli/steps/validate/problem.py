@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
+from vdyn_cli.io.quality.acceleration_unit import with_right_acceleration
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array
@@ -90,6 +91,7 @@ class ValidateProblem(SimulatedProblem):
     spec : the description. logs : of its runs, in their order. known : parameters from other steps and the vehicle.
     given_roads : in place of those that accelerometers and elevations show.
     missed : rms error of the speed over the whole drives that the windows replace, m/s; 0 if they replace none.
+    findings : about the logs as they were read.
 
     Notes
     -----
@@ -103,6 +105,7 @@ class ValidateProblem(SimulatedProblem):
     known: Parameters
     given_roads: DriveRoads | None = None
     missed: float = 0.0
+    findings: tuple[Finding, ...] = ()
     _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
     _likely: dict[str, tuple[float, float]] = field(default_factory=dict, init=False, repr=False)
 
@@ -149,7 +152,7 @@ class ValidateProblem(SimulatedProblem):
         segments, findings = drive_segments(roads.channels(logs), conditions, rule)
         if roads.elevated:
             segments = [replace(s, slope_error=roads.elevated[s.run].error_at(s.time)) for s in segments]
-        return tuple(segments), (*start_findings(self.spec.runs), *findings)
+        return tuple(segments), (*self.findings, *start_findings(self.spec.runs), *findings)
 
     @cached_property
     def model(self) -> Model:
@@ -366,7 +369,8 @@ def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Valid
     """
     if spec.settings.model == "road_load":
         parameter_prior(known, road_load("torque", resistances=resistances(known)).parameters)
-    return ValidateProblem(spec, tuple(logs), known)
+    right, findings = with_right_acceleration(logs, or_speed=False)
+    return ValidateProblem(spec, right, known, findings=findings)
 
 
 def on_open_road(problem: ValidateProblem) -> bool:
