@@ -58,6 +58,14 @@ def test_what_only_a_prior_tells_has_the_priors_interval(units: Literal["run", "
     assert solve(regression, units=units).interval95["stated"] == pytest.approx((3 - 3.92, 3 + 3.92), abs=0.01)
 
 
+@pytest.mark.parametrize("stated", [True, False])
+def test_only_a_contradicted_prior_that_is_given_is_told(stated: bool) -> None:
+    data = np.random.default_rng(5).standard_normal(60)
+    zero = Unknown("zero", 0.0, prior=(3.0, 0.1), nuisance=True, prior_stated=stated)
+    regression = Regression((zero,), ("a",), lambda _, x: Rows(x[0] - data, np.ones((60, 1))))
+    assert any("from the given 3" in w for w in solve(regression).warnings) == stated
+
+
 def test_priors_that_belong_together_are_weighed_together() -> None:
     """With two correlated priors the fit is the textbook's: information J'J + C^-1."""
     rng = np.random.default_rng(3)

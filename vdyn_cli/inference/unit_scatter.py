@@ -27,12 +27,12 @@ LARGEST_PULL = 4.5  # standard deviations from a prior above which it is reporte
 
 
 def _contradicted_priors(solved: Solved) -> list[str]:
-    """Sentences about prior values that the data contradict."""
+    """Sentences about given values that the data contradict; a prior that the program estimated is not given."""
     regression, x = solved.regression, solved.point.x
     every = regression.shared + regression.own * len(regression.runs)
     found = []
     for i, unknown in enumerate(every):
-        if unknown.prior is not None:
+        if unknown.prior is not None and unknown.prior_stated:
             mean, std = unknown.prior
             off = (x[i] - mean) / std
             if abs(off) > LARGEST_PULL:
