@@ -21,7 +21,7 @@ HALF = pytest.param(0.296, marks=pytest.mark.thorough)  # a minute
 def test_a_wrong_radius_is_named_and_the_curve_published(given: float, root: Path, tmp_path: Path) -> None:
     plain = execute("tire", root / "configs" / "tire.yaml", level=None)
     document = json.loads(to_json(plain.document))
-    entry = {"value": given, "std": 0.0, "interval95": [given, given], "unit": "m", "meaning": "", "source": "given"}
+    entry = {"value": given, "std": 0.0, "interval95": [given, given], "unit": "m", "meaning": "", "source": "inertia"}
     document |= {"parameters": {"wheel_radius": entry}, "diagnosis": None}
     known = tmp_path / "known.json"
     known.write_text(json.dumps(document), encoding="utf-8")
