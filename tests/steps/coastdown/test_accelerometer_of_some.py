@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.io.quality.acceleration_unit import with_right_acceleration
+from vdyn_cli.io.quality.acceleration_mistake import with_right_acceleration
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment

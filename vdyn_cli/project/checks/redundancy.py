@@ -20,7 +20,7 @@ import numpy as np
 
 from vdyn_cli.io.clocks.clock_estimate import clock_difference
 from vdyn_cli.io.clocks.tied_channels import tie_of
-from vdyn_cli.io.quality.acceleration_unit import FEWEST_WINDOWS, gain_over_windows, mistake_finding
+from vdyn_cli.io.quality.acceleration_mistake import FEWEST_WINDOWS, gain_over_windows, mistake_finding
 from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
 from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
 from vdyn_cli.io.quality.quality_policy import QUALITY

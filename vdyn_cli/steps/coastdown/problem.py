@@ -12,7 +12,7 @@ from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import RefusedFitError, Regression
-from vdyn_cli.io.quality.acceleration_unit import with_right_acceleration
+from vdyn_cli.io.quality.acceleration_mistake import with_right_acceleration
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all

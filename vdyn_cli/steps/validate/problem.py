@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
-from vdyn_cli.io.quality.acceleration_unit import with_right_acceleration
+from vdyn_cli.io.quality.acceleration_mistake import with_right_acceleration
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array
