@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -26,6 +27,23 @@ class AddedEffects:
 
     def __bool__(self) -> bool:
         return bool(self.effects or self.unknowns)
+
+    def __add__(self, others: AddedEffects) -> AddedEffects:
+        return AddedEffects((*self.effects, *others.effects), (*self.unknowns, *others.unknowns))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return tuple(u.name for u in self.unknowns)
+
+    @property
+    def covered(self) -> frozenset[str]:
+        """Names of the step's own unknowns that the effects replace (``Effect.covers``)."""
+        return frozenset(n for e in self.effects for n in e.covers)
+
+    def started_at(self, values: Mapping[str, float]) -> AddedEffects:
+        """The effects with their unknowns starting at these values, by name; omitted ones keep their start."""
+        return replace(self, unknowns=tuple(replace(u, start=values.get(u.name, u.start)) for u in self.unknowns))
 
 
 NO_EFFECTS = AddedEffects()

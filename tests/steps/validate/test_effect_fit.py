@@ -32,7 +32,7 @@ def test_a_size_that_is_begun_too_small_begins_again_where_all_impacts_fit(
     assert size == pytest.approx(PLAY, rel=0.1)
     assert size == pytest.approx(PLAY, abs=2 * spread)
     assert found.solution.std["backlash"] < spread < 0.1 * PLAY
-    assert found.setup.extra[0].start == size
+    assert found.setup.added.unknowns[0].start == size
     assert not found.setup.at
     assert not found.doubts
     (doubt,) = replace(found, moved=2.0).doubts

@@ -143,7 +143,7 @@ def stubbed(monkeypatch: pytest.MonkeyPatch, *costs: Callable[[float], float]) -
     tried = []
 
     def zeros(plain: object, setup: SimulationSetup, few: bool = False) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        tried.append(setup.extra[0].start)
+        tried.append(setup.added.unknowns[0].start)
         return (0.0,) * len(costs), tuple(cost(tried[-1]) for cost in costs)
 
     monkeypatch.setattr(nondifferentiable, "_zeros", zeros)
@@ -247,7 +247,7 @@ def test_where_next_to_no_size_can_be_simulated_none_is_reported(
 def test_sizes_that_are_not_possible_are_neither_tried_nor_reported(
     monkeypatch: pytest.MonkeyPatch, setups: Callable[[float], SimulationSetup], reference: DifferentiableReference
 ) -> None:
-    most = setups(0.0).extra[0].upper
+    most = setups(0.0).added.unknowns[0].upper
     tried = stubbed(monkeypatch, lambda size: ((size - 1.1 * most) / (0.1 * most)) ** 2)
     ((size, _),) = profile_estimates(setups(most), reference).values()
     assert max(tried) == most

@@ -237,7 +237,7 @@ def _linearized_model(setup: DiagnosisSetup, point: Mapping[str, float]) -> Full
     """The full model linearized about values of the baseline's unknowns and amplitudes of effects; unlisted: zero."""
 
     def regression(added: AddedEffects) -> Regression:
-        names = {u.name for u in added.unknowns}
+        names = set(added.names)
         own = {n: v for n, v in point.items() if n not in names}
         return linearized(setup.regression(added, start=own))
 

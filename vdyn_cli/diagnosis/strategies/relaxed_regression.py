@@ -33,7 +33,7 @@ def _with_baseline(
     """The regression with the unknowns of the baseline ``changed``."""
 
     def of(added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
-        full, kept = regression(added, start=start), {u.name for u in added.unknowns}
+        full, kept = regression(added, start=start), set(added.names)
         return replace(full, unknowns=tuple(u if u.name in kept else changed(u) for u in full.unknowns))
 
     return of

@@ -134,8 +134,7 @@ class CoastdownProblem(SimulatedProblem):
         ------
         ResultError : the data do not determine the unknowns, or a value lies at its bound.
         """
-        covered = {n for e in added.effects for n in e.covers}
-        own = tuple(u for u in self.campaign.unknowns if u.name not in covered)
+        own = tuple(u for u in self.campaign.unknowns if u.name not in added.covered)
         try:
             fit = fit_road_load(replace(self.placed, unknowns=own), added, base=self._located.base)
         except RefusedFitError as error:

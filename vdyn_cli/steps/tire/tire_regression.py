@@ -176,7 +176,7 @@ class TireCurveProblem:
 
     @property
     def _names(self) -> tuple[str, ...]:
-        return (*SHAPE, *self.free, "radius_error", *(u.name for u in self.added.unknowns))
+        return (*SHAPE, *self.free, "radius_error", *self.added.names)
 
     @property
     def _driven(self) -> bool:

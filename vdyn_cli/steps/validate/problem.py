@@ -283,8 +283,7 @@ class ValidateProblem(SimulatedProblem):
         setup = self.baseline.with_effects(added)
         findings, amplitudes, fit, road = [*dropped_effects(self.model, self.known), *self.segmented[1]], {}, None, None
         if added.unknowns:
-            covered = frozenset(n for e in added.effects for n in e.covers)
-            fit = fit_effects(setup, partial(_whitened, self, covered=covered), self.reference)
+            fit = fit_effects(setup, partial(_whitened, self, covered=added.covered), self.reference)
             setup = fit.setup
             amplitudes = effect_amplitudes(fit.solution, added.unknowns, fit.spreads)
             findings += fit.doubts

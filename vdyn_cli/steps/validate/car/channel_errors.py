@@ -21,6 +21,7 @@ from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.noise import inertia_of
@@ -69,4 +70,4 @@ def with_channel_errors(
         )
         for e, (mean, std) in known.items()
     )
-    return replace(setup, added=(*known, *setup.added), extra=(*unknowns, *setup.extra))
+    return replace(setup, added=AddedEffects(tuple(known), unknowns) + setup.added)

@@ -16,10 +16,9 @@ from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction, Law, Number, Signals
 from vdyn_cli.engine.simulate import Simulator
-from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.quantity import Quantity
-from vdyn_cli.steps.added_effects import AddedEffects
+from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.validate.car.prior import ParameterPrior, clipped_to_prior
 from vdyn_cli.steps.validate.car.sensors import Sensors, ideal_readings
 from vdyn_cli.steps.validate.car.unknowns import START, TORQUE_ZERO, UnknownVector
@@ -110,27 +109,24 @@ class SimulationSetup:
     Parameters
     ----------
     point : the car and the point.
-    added, extra : effects with unknown amplitudes, and their unknowns.
+    added : effects with unknown amplitudes.
     secants : amplitudes over which secants for nondifferentiable effects are taken; others: over a probe.
     chord : whether the sensitivities to the parameters are those of the car at its prior, for a third of the cost:
         sufficient for the first iterations of a fit (chord method).
     """
 
     point: StartPoint
-    added: tuple[Correction, ...] = ()
-    extra: tuple[Unknown, ...] = ()
+    added: AddedEffects = NO_EFFECTS
     secants: Mapping[str, float] = field(default_factory=dict)
     chord: bool = False
 
     def with_effects(self, added: AddedEffects) -> SimulationSetup:
         """The setup with further effects in the model."""
-        if not added:
-            return self
-        return replace(self, added=(*self.added, *added.effects), extra=(*self.extra, *added.unknowns))
+        return replace(self, added=self.added + added) if added else self
 
     def moved_to(self, point: StartPoint) -> SimulationSetup:
         """The setup at another point."""
-        return replace(self, point=point) if self.added or self.extra else point.without_effects
+        return replace(self, point=point) if self.added else point.without_effects
 
     def begun_at(self, values: Mapping[str, float]) -> SimulationSetup:
         """The setup with its parameters starting at these values, within 5 standard deviations of the prior."""
@@ -159,25 +155,24 @@ class SimulationSetup:
     @property
     def effects(self) -> tuple[Correction, ...]:
         """All effects in the model."""
-        return (*self.point.car.effects, *self.added)
+        return (*self.point.car.effects, *self.added.effects)
 
     @cached_property
     def vector(self) -> UnknownVector:
         """The order, start values and priors of the unknowns."""
         starts, point = tuple(s.start for s in self.segments), self.point
-        return UnknownVector(
-            self.prior, self.sensors, self.extra, point.at, point.torque_zeros, starts, point.start_speeds
-        )
+        added = self.added.unknowns
+        return UnknownVector(self.prior, self.sensors, added, point.at, point.torque_zeros, starts, point.start_speeds)
 
     @cached_property
     def simulator(self) -> Simulator:
         """The simulator with sensitivities to all unknowns in ``vector.simulated``."""
-        return _whole_simulator(self, (*self.prior.names, *(u.name for u in self.extra)))
+        return _whole_simulator(self, (*self.prior.names, *self.added.names))
 
     @cached_property
     def chord_simulator(self) -> Simulator:
         """The simulator with sensitivities to the unknowns after the parameters, which keep their start values."""
-        return _whole_simulator(self, tuple(u.name for u in self.extra))
+        return _whole_simulator(self, self.added.names)
 
     @cached_property
     def first(self) -> tuple[SimulatedSegment, ...]:
@@ -187,7 +182,7 @@ class SimulationSetup:
         ------
         ResultError : the simulation is not finite.
         """
-        if self.model.name == "vehicle" and self.extra and added_at_zero(self):
+        if self.model.name == "vehicle" and self.added.unknowns and added_at_zero(self):
             return _with_added_sensitivities(self)
         if self.chord:
             assert self.point.car.at_prior.first  # both are computed before threads need them
@@ -250,8 +245,8 @@ def nondifferentiable(effects: Sequence[Correction]) -> tuple[str, ...]:
 
 def added_at_zero(setup: SimulationSetup) -> bool:
     """Whether the added effects start at zero amplitude, where they change sensitivities only."""
-    shapes = {n for e in setup.added for n in e.nominal}
-    return all(u.start == 0.0 for u in setup.extra if u.name not in shapes)
+    shapes = {n for e in setup.added.effects for n in e.nominal}
+    return all(u.start == 0.0 for u in setup.added.unknowns if u.name not in shapes)
 
 
 def _first_by_chord(setup: SimulationSetup, segment: int) -> SimulatedSegment:
@@ -349,14 +344,14 @@ class _Secant:
 
 
 def _secant(setup: SimulationSetup) -> _Secant:
-    adding = _simulator(setup, tuple(u.name for u in setup.extra), setup.effects)
+    adding = _simulator(setup, setup.added.names, setup.effects)
     assert adding.outputs  # computed before threads need it
-    return _Secant(setup, adding, np.array([u.start for u in setup.extra]), _secant_sizes(setup))
+    return _Secant(setup, adding, np.array([u.start for u in setup.added.unknowns]), _secant_sizes(setup))
 
 
 def _secant_sizes(setup: SimulationSetup) -> dict[int, float]:
     """By index of each nondifferentiable unknown, the amplitude over which its secant is taken."""
-    places = {u.name: i for i, u in enumerate(setup.extra)}
+    places = {name: i for i, name in enumerate(setup.added.names)}
     sizes = {next(iter(e.unknowns)): e.probes[len(e.probes) // 3] for e in setup.effects if e.probes}
     sizes |= setup.secants
     return {places[n]: size for n, size in sizes.items() if n in places}

@@ -29,7 +29,7 @@ class UnknownVector:
 
     Parameters
     ----------
-    prior : of the parameters. sensors : with unknown gains and zeros. extra : unknowns of the effects.
+    prior : of the parameters. sensors : with unknown gains and zeros. added : unknowns of the effects.
     at : start values of parameters that do not start at their prior mean.
     torque_zeros : N m, start value of the drive torque's zero in each segment; empty: 0.
     measured_starts : (value, standard deviation) of each segment's measured start speed, m/s.
@@ -38,7 +38,7 @@ class UnknownVector:
 
     prior: ParameterPrior
     sensors: Sensors
-    extra: tuple[Unknown, ...]
+    added: tuple[Unknown, ...]
     at: Mapping[str, float]
     torque_zeros: tuple[float, ...]
     measured_starts: tuple[tuple[float, float], ...]
@@ -47,7 +47,7 @@ class UnknownVector:
     @property
     def shared(self) -> tuple[str, ...]:
         """Names of the unknowns that all segments share."""
-        return (*self.prior.names, *self.sensors.gain_std, *(u.name for u in self.extra))
+        return (*self.prior.names, *self.sensors.gain_std, *(u.name for u in self.added))
 
     @property
     def own(self) -> tuple[str, ...]:
@@ -75,7 +75,7 @@ class UnknownVector:
     def theta(self) -> Array:
         """Start values (shared,) of the shared unknowns."""
         parameters = [self.at.get(n, self.prior.values[n]) for n in self.prior.names]
-        return np.array([*parameters, *np.zeros(len(self.sensors.gain_std)), *(u.start for u in self.extra)])
+        return np.array([*parameters, *np.zeros(len(self.sensors.gain_std)), *(u.start for u in self.added)])
 
     def start(self, segment: int) -> Array:
         """Start values (shared + own,) of a segment's vector."""
@@ -101,4 +101,4 @@ class UnknownVector:
         if self.torque_zeros:
             own[TORQUE_ZERO] = np.array(self.torque_zeros)
         sensors = self.sensors
-        return (*parameters, *sensors.gain_unknowns(), *self.extra, start, *sensors.zero_unknowns()), own
+        return (*parameters, *sensors.gain_unknowns(), *self.added, start, *sensors.zero_unknowns()), own

@@ -20,6 +20,7 @@ import numpy as np
 from vdyn_cli.inference import Regression, Rows, Unknown
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, whiten_drives
 from vdyn_cli.steps.validate.road.road_slope import APPARENT_LAGS, DRIVE_SLOPE, MEAN_SLOPE
@@ -94,7 +95,7 @@ def drive_regression(setup: SimulationSetup, varies: BetweenDriveSpread) -> Regr
     shared = tuple(u for u in whole.shared if u.name != DRIVE_SLOPE)
     if DRIVE_SLOPE in known and varies.drift > 0:
         zero = Unknown(ZERO, 0.0, -3.0, 3.0, "m/s^2", (0.0, LARGEST_ZERO), nuisance=True)
-        base = len(setup.vector.shared) - len(setup.extra)
+        base = len(setup.vector.shared) - len(setup.added.unknowns)
         shared = (*shared[:base], zero, *shared[base:])
     rows = _DriveRows(w, drives, tuple(u.name for u in shared), tuple(known), varies)
     return Regression((*shared, *own), names, rows)
@@ -104,11 +105,11 @@ def _sloping(setup: SimulationSetup, varies: BetweenDriveSpread) -> SimulationSe
     """The setup with an unknown mean slope and unknown lags of torque and speed."""
     lag = Unknown("", 0.0, -1.0, 1.0, "s", (0.0, LAG_STD), nuisance=True, prior_stated=False)
     timings = (replace(lag, name=n) for e in APPARENT_LAGS for n in e.unknowns)
-    setup = replace(setup, added=(*APPARENT_LAGS, *setup.added), extra=(*timings, *setup.extra))
+    added = AddedEffects(APPARENT_LAGS, tuple(timings)) + setup.added
     if varies.slope <= 0:
-        return setup
+        return replace(setup, added=added)
     slope = Unknown(DRIVE_SLOPE, 0.0, prior=(0.0, varies.slope), nuisance=True, prior_stated=False)
-    return replace(setup, added=(MEAN_SLOPE, *setup.added), extra=(*setup.extra, slope))
+    return replace(setup, added=AddedEffects((MEAN_SLOPE, *added.effects), (*added.unknowns, slope)))
 
 
 def drives_of(setup: SimulationSetup) -> tuple[tuple[str, ...], tuple[tuple[int, ...], ...]]:

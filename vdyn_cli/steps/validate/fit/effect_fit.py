@@ -78,8 +78,8 @@ def fit_effects(
     last = _relinearized_until_settled(setup, regression)
     profiled = profile_estimates(last.setup, reference)
     if any(abs(at - last.solution.values[n]) > AGAIN * std for n, (at, std) in profiled.items()):
-        extra = tuple(replace(u, start=profiled[u.name][0]) if u.name in profiled else u for u in last.setup.extra)
-        last = _relinearized_until_settled(replace(last.setup, extra=extra), regression)
+        added = last.setup.added.started_at({n: at for n, (at, _) in profiled.items()})
+        last = _relinearized_until_settled(replace(last.setup, added=added), regression)
         profiled = profile_estimates(last.setup, reference)
     solution = last.solution
     # With local maxima, the last move and the difference of the two estimates add to the uncertainty.
@@ -114,7 +114,7 @@ def size_beside_parameters(
     for share in AROUND:
         try:
             after = _relinearized(setups(share * size), regression)[0].setup
-            found[after.extra[0].start] = likely_cost(reference, after)
+            found[after.added.unknowns[0].start] = likely_cost(reference, after)
         except (ResultError, ArithmeticError):
             continue
     return min(found.items(), key=lambda one: one[1], default=None)
@@ -144,9 +144,9 @@ def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup]
     by_run = SENSED_SLOPE in setup.model.inputs and len(system.runs) >= FEWEST_UNITS
     solution = solve(system, units="run" if by_run else "block")
     moves = {n: abs(solution.values[n] - at) for n, at in start.items() if n in solution.values}
-    amplitudes = {u.name: moves[u.name] for u in setup.extra}
+    amplitudes = {n: moves[n] for n in setup.added.names}
     begun = setup.begun_at(solution.values) if setup.model.name == "vehicle" else setup
-    after = replace(begun, extra=tuple(replace(u, start=solution.values[u.name]) for u in setup.extra))
+    after = replace(begun, added=setup.added.started_at(solution.values))
     judged = moves if nondifferentiable(setup.effects) else amplitudes
     return _Pass(after, solution, system, amplitudes), solution.move_from({n: start[n] for n in judged})
 

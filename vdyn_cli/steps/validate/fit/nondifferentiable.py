@@ -261,7 +261,7 @@ def profile_estimates(setup: SimulationSetup, reference: DifferentiableReference
     """
     return {
         u.name: _profile_estimate(setup, reference, u)
-        for u in setup.extra
+        for u in setup.added.unknowns
         if u.name in nondifferentiable(setup.effects) and u.start > 0.0
     }
 
@@ -271,9 +271,8 @@ def _profile_estimate(setup: SimulationSetup, reference: DifferentiableReference
     sizes = np.unique(np.clip(np.multiply(AROUND, play.start), play.lower, play.upper))
 
     def costs_of(size: float) -> tuple[float, ...]:
-        extra = tuple(replace(u, start=size) if u.name == play.name else u for u in setup.extra)
         try:
-            return _zeros(reference, replace(setup, extra=extra))[1]
+            return _zeros(reference, replace(setup, added=setup.added.started_at({play.name: size})))[1]
         except ResultError:
             return ()
 

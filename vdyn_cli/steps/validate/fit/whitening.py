@@ -236,5 +236,5 @@ def _noise_sizes(setup: SimulationSetup, layouts: Sequence[RowLayout], levels: S
         jacobian[:, :k] = jacobian[:, :k] @ prior.root  # in units in which the prior is white
         runs.append(NoisyRun(at_prior, jacobian, own, noise.slow_noise(s, p, bins, prior.values, level)))
     gains = (std**-2.0 for std in setup.sensors.gain_std.values())
-    effects = (1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in setup.extra)
+    effects = (1.0 / u.prior[1] ** 2 if u.prior else 0.0 for u in setup.added.unknowns)
     return noise.sizes(runs, np.array([*np.ones(k), *gains, *effects]), layouts)

@@ -173,7 +173,7 @@ def _holding(
     T = T1 a(0) / (a(0) - a(T1)), force T i / r, with a(T) the acceleration at a torque T. The force includes driveline
     losses, so that mass and loss, which are nearly collinear in the drives, are not needed separately.
     """
-    names = tuple(n for n in solution.names if n in (*setup.prior.names, *(u.name for u in setup.extra)))
+    names = tuple(n for n in solution.names if n in (*setup.prior.names, *setup.added.names))
     values = {n: {**setup.prior.values, "wind_variance": 0.0}[n] for n in setup.model.parameters}
     simulator = Simulator(setup.model, values, names, setup.effects)
     context = {"heading": 0.0, "temperature": temperature, RUN_START: 0.0}
@@ -200,7 +200,7 @@ def _held_out(setup: SimulationSetup, linearized: Regression) -> HeldOutEnds | N
     """Every drive predicted by a fit to the others; None where such a fit fails."""
     drives = _drives(setup)
     sizes = {n for e in setup.effects for n in e.unknowns if n not in e.nominal}
-    blank = replace(setup, extra=tuple(replace(u, start=0.0) if u.name in sizes else u for u in setup.extra))
+    blank = replace(setup, added=setup.added.started_at(dict.fromkeys(sizes, 0.0)))
     known = dict(zip(setup.vector.shared, blank.vector.theta.tolist(), strict=True))
     before, after, owner = [], [], []
     for k, drive in enumerate(drives):
