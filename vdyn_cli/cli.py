@@ -53,6 +53,10 @@ Diagnose = Annotated[
     bool, typer.Option("--diagnose/--no-diagnose", help="Test the model for errors, and name the effects.")
 ]
 Level = Annotated[float, typer.Option(min=1e-6, max=0.5, help="False-alarm probability of the diagnosis.")]
+Jobs = Annotated[
+    int | None,
+    typer.Option("--jobs", min=1, help="Number of steps to run in parallel; as many as processors if not given."),
+]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")]
 Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print minor notes, too.")]
 
@@ -126,10 +130,7 @@ def pipeline(
     keep_going: Annotated[
         bool, typer.Option("--keep-going/--stop", help="After a failure, run the steps that do not depend on it.")
     ] = True,
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", min=1, help="Number of steps to run in parallel; as many as processors if not given."),
-    ] = None,
+    jobs: Jobs = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
@@ -156,10 +157,7 @@ def batch(
     results: Annotated[
         Path | None, typer.Option("--results", metavar="DIR", help="Keep each campaign's JSON and reports here.")
     ] = None,
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", min=1, help="Number of steps to run in parallel; as many as processors if not given."),
-    ] = None,
+    jobs: Jobs = None,
     quiet: Quiet = False,
 ) -> None:
     """Run many campaigns and write one table of their results; exit code 1 if one has no result."""
