@@ -226,9 +226,7 @@ def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:
         return ()
     first = base.refused[0]
     without = "one of these effects" if len(extension.answers) > 1 else " and ".join(extension.effects)
-    place = "" if first.where == "fit" else f"{first.where}: "
-    what = f"without {without} the fit is refused: {place}{first.what}"
-    return (Finding("diagnosis", what, first.got),)
+    return (Finding("diagnosis", f"without {without} the fit is refused: {first.reason}", first.got),)
 
 
 def _with_baseline(one: Comparison, baselines: Mapping[tuple[str, str], Comparison]) -> Comparison:
@@ -240,10 +238,9 @@ def _with_baseline(one: Comparison, baselines: Mapping[tuple[str, str], Comparis
 
 def _not_diagnosed(result: Result, why: Finding, faults: Sequence[Finding]) -> Result:
     """The result where the diagnosis cannot fit its baseline."""
-    reason = why.what if why.where == "fit" else f"{why.where}: {why.what}"
     if faults:
         diagnosis = Diagnosis(verdict="data_fault", sentence=data_fault(f"{faults[0].where} {faults[0].what}"))
     else:
-        diagnosis = Diagnosis(verdict="not_testable", sentence=not_possible(reason))
-    finding = Finding("diagnosis", f"not possible: {reason}", why.got, why.remedy, doubt=True)
+        diagnosis = Diagnosis(verdict="not_testable", sentence=not_possible(why.reason))
+    finding = Finding("diagnosis", f"not possible: {why.reason}", why.got, why.remedy, doubt=True)
     return replace(result, diagnosis=diagnosis, findings=(*result.findings, finding))

@@ -53,6 +53,11 @@ class Finding:
     fault: bool = False
     doubt: bool = False
 
+    @property
+    def reason(self) -> str:
+        """Place and fact, for a sentence; the fact alone where the place is the fit."""
+        return self.what if self.where == "fit" else f"{self.where}: {self.what}"
+
     def __str__(self) -> str:
         text = f"{visible(self.where)}: {visible(self.what)}"
         if self.got:

@@ -14,7 +14,7 @@ from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.added_effects import AddedEffects
 
-LAW = 3  # unknowns at most of an effect that is a law: amplitude and shape parameters; with more, it is a profile
+LAW_UNKNOWNS = 3  # most unknowns of a law: an amplitude and two shape parameters
 NO_STD: Mapping[str, float] = MappingProxyType({})
 
 
@@ -23,13 +23,18 @@ def unbounded(added: AddedEffects) -> AddedEffects:
     return replace(added, unknowns=tuple(replace(u, lower=-np.inf, upper=np.inf) for u in added.unknowns))
 
 
+def is_law(effect: Correction) -> bool:
+    """Whether an effect is a law or a learned formula, and not a free function such as a profile or a table."""
+    return len(effect.unknowns) <= LAW_UNKNOWNS
+
+
 def unknowns_of_profiles(effects: Sequence[Correction]) -> dict[str, float]:
     """The unknowns of free profiles among the effects, each with the value 0, for fits that hold them there.
 
     Readings with noise in several channels are adjusted at a fit. With profiles in it, that fit follows the noise of
     the readings, which then depend on it, and clean logs show errors.
     """
-    return {n: 0.0 for effect in effects if len(effect.unknowns) > LAW for n in effect.unknowns}
+    return {n: 0.0 for effect in effects if not is_law(effect) for n in effect.unknowns}
 
 
 def effect_amplitudes(

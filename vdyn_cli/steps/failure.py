@@ -43,10 +43,9 @@ class Failure:
         """
         shown = self.shown or Result(step, "", Parameters(), FitSummary((), nan, nan, "", ()), "")
         first = self.findings[0]
-        place = "" if first.where in ("fit", step) else f"{first.where}: "
         return replace(
             shown,
-            sentence=f"No result: {place}{first.what}.",
+            sentence=f"No result: {first.what if first.where == step else first.reason}.",
             parameters=Parameters(),
             amplitudes={},
             extra={},

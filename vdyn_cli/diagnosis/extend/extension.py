@@ -19,8 +19,8 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Problem, published
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.effect_estimates import is_law
 
-FORMULA_UNKNOWNS = 3  # most coefficients of a learned formula, ``steps.learned_effect``; a table has one for each knot
 ZERO = "is not significantly different from zero"
 STILL_MISSED = "the simulation with it still misses the logs"
 
@@ -194,7 +194,7 @@ def _wanted(extend: str | list[str], setup: DiagnosisSetup, judgment: Judgment, 
     if judgment.answer is None or extend not in ("named", "learned"):
         return ()
     learned = set(judgment.answer.effects) & setup.learned
-    formula = all(len(setup.candidates[n].unknowns) <= FORMULA_UNKNOWNS for n in learned)
+    formula = all(is_law(setup.candidates[n]) for n in learned)
     needed = extend == "learned" or base.refused or base.contradicted or (base.fit.misfit and formula)
     return judgment.answer.effects if needed or not learned else ()
 
@@ -220,8 +220,7 @@ def publish_with(
         if not isinstance(result, Failure):
             return result, ()
         why = result.findings[0]
-        where = "" if why.where == "fit" else f"{why.where}: "
-        what = f"the model could not be extended by {', '.join(e.name for e in effects)}: {where}{why.what}"
+        what = f"the model could not be extended by {', '.join(e.name for e in effects)}: {why.reason}"
         failed = (Finding("diagnosis", what, why.got, why.remedy),)
     return None, failed
 

@@ -31,7 +31,7 @@ from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
-from vdyn_cli.steps.effect_estimates import unbounded, unknowns_of_profiles
+from vdyn_cli.steps.effect_estimates import is_law, unbounded, unknowns_of_profiles
 from vdyn_cli.steps.failure import unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
@@ -41,7 +41,6 @@ FREE_MOMENT = 500.0  # N m, plausible amplitude of a free profile: a tenth of th
 ROUNDS = 2  # of a fit that determines noise and true channels, which only serve the linearization
 TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may gain
 MOST_ITERATIONS = 100  # of that fit in a round: one that has not converged then is not used
-LAW_UNKNOWNS = 3  # most unknowns of a law, an amplitude and two shapes; a free function has many more
 SPEED_INTEGRATED = Finding(
     "cg",
     "speed is not logged; it is the integral of the acceleration, zero at its minimum",
@@ -154,14 +153,13 @@ class CgProblem(SimulatedProblem):
         at, misfit = fit.unknowns_at(self._first), np.inf
         own = {profile.name for profile in self.profiles}
         for effect in (e for e in fit.added.effects if e.name not in own):
-            free = len(effect.unknowns) > LAW_UNKNOWNS  # a free function needs its prior
-            own_unknowns = (u for u in fit.added.unknowns if u.name in effect.unknowns)
-            unknowns = tuple(u if free else replace(u, prior=None) for u in own_unknowns)
-            key = effect.name, *(u.name for u in unknowns)
+            unknowns = tuple(u for u in fit.added.unknowns if u.name in effect.unknowns)
+            if is_law(effect):  # a free function needs its prior
+                unknowns = tuple(replace(u, prior=None) for u in unknowns)
+            alone = AddedEffects((effect,), unknowns)
+            key = effect.name, *alone.names
             if key not in self._fits_with_one:
-                self._fits_with_one[key] = self._nearly_fitted(
-                    replace(self.fit, added=AddedEffects((effect,), unknowns))
-                )
+                self._fits_with_one[key] = self._nearly_fitted(replace(self.fit, added=alone))
             found = self._fits_with_one[key]
             if found is not None and found[1] < misfit:
                 at, misfit = fit.unknowns_at(found[0]), found[1]
