@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.inference import Regression, Rows, Unknown, solve
-from vdyn_cli.inference.identifiability import find_unidentifiable, listed, phrase
+from vdyn_cli.inference.identifiability import find_unidentifiable, phrase
 from vdyn_cli.quantities.errors import ResultError
 
 
@@ -164,7 +164,3 @@ def test_every_combination_is_untouched_by_every_open_direction() -> None:
 )
 def test_phrases(row: list[float], text: str) -> None:
     assert phrase(["a", "b"], np.array(row)) == text
-
-
-def test_lists() -> None:
-    assert [listed(list(n)) for n in ("a", "ab", "abc")] == ["a", "a and b", "a, b and c"]

@@ -1,4 +1,4 @@
-"""Numbers rounded according to their uncertainty."""
+"""Numbers rounded according to their uncertainty, and lists of names."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vdyn_cli.quantities.number_text import decimals, magnitude, number, two_digits
+from vdyn_cli.quantities.number_text import decimals, listed, magnitude, number, two_digits
 
 
 @pytest.mark.parametrize(
@@ -32,3 +32,8 @@ def test_a_value_has_the_decimals_of_its_half_width() -> None:
     assert number(12.3456789, math.nan) == "12.346"
     assert two_digits(0.0996) == "0.10"
     assert two_digits(0.0) == "0"
+
+
+def test_lists() -> None:
+    assert [listed(list(n)) for n in ("a", "ab", "abc")] == ["a", "a and b", "a, b and c"]
+    assert listed(["a", "b", "c"], "or") == "a, b or c"

@@ -10,7 +10,7 @@ from vdyn_cli.diagnosis.judgment import HELD_OUT_WORSE, NO_GAIN, Judgment
 from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.diagnosis import Detectable, Size
-from vdyn_cli.quantities.number_text import capitalized, decimals, two_digits
+from vdyn_cli.quantities.number_text import capitalized, decimals, listed, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.unit_mistakes import usual_mistake
 
@@ -176,7 +176,7 @@ def _either(named: Sequence[str]) -> str:
     shown = list(named[:SHOWN])
     if len(named) > SHOWN:
         shown.append(f"{len(named) - SHOWN} more")
-    return " or ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
+    return listed(shown, "or")
 
 
 def _share(gain: HeldOutGain | None) -> str:

@@ -116,8 +116,3 @@ def phrase(names: Sequence[str], row: Array) -> str:
         else:
             text = f"-{term}" if factor < 0 else term
     return text
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names as a list in a sentence: a, b and c."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.inference.identifiability import COLLINEAR, Unidentifiable, find_unidentifiable, listed, phrase
+from vdyn_cli.inference.identifiability import COLLINEAR, Unidentifiable, find_unidentifiable, phrase
 from vdyn_cli.inference.normal_system import Solved
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.number_text import listed
 
 AT_BOUND = 1e-7  # distance from a bound, of the physical range, that counts as at the bound
 NARROW_PRIOR = 0.1  # standard deviation of a prior over the physical range, below which it determines the unknown

@@ -1,13 +1,19 @@
-"""Numbers as text, rounded according to their uncertainty, and the capital of a sentence."""
+"""Numbers as text, rounded according to their uncertainty; lists of names and the capital of a sentence."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 
 
 def capitalized(text: str) -> str:
     """The text with its first letter as a capital and all others as they are."""
     return text[:1].upper() + text[1:]
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Names as a list in a sentence, with ``word`` before the last: ``a, b and c``."""
+    return f"{', '.join(names[:-1])} {word} {names[-1]}" if len(names) > 1 else names[0]
 
 
 def magnitude(value: float, digits: int) -> int:

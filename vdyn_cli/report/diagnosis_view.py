@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.verdict_text import remainder_sentence
 from vdyn_cli.quantities.diagnosis import Diagnosis, Gain
-from vdyn_cli.quantities.number_text import capitalized
+from vdyn_cli.quantities.number_text import capitalized, listed
 from vdyn_cli.quantities.parameters import Estimate, wider_than_value
 from vdyn_cli.report import diagnosis_tables as tables
 from vdyn_cli.report import effect_labels, typography
@@ -193,10 +193,6 @@ def _ambiguous(source: Diagnosis) -> str:
     requested = source.verdict == "ambiguous" and source.extended
     extended = "extended only by what the description requests" if requested else "not extended"
     return (
-        f"With {', and '.join(_either(one) for one in sets)} in the model, the remaining residual is noise: these data"
-        f" do not discriminate between them. The model was {extended}; the next test decides."
+        f"With {', and '.join(listed(one, 'or') for one in sets)} in the model, the remaining residual is noise: these "
+        f"data do not discriminate between them. The model was {extended}; the next test decides."
     )
-
-
-def _either(labels: Sequence[str]) -> str:
-    return f"{', '.join(labels[:-1])} or {labels[-1]}" if len(labels) > 1 else labels[0]
