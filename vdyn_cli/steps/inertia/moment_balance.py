@@ -23,7 +23,7 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
 from vdyn_cli.physics.models.wheel_spin import LEVER, MASS, READINGS, WHEEL_SPIN
-from vdyn_cli.quantities.arrays import Array, cumulative_integral, spans
+from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
@@ -85,8 +85,7 @@ def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Mod
     step = float(np.median(np.diff(time))) if time.size > 1 else 1.0
     whole = good[1:] & good[:-1] & (np.diff(time) < GAP * step)  # intervals that may be integrated
     first, last = _edges(whole, max(round(width / step), 2))
-    filled = {n: np.interp(time, time[good], log[n][good]) if good.any() else np.zeros(time.size) for n in inputs}
-    log = log.with_channels(**filled)
+    log = log.with_channels(**{n: filled(time, np.where(good, log[n], np.nan)) for n in inputs})
     gained = np.asarray(log["wheel_speed"][last] - log["wheel_speed"][first])
     return DriveWindows(log, first, last, gained, _noise(log, wheel, good, first, last))
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives
+from vdyn_cli.steps.validate.road.open_road import over_drives
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +52,5 @@ def window_ends(w: WhitenedDrives, names: tuple[str, ...]) -> WindowEnds:
     share = np.array([1.0 / np.sum(run == u) for u in run])
     moved = share @ slopes / share.sum() @ setup.prior.root
     length = float(np.median([s.duration for s in setup.segments]))
-    means = np.array([error[run == u].mean() for u in np.unique(run)])
-    return WindowEnds(names, run, error, length, float(means.mean()), _over_units(means), float(np.linalg.norm(moved)))
-
-
-def _over_units(means: Array) -> tuple[float, float]:
-    """95 % interval of the mean of the trips' means."""
-    if means.size < 2:
-        return float("-inf"), float("inf")
-    half = t_quantile(means.size - 1.0) * float(means.std(ddof=1)) / float(np.sqrt(means.size))
-    return float(means.mean()) - half, float(means.mean()) + half
+    mean = over_drives(np.array([error[run == u].mean() for u in np.unique(run)]))
+    return WindowEnds(names, run, error, length, mean.value, mean.interval95, float(np.linalg.norm(moved)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
 from vdyn_cli.steps.validate.drives.span_averages import (
     least_over_span,
@@ -43,10 +43,10 @@ def driven_samples(time: Array, channels: Mapping[str, Array], torque: Array, st
     time : (n,) s. channels : speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade.
     torque : (n,) N m, drive torque. step : s.
     """
-    good, spacing = np.isfinite(channels["speed"]), float(np.median(np.diff(time)))
+    spacing = float(np.median(np.diff(time)))
     if spacing > COARSEST:
         return DrivenSamples(np.zeros(0), np.zeros(0), np.zeros((0, 4)))
-    speed = np.interp(time, time[good], channels["speed"][good])
+    speed = filled(time, channels["speed"])
     driven = (speed > SLOWEST) & ~pressed(time, channels["brake_torque"])
     driven &= least_over_span(time, torque) > IDLE * float(np.max(np.abs(torque), initial=0.0))
     at = np.flatnonzero(driven)[:: max(round(step / spacing), 1)]

@@ -12,7 +12,7 @@ import numpy as np
 
 from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.failure import no_runs
@@ -235,7 +235,7 @@ def _whole(log: Log) -> tuple[Log, list[Finding]]:
         inside = values[part]
         good = np.isfinite(inside)
         if name in needed:
-            channels[name] = inside if good.all() else np.interp(time, time[good], inside[good])
+            channels[name] = inside if good.all() else filled(time, inside)
         elif good.mean() >= 1.0 - STEP_POLICY.most_missing or (name == "speed" and good.sum() >= FEWEST_SAMPLES):
             channels[name] = inside
         elif name in OUTPUTS:
@@ -292,14 +292,10 @@ def _parts(log: Log, cut: Segmentation, top: float, left_out: Mask) -> list[tupl
     if cut.powered:
         good &= total_drive_torque(log.channels) > 0
     if cut.model == "road_load":
-        speed = np.interp(log.time, log.time[np.isfinite(log["speed"])], log["speed"][np.isfinite(log["speed"])])
+        speed = filled(log.time, log["speed"])
         slowest = cut.slowest if cut.length is not None else min(cut.slowest, max(SLOWEST_SHARE * top, MOVING))
         good &= (speed > slowest) & ~(left_out | _braked(log))
-    edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
-    found = []
-    for a, b in zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True):
-        found += _windows(log.time, a, b, cut.length)
-    return found
+    return [window for a, b in spans(good) for window in _windows(log.time, a, b - 1, cut.length)]
 
 
 def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[int, int]]:
