@@ -180,6 +180,38 @@ def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> No
     assert columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])["speed"] == (name, "m/s")
 
 
+@pytest.mark.parametrize(
+    ("name", "channel", "unit"),
+    [
+        ("vel_m_s", "speed", "m/s"),
+        ("Vitesse (km/h)", "speed", "km/h"),
+        ("Velocità [km/h]", "speed", "km/h"),
+        ("车速(km/h)", "speed", "km/h"),
+        ("前後加速度[G]", "acceleration", "G"),
+        ("GForceX", "acceleration", "g"),
+        ("Accélération longitudinale (m/s²)", "acceleration", "m/s²"),
+        ("电机转矩(N·m)", "drive_torque", "N·m"),
+        ("Couple moteur (N-m)", "drive_torque", "Nm"),
+        ("DISTANCE_MILE", "position", "mile"),
+        # what is not the motion itself
+        ("gnss_posTime", "", ""),
+        ("Acceleration Sensor(Total)(g)", "", ""),
+        ("Absolute acceleration (m/s^2)", "", ""),
+        ("Accel (GPS) (m/s²)", "", ""),
+        ("MotTrqCmd [Nm]", "", ""),
+        ("VehSpdValid", "", ""),
+        ("加速踏板开度(%)", "", ""),
+        ("エンジン回転数[rpm]", "", ""),
+    ],
+)
+def test_names_of_loggers_in_several_languages(name: str, channel: str, unit: str, tmp_path: Path) -> None:
+    rows = [f"{t:.1f};{0.2 - 0.004 * t:.4f}" for t in np.arange(0.0, 60.0, 0.1)]
+    (tmp_path / "run.csv").write_text("\n".join([f"Time [s];{name}", *rows]) + "\n", encoding="utf-8")
+    found = columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])
+    mapped = {key: value for key, value in found.items() if value[0] == name}
+    assert mapped == ({channel: (name, unit)} if channel else {})
+
+
 def test_rivals_of_one_name_state_the_devices_below_the_header(tmp_path: Path) -> None:
     """As RaceChrono writes them: speeds of the receiver and of the car in columns of one name."""
     rows = "".join(

@@ -227,8 +227,14 @@ def facts(column: str, ends: tuple[float, float]) -> ChannelFacts:
     ],
 )
 def test_names_of_headings_and_positions_are_known(columns_: tuple[str, ...], tells: bool) -> None:
-    (found,) = logged_directions([[facts(name, (0.0, 0.01)) for name in columns_]])
+    (found,) = logged_directions([[facts(name, (10.0, 10.01)) for name in columns_]])
     assert found.direction == ("out" if tells else "")
+
+
+def test_a_heading_that_may_be_in_radians_tells_no_direction() -> None:
+    for name, tells in (("cog_rad", False), ("course", False), ("heading_deg", True)):
+        (found,) = logged_directions([[facts(name, (1.5, 1.6))]])
+        assert bool(found.direction) == tells
 
 
 @pytest.mark.parametrize("falls", [True, False], ids=["coast-downs", "drives"])

@@ -90,6 +90,19 @@ INDEX = ",speed_kmh\n" + "".join(f"0 days 00:00:{t:09.6f},{v}\n" for t, v in zip
 YEAR_LAST = "GPS Time;v\n;km/h\n" + rows("{d:%a %b %d %H:%M:%S.%f} GMT+01:00 {d:%Y};{v:.2f}")
 DIGITS = "satellites,time,velocity [km/h]\n" + rows("9,{d:%H%M%S.%f},{v:.2f}")
 COLON = "Time;v [km/h]\n" + rows("{d:%H:%M:%S}:{ms:03d};{v:.2f}")
+SECTIONS = (
+    "Log File\nVersion: 1.0\n\n[Channel Information]\n0,12,13\nOffset,Engine RPM (SAE),Vehicle Speed (SAE)\n"
+    "s,rpm,km/h\n\n[Channel Data]\n" + rows("{t:.3f},800,{v:.2f}")
+)
+GROUPS = (
+    "Tuesday,12,May,2026,09:12:05,Version: 2\n8X0 906 018,,1.8L\n\n,Group A:,'001,,Group B:,'005,\n"
+    ",,Engine Speed,Engine Load,,Vehicle Speed,Status\n,TIME,(G28),,TIME,,\nMarker,STAMP, /min, %,STAMP, km/h, \n"
+    + rows(",{t:.2f},800,15.0,{t:.2f},{v:.2f},Idle")
+)
+BEHIND = "TIMESTAMP,MODEL,RPM,SPEED\n" + rows("{t:.3f},two,800 rpm,{v:.2f}km/h")
+DECODED = "TimeStamp,CAN ID,Signal,Raw Value,Physical Value\n" + rows(
+    "{d:%Y-%m-%d %H:%M:%S.%f}+00:00,217,VehSpd[km/h],9,{v:.2f}\n{d:%Y-%m-%d %H:%M:%S.%f}+00:00,300,Gear,3,3"
+)
 AGAIN = OF_DAY.splitlines(keepends=True)
 EXPORTS = {
     "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),
@@ -107,6 +120,10 @@ EXPORTS = {
     "colon.csv": (COLON, "Time", "v [km/h]", "km/h"),
     "minutes.csv": (MINUTES, "Elapsed", "Speed (km/h)", "km/h"),
     "year_last.csv": (YEAR_LAST, "GPS Time", "v", "km/h"),
+    "sections.csv": (SECTIONS, "Offset", "Vehicle Speed (SAE)", "km/h"),
+    "groups.csv": (GROUPS, "TIME#1", "Vehicle Speed", "km/h"),
+    "behind.csv": (BEHIND, "TIMESTAMP", "SPEED", "km/h"),
+    "decoded.csv": (DECODED, "TimeStamp", "VehSpd[km/h]", "km/h"),
     "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }
 
@@ -119,6 +136,35 @@ def test_an_export_gives_the_coast(tmp_path: Path, name: str) -> None:
     log = read_log(path, {"time": Column(clock, "s", "s"), "speed": Column(speed, unit, "m/s")})
     assert log.time == pytest.approx(TIME, abs=1e-4)
     assert log["speed"] == pytest.approx(SPEED / 3.6, abs=1e-6)
+
+
+def test_a_unit_behind_the_numbers_is_compared_and_another_one_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,v\n0,36 km/h\n1,35 km/h\n2,\n3,NODATA\n4,34.5 km/h\n", encoding="utf-8")
+    columns = {"time": Column("t", "s", "s"), "speed": Column("v", "mph", "m/s")}
+    said = [str(f) for f in read_log(path, columns).findings]
+    assert any("column 'v', behind its numbers: channel 'speed' is read in 'mph'" in one for one in said)
+    path.write_text("t,v\n0,36 km/h\n1,35 km/h\n2,21 mph\n3,33 km/h\n4,32 km/h\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"log.csv:4: text among the numbers of channel 'speed'.*got '21 mph'"):
+        read_log(path, columns | {"speed": Column("v", "km/h", "m/s")})
+
+
+@pytest.mark.parametrize(
+    ("encoding", "names"),
+    [
+        ("gb18030", ("时间(s)", "车速(km/h)")),
+        ("shift_jis", ("時間[s]", "車速[km/h]")),
+        ("euc_kr", ("시간(s)", "차속(km/h)")),
+        ("cp1251", ("Время, [с]", "Скорость, [km/h]")),
+        ("cp1252", ("Zeit für Läufe [s]", "Geschwindigkeit über Grund [km/h]")),
+    ],
+)
+def test_the_encoding_of_a_header_is_known_by_its_words(tmp_path: Path, encoding: str, names: tuple[str, str]) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes((";".join(names) + "\n" + rows("{t:.2f};{v:.2f}")).encode(encoding))
+    assert tuple(f.column for f in survey(path)) == names
+    columns = {"time": Column(names[0], "s", "s"), "speed": Column(names[1], "km/h", "m/s")}
+    assert read_log(path, columns)["speed"] == pytest.approx(SPEED / 3.6)
 
 
 def test_times_of_another_language_are_refused_with_the_forms_that_are_read(tmp_path: Path) -> None:
@@ -231,6 +277,11 @@ def test_a_trace_of_bus_frames_is_to_be_decoded_first(tmp_path: Path, name: str,
         ('[\n {\n  "t": 0.0,\n  "v": 30.0\n }\n]\n', "is JSON, not a table"),
         ("$GPRMC,100000.00,A,4806.0000,N,01130.0000,E,58.00,90.0,120526,,,A*6C\n", "NMEA sentences"),
         ("<!DOCTYPE html>\n<html><body>Please, log in</body></html>\n", "is a web page"),
+        (
+            "Type,Local Number,Message,Field 1,Value 1,Units 1,\nData,0,record,speed,3,m/s,\n",
+            "is a list of FIT messages",
+        ),
+        ("TimestampEpoch;BusChannel;ID;IDE;DLC;DataBytes\n1747213925.1;1;1F;1;8;0102\n", "is a trace of bus frames"),
         ("version https://git-lfs.github.com/spec/v1\noid sha256:4d\nsize 12345\n", "git lfs pull"),
     ],
 )

@@ -5,22 +5,30 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.quantity import UnitError, to_si
+from vdyn_cli.quantities.quantity import UnitError, is_spelling, to_si
 from vdyn_cli.quantities.unit_grammar import written_powers
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
 _SIGNS = str.maketrans({"℃": "°C", "℉": "°F"})
-_OTHER_WORDS = {"m_sec2": "m/s2"}  # of Car Scanner
+_OTHER_WORDS = {
+    "m_sec2": "m/s2",  # of Car Scanner
+    "*C": "°C",  # of VCDS
+    **{"N•m": "N m", "N-m": "N m", "N.m": "N m"},
+}
 _NAME_ENDS = {  # units as the last word of a name
     **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
     **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
-    **{"n": "N", "m": "m", "mm": "mm", "km": "km", "s": "s", "ms": "ms"},
+    **{"n": "N", "m": "m", "mm": "mm", "km": "km", "ft": "ft", "s": "s", "ms": "ms"},
+    **dict.fromkeys(("mile", "miles"), "mile"),
 }
-# Units in words at the end of a name, such as speed_meters_per_sec.
+# Units in words at the end of a name, such as speed_meters_per_sec and vel_m_s.
 _IN_WORDS = (
+    (re.compile(r"(?<![^\W_])(m|rad|deg)[_ ]s(?:[_ ]?(2))?$", re.IGNORECASE), r"\1ps\2"),
+    (re.compile(r"(?<![^\W_])(km|n)[_ ]([hm])$", re.IGNORECASE), r"\1\2"),
     (re.compile(r"kilomet(er|re)s?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "kmh"),
     (re.compile(r"met(er|re)s?[ _]?per[ _]?s(ec(ond)?)?$", re.IGNORECASE), "mps"),
     (re.compile(r"miles?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "mph"),
@@ -40,10 +48,13 @@ def unit_text(cell: str) -> str:
     return _OTHER_WORDS.get(text, text)
 
 
+@lru_cache(maxsize=1024)
 def is_unit(text: str) -> bool:
     """Whether a text from a file is a unit; impossible texts are not passed to the parser of units."""
     if _UNIT.fullmatch(text) is None:
         return False
+    if is_spelling(text):
+        return True
     # m/s2, but not V2, which may be a name.
     plain = written_powers(text) if "/" in text else text
     for same in (plain, plain.lower()):  # Deg, Km/h, Meters/second
@@ -65,7 +76,9 @@ def stated_unit(name: str, unit: str = "") -> str:
 def words_and_unit(name: str) -> tuple[tuple[str, ...], str]:
     """The words of a name in lower case, and the unit stated by its last word, which is not among them; or empty."""
     plain = re.sub(
-        r"[\[({]([^\[\](){}]*)[\])}]", lambda bracket: " " if is_unit(bracket[1]) else f" {bracket[1]} ", name
+        r"[\[({]([^\[\](){}]*)[\])}]",
+        lambda bracket: " " if is_unit(unit_text(bracket[1])) else f" {bracket[1]} ",
+        name,
     )
     plain = re.sub(r"#\d+\s*$", "", plain).strip()
     for written, short in _IN_WORDS:
@@ -74,7 +87,7 @@ def words_and_unit(name: str) -> tuple[tuple[str, ...], str]:
     if before and "/" in last and is_unit(last):
         return words_and_unit(before)[0], last
     plain = _COMPOUND.sub(r"\1 ", plain)
-    split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
+    split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-Z](?=[A-Z][a-zäöü])|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
     lower = tuple(w.lower() for w in split)
     unit = _NAME_ENDS.get(lower[-1], "") if len(lower) > 1 else ""
     return (lower[:-1] if unit else lower), unit

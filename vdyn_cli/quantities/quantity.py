@@ -55,7 +55,7 @@ _BY_KIND = {
     **{("mb", "Pa"): "mbar", ("c", "K"): "degC", ("f", "K"): "degF"},
     **{("g", "m/s^2"): "g_0", ("lb", "N"): "lbf", ("lbs", "N"): "lbf", ("kn", "N"): "kN", ("nm", "N m"): "N*m"},
     **{(u, "m/s"): "km/h" for u in ("kmh", "kmph", "km/hr")},
-    **{(u, "rad/s"): "rpm" for u in ("1/min", "min^-1", "min-1", "u/min", "rev/min", "r/min")},
+    **{(u, "rad/s"): "rpm" for u in ("1/min", "/min", "min^-1", "min-1", "u/min", "rev/min", "r/min", "tr/min")},
     **{(u, "N m"): "lbf*ft" for u in ("lb-ft", "ft-lb", "lb ft", "ft lb", "lbft", "ftlb")},
 }
 
@@ -81,6 +81,11 @@ _KINDS = {
     "N m/rad": "torsional stiffness",
     "N m s/rad": "torsional damping",
 }
+
+
+def is_spelling(text: str) -> bool:
+    """Whether a text is one of the spellings whose unit depends on what is measured, such as ``lb-ft``."""
+    return text.lower() in {spelling for spelling, _ in _BY_KIND}
 
 
 @cache

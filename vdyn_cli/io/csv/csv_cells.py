@@ -6,7 +6,12 @@ import re
 
 LONGEST_NUMBER = 400  # characters of a cell that can be a number: the longest float64 in plain digits has some 330
 
-NOT_WRITTEN = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "#n/a", "null", "none", "<na>", "-nan"})
+NOT_WRITTEN = frozenset(
+    {
+        *("", "-", "--", "---", "----", "-----", "?", "*", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "<na>"),
+        *("-nan", "-nan(ind)", "1.#qnan", "-1.#ind", "nodata", "no data", "#value!", "#ref!", "#div/0!", "#num!"),
+    }
+)
 
 _NUMBER = re.compile(
     r"""[+-]?\s*(?:
@@ -21,6 +26,7 @@ _GROUPED = {
     ".": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d*"),  # 1,234.5
     ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),  # 1.234,5
 }
+_BEFORE_UNIT = re.compile(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\W\d_][^\s,;]*|[%°][^\s,;]*)")
 _SIGN_APART = re.compile(r"(?<=^[+-])\s+")  # + 0.51, as strip-chart recorders write it
 _TRUTH = {"true": 1.0, "false": 0.0}
 
@@ -38,6 +44,15 @@ def is_written(text: str) -> bool:
 def is_number(text: str) -> bool:
     """Whether a cell is a number, with either decimal mark."""
     return len(text) <= LONGEST_NUMBER and _NUMBER.fullmatch(text.strip()) is not None
+
+
+def with_unit(text: str) -> tuple[str, str] | None:
+    """The number and the unit of a cell such as ``35 km/h``; None for other cells.
+
+    Whether the text behind the number is a unit is not examined.
+    """
+    found = _BEFORE_UNIT.fullmatch(text.strip()) if len(text) <= LONGEST_NUMBER else None
+    return (found[1], found[2]) if found is not None and is_number(found[1]) else None
 
 
 def decimal_mark(text: str) -> str:

@@ -88,6 +88,9 @@ def _unit_findings(layout: Layout, at: int, channel: str, column: Column, name: 
         findings.append(contradiction(f"{name}, column '{header}'", channel, column, bracket[2]))
     if layout.units and contradicts(layout.units[at], column):
         findings.append(contradiction(f"{name}, column '{header}', units row", channel, column, layout.units[at]))
+    if at in layout.behind and contradicts(layout.behind[at], column):
+        place = f"{name}, column '{header}', behind its numbers"
+        findings.append(contradiction(place, channel, column, layout.behind[at]))
     if not unit_in_header(layout, at):
         findings += contradicted_name_end(f"{name}, column '{header}'", header, channel, column)
     return findings
@@ -100,4 +103,4 @@ def unit_in_header(layout: Layout, at: int) -> str:
     """
     if at in layout.instants or at in layout.nanoseconds:
         return "s"
-    return stated_unit(layout.header[at], layout.units[at] if layout.units else "")
+    return stated_unit(layout.header[at], layout.units[at] if layout.units else "") or layout.behind.get(at, "")

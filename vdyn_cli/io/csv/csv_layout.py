@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from vdyn_cli.io.clocks.written_times import is_instant
-from vdyn_cli.io.csv.csv_cells import decimal_mark, tidy
+from vdyn_cli.io.csv.csv_cells import decimal_mark, is_written, tidy
 from vdyn_cli.io.csv.csv_table import (
     EXAMINED_ROWS,
     CsvRow,
@@ -20,6 +21,7 @@ from vdyn_cli.io.csv.csv_table import (
     numeric_columns,
     table_with_header,
     table_without_header,
+    unit_behind,
     ways_to_quote,
 )
 from vdyn_cli.io.file_units import unit_text
@@ -43,7 +45,8 @@ class Layout:
     """Layout of a text log; ``decimal`` is empty if the head of the file has only whole numbers.
 
     ``instants``: indices of columns of times of day, with or without date; ``milliseconds``: index of such a column to
-    that of the column with its milliseconds. ``nanoseconds``: the same for columns of seconds. ``sources``: texts of a
+    that of the column with its milliseconds. ``nanoseconds``: the same for columns of seconds. ``behind``: index of
+    each column of cells such as ``35 km/h`` to the unit in them. ``sources``: texts of a
     row below the header that are not units, such as the devices; as long as the header, or empty.
     """
 
@@ -57,6 +60,7 @@ class Layout:
     instants: frozenset[int] = frozenset()
     milliseconds: Mapping[int, int] = field(default_factory=dict)
     nanoseconds: Mapping[int, int] = field(default_factory=dict)
+    behind: Mapping[int, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 
@@ -123,6 +127,17 @@ def _instants(table: CsvTable) -> frozenset[int]:
     return frozenset(i for i in columns if 2 * sum(i < len(f) and is_instant(f[i]) for f in first) > len(first))
 
 
+def _units_behind(table: CsvTable) -> dict[int, str]:
+    """The columns in which most of the first written cells are numbers with the same unit, and that unit."""
+    found: dict[int, str] = {}
+    for i in range(len(table.header)):
+        cells = [r.fields[i] for r in table.numbers[:30] if i < len(r.fields) and is_written(r.fields[i])]
+        unit, count = Counter(map(unit_behind, cells)).most_common(1)[0] if cells else ("", 0)
+        if unit and 2 * count > len(cells):
+            found[i] = unit
+    return found
+
+
 def _layout(table: CsvTable, lengths: Sequence[int], options: ReadOptions, name: str) -> Layout:
     first = table.numbers[0].line
     units, skipped = _units_row(table)
@@ -143,6 +158,7 @@ def _layout(table: CsvTable, lengths: Sequence[int], options: ReadOptions, name:
         instants,
         {i: i + 1 for i in instants if _MILLISECONDS.fullmatch("".join(table.header[i + 1 : i + 2]))},
         {i: i + 1 for i, two in enumerate(pairwise(table.header)) if _STAMP.fullmatch("\n".join(two))},
+        _units_behind(table),
         sources,
         skipped_rows,
     )

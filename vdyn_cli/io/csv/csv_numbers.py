@@ -176,10 +176,17 @@ def _parse(
     """One block as numbers, its bad cells, and the number of cells with thousands separators."""
     extra = len(layout.header)  # a field beyond the last column, to detect rows that are too long
     times = [p for p in positions if p in layout.instants]
-    numbers = [p for p in positions if p not in layout.instants]
+    measured = [p for p in positions if p in layout.behind]
+    numbers = [p for p in positions if p not in layout.instants and p not in layout.behind]
     columns: dict[int, Array] = {}
     bad: list[BadCell] = []
     grouped = 0
+    with_units = _frame(text, layout, measured, np.object_, where) if measured else {}
+    for position, cells in with_units.items():
+        bare = np.array([_without_unit(cell, layout.behind[position]) for cell in cells], dtype=object)
+        columns[position], wrong, n = _converted(bare, layout.decimal or ".")
+        bad += [BadCell(i, position, _shown(cells[i], encoding)) for i in wrong]
+        grouped += n
     beside = [layout.milliseconds[p] for p in times if p in layout.milliseconds]
     written = _frame(text, layout, [*times, *beside], np.object_, where) if times else {}
     for position in times:
@@ -191,11 +198,11 @@ def _parse(
         unread = np.flatnonzero(np.isnan(columns[position]))
         bad += [BadCell(int(i), position, _shown(cells[i], encoding)) for i in unread if _holds(cells[i])]
     if (plain := _plain_numbers(text, layout, numbers)) is not None:
-        return columns | plain, bad, 0
+        return columns | plain, bad, grouped
     try:
         frame = _frame(text, layout, [*numbers, extra], np.float64, where)
         if np.isnan(frame[extra]).all():
-            return columns | {p: frame[p] for p in numbers}, bad, 0
+            return columns | {p: frame[p] for p in numbers}, bad, grouped
     except ValueError:
         pass
     found = _frame(text, layout, [*numbers, extra], np.object_, where)
@@ -250,6 +257,10 @@ def _frame(text: bytes, layout: Layout, positions: Sequence[int], dtype: type[T]
         what = "a quote that opens at this line is not closed"
         raise InputError(Finding(where, what, remedy='remove the stray " or close it')) from None
     return {p: frame[p].to_numpy()[1:] for p in positions}
+
+
+def _without_unit(cell: object, unit: str) -> object:
+    return cell.strip().removesuffix(unit) if isinstance(cell, str) else cell
 
 
 def _holds(cell: object) -> bool:

@@ -24,6 +24,14 @@ _MOST_UNPACKED = 64 << 20  # bytes that are unpacked at any ratio; they take a s
 # ASCII-compatible encodings, in which numbers and delimiters can be read without decoding the file.
 _KEEPS_ASCII = {"utf-8", "ascii", "iso8859-1", "cp1252", "iso8859-15", "cp1250", "cp850", "mac-roman"}
 
+# Encodings in which nearly any text can be read, and words of logs that show that it is theirs.
+_WORDS_OF = {
+    "gb18030": "时间|車速|车速|速度|转速|转矩|扭矩",
+    "shift_jis": "時間|時刻|車速|速度|回転|トルク",
+    "big5": "時間|車速|速度|轉速|扭矩",
+    "euc_kr": "시간|속도|차속|토크",
+    "cp1251": "[Вв]ремя|[Сс]корость",
+}
 _FORMATS = {
     b"PK\x03\x04": "a zip archive or an Excel workbook (.xlsx)",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls)",
@@ -50,9 +58,15 @@ _TEXTS = (
     (rb"\s*\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]+#", "a trace of bus frames by candump", _DECODE),
     (rb"\*\*\*BUSMASTER", "a trace of bus frames by BUSMASTER", _DECODE),
     (
-        rb"(?i)(time stamp,id,extended,|[^\n]*\b(can|arb|arbitration)[ _]?id\b[^\n]*\b(data|payload|d0|d1|byte ?0)\b)",
+        rb"(?i)(time stamp,id,extended,|[^\n]*\b(can|arb|arbitration)[ _]?id\b[^\n]*\b(data|payload|d0|d1|byte ?0)\b"
+        rb"|[^\n]*\bid\b[^\n]*\bdlc\b[^\n]*\bdata|time,addr,bus,data)",
         "a trace of bus frames, with the bytes of their identifiers and data",
         _DECODE,
+    ),
+    (
+        rb"Type,Local Number,Message,Field 1,Value 1,Units 1",
+        "a list of FIT messages of several kinds, not a table",
+        "convert the FIT file with 'FitCSVTool --data record'; its file that ends in _data.csv is a table",
     ),
     (rb"\$[A-Z]{5},\d", "a receiver's NMEA sentences, not a table", _CONVERT),
     (rb"\s*(\[\s*)?\{\s*\"", "JSON, not a table", _CONVERT),
@@ -195,12 +209,13 @@ def _sniff(path: Path, first: bytes, known: str | None) -> tuple[str, int]:
     odd = len(head) - len(head.translate(None, bytes(range(9)) + bytes(range(14, 26)) + bytes(range(27, 32)) + b"\x7f"))
     if odd > 0.01 * len(head):
         raise InputError(Finding(str(path), "is not a text file", remedy="export the channels as CSV"))
-    for name in ("utf-8", "cp1252"):
+    for name in ("utf-8", *_WORDS_OF, "cp1252"):
         try:
-            codecs.getincrementaldecoder(name)().decode(head)
+            text = codecs.getincrementaldecoder(name)().decode(head)
         except UnicodeDecodeError:
             continue
-        return name, 0
+        if name not in _WORDS_OF or re.search(_WORDS_OF[name], text):
+            return name, 0
     return "iso8859-1", 0
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import pairwise, zip_longest
 from typing import Literal
 
 from vdyn_cli.io.clocks.written_times import is_day_or_minute, is_instant
-from vdyn_cli.io.csv.csv_cells import is_number, is_written, tidy
+from vdyn_cli.io.csv.csv_cells import is_number, is_written, tidy, with_unit
 from vdyn_cli.io.file_units import is_unit, unit_text
 from vdyn_cli.io.reader import ReadOptions
 from vdyn_cli.quantities.errors import LONGEST_NAME, MOST_COMPARED
@@ -25,6 +25,7 @@ _JUDGED = 30  # rows at the end of the head that show which columns hold numbers
 _LONGEST_RECORD = 8  # lines of a row; more are joined by a stray quote, such as that of 5" wheels
 # Name, unit, range and rate in one cell of the header.
 _BARRED = re.compile(r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}')
+_SECTION = re.compile(r"\s*\[[^\]]+\]\s*")  # such as [Channel Data], alone in its line
 _UNNAMED = "Unnamed: 0"  # the name by pandas of a column without one
 
 
@@ -97,6 +98,10 @@ def table_with_header(
     numbers = records[start:]
     if between and len(between[0].fields) == len(numbers[0].fields) and holds_units(between[0].fields):
         header = [*header, *between[0].fields[len(header) :]]  # columns named only in the units row
+    for row in between:  # some names are a row below the others, such as TIME above each group of columns
+        header = [
+            name or (below if not is_unit(unit_text(below)) else "") for name, below in _padded(header, row.fields)
+        ]
     shares = [_share_of_numbers(r.fields) for r in numbers[:30]]
     fitting = sum(len(r.fields) == len(header) for r in numbers[:30]) / len(shares)
     mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
@@ -105,6 +110,11 @@ def table_with_header(
     own = [_BARRED.fullmatch(decoded(f, encoding)) for f in records[at].fields]
     barred = [unit_text(m[2]) if m else "" for m in own]
     return CsvTable(delimiter, header, between, above, barred, numbers, records[at].line, mapped, hits[at], score)
+
+
+def _padded(header: Sequence[str], fields: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Each name of a header with the cell below it, empty where that row is shorter."""
+    return zip(header, [*fields, *[""] * len(header)], strict=False)
 
 
 def _first_of_numbers(records: Sequence[CsvRow], after: int, width: int, clock: int | None) -> int | None:
@@ -159,8 +169,14 @@ def is_numbers(fields: Sequence[str], columns: Sequence[int], clock: int | None 
 
 
 def is_value(cell: str) -> bool:
-    """Whether a cell holds a number, a time of day, a date, or minutes and seconds."""
-    return is_number(cell) or is_instant(cell) or is_day_or_minute(cell)
+    """Whether a cell holds a number, also with a unit, a time of day, a date, or minutes and seconds."""
+    return is_number(cell) or is_instant(cell) or is_day_or_minute(cell) or bool(unit_behind(cell))
+
+
+def unit_behind(cell: str) -> str:
+    """The unit in a cell such as ``35 km/h``; empty for other cells."""
+    both = with_unit(cell)
+    return both[1] if both is not None and is_unit(both[1]) else ""
 
 
 def holds_units(fields: Sequence[str], share: float = 0.5) -> bool:
@@ -234,6 +250,8 @@ def _header_above(first: int, records: list[CsvRow], cells: list[list[str]], wan
     for i in range(first - 1, -1, -1):
         if not any(map(is_written, records[i].fields)):
             continue  # some loggers write empty lines between header, units and numbers
+        if not rows and _is_section(records[i].fields):
+            continue
         if not cells[i] or len(rows) == _MOST_HEADS:
             break
         if abs(len(cells[i]) - width) > 1 or (len(cells[i]) < width and any(map(is_number, cells[i]))):
@@ -248,6 +266,11 @@ def _header_above(first: int, records: list[CsvRow], cells: list[list[str]], wan
         return sum(_resemblance(w, cells[i]) for w in wanted), len(named), -sum(map(is_unit, named))
 
     return max(names, key=likeness, default=None)
+
+
+def _is_section(fields: Sequence[str]) -> bool:
+    written = [f for f in fields if f.strip()]
+    return len(written) == 1 and _SECTION.fullmatch(written[0]) is not None
 
 
 def _resemblance(name: str, cells: Sequence[str]) -> float:

@@ -29,7 +29,7 @@ from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding, InputError
 
 _NAME = re.compile(r"(pid|name|channel|signal|parameter|sensor|variable|measurement)s?([ _]?name)?", re.IGNORECASE)
-_VALUE = re.compile(r"values?", re.IGNORECASE)
+_VALUE = re.compile(r"(physical[ _]?)?values?", re.IGNORECASE)
 _UNIT = re.compile(r"units?", re.IGNORECASE)
 _DELIMITERS = ";,\t|"
 _WIDEST = 8  # columns

@@ -9,6 +9,15 @@ from dataclasses import dataclass
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.file_units import speed_over_ground, words_and_unit
 from vdyn_cli.io.reader import clock_units
+from vdyn_cli.project.drafting.channel_names import (
+    CORNERS,
+    ELSEWHERE,
+    NOT_DRIVEN,
+    OF_ACCELERATION,
+    RULES,
+    SAME_WORD,
+    in_english,
+)
 from vdyn_cli.quantities.quantity import Quantity, UnitError, a_unit_of, to_si
 
 Words = frozenset[str]
@@ -18,103 +27,6 @@ NO_NAME = "no column has such a name"
 _FEWEST_OF_A_WHEEL = 3  # columns of one corner and none of another, from which the log is that of a wheel
 _ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger converted to another unit
 
-# Other spellings of the words in the rules below, English and German.
-_SAME_WORD = {
-    **dict.fromkeys(("velocity", "vel", "spd", "v", "geschwindigkeit", "geschw", "tempo", "vfzg", "vss"), "speed"),
-    **dict.fromkeys(("acceleration", "acc", "beschleunigung", "beschl", "specificforce"), "accel"),
-    **dict.fromkeys(("longitudinal", "lon", "forward", "laengs", "längs"), "long"),
-    **dict.fromkeys(("vertical", "vertikal"), "vert"),
-    **dict.fromkeys(("lateral", "quer"), "lat"),
-    **dict.fromkeys(("antrieb", "antriebs"), "drive"),
-    **dict.fromkeys(("trq", "tq", "moment", "drehmoment"), "torque"),
-    **dict.fromkeys(("mot", "emotor", "em"), "motor"),
-    **dict.fromkeys(("whl", "rad"), "wheel"),
-    **dict.fromkeys(("altitude", "alt", "height", "elev", "höhe", "hoehe"), "elevation"),
-    **dict.fromkeys(("distance", "dist", "pos", "odometer", "weg", "strecke"), "position"),
-    **dict.fromkeys(("rotation", "rpm", "drehzahl"), "n"),
-    **dict.fromkeys(("slope", "incline", "gradient", "steigung"), "grade"),
-    **dict.fromkeys(("kraft",), "force"),
-    **{"fxw": "fx", "fzw": "fz", "kappa": "slip", "longslip": "slip"},  # of tire test rigs
-    **dict.fromkeys(("vl", "lf"), "fl"),
-    **dict.fromkeys(("vr", "rf"), "fr"),
-    **dict.fromkeys(("hl", "lr"), "rl"),
-    **dict.fromkeys(("hr",), "rr"),
-}
-_OF_ACCELERATION = frozenset(("accel", "ax", "ay", "az", "long", "lat", "vert"))  # with them, g is standard gravity
-_CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "left"), "rr": ("rear", "right")}
-_ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
-_NOT_DRIVEN = frozenset(
-    [
-        "target",
-        "requested",
-        "request",
-        "setpoint",
-        "limit",
-        "max",
-        "min",
-        "desired",
-        "command",
-        "accuracy",
-        "precision",
-        "average",
-        "avg",
-        "mean",
-    ]
-)
-
-# For each channel: sets of words, all of one of which must be in the name, the most specific set first; words that
-# exclude it.
-_RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
-    "speed": (
-        ("speed", "twist linear x"),
-        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
-    ),
-    "vehicle_speed": (
-        ("speed",),
-        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
-    ),
-    "position": (("position",), "pedal throttle steering gear valve brake accel lat long"),
-    "elevation": (("elevation",), "ride"),
-    "drive_torque": (("drive torque", "motor torque", "torque"), "brake hub wheel shaft left right steering friction"),
-    "drive_torque_left": (("drive torque left", "motor torque left"), "brake hub wheel"),
-    "drive_torque_right": (("drive torque right", "motor torque right"), "brake hub wheel"),
-    "drive_force": (("drive force", "traction force"), "brake"),
-    "brake_torque": (("brake torque",), ""),
-    "acceleration": (
-        ("long accel", "ax", "a x", "long a", "long g", "accel"),
-        "lat vert pedal angular ay az y z h down right left position",
-    ),
-    "vertical_acceleration": (("vert accel", "az", "vert g"), "pedal down"),
-    "jerk": (("jerk",), ""),
-    "grade": (("grade",), ""),
-    "wind_speed": (("wind speed", "headwind"), "cross"),
-    "pitch": (("pitch",), "rate"),
-    "pitch_rate": (("pitch rate", "gyro y"), ""),
-    "front_load": (("front load", "front fz"), "fl fr"),
-    "rear_load": (("rear load", "rear fz"), "rl rr"),
-    "front_left_load": (("fl load", "fl fz"), ""),
-    "front_right_load": (("fr load", "fr fz"), ""),
-    "rear_left_load": (("rl load", "rl fz"), ""),
-    "rear_right_load": (("rr load", "rr fz"), ""),
-    "hub_torque": (("hub torque", "wheel torque", "my"), "brake"),
-    "hub_force_x": (("hub fx", "hub force x", "wheel fx", "fx"), ""),
-    "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
-    "force_x": (("fx", "force x", "long force"), ""),
-    "force_z": (("fz", "force z", "vert force", "load"), ""),
-    "wheel_speed": (("wheel speed", "wheel n"), "motor steering"),
-    "wheel_speed_fl": (("wheel speed fl", "wheel n fl"), ""),
-    "wheel_speed_fr": (("wheel speed fr", "wheel n fr"), ""),
-    "wheel_speed_rl": (("wheel speed rl", "wheel n rl"), ""),
-    "wheel_speed_rr": (("wheel speed rr", "wheel n rr"), ""),
-    "slip": (("slip", "sr"), "angle"),
-    "shaft_torque": (("shaft torque",), "left right"),
-    "shaft_torque_left": (("shaft torque left",), ""),
-    "shaft_torque_right": (("shaft torque right",), ""),
-    "twist": (("twist",), "linear angular"),
-    "motor_speed": (("motor speed", "motor n"), ""),
-    "angle": (("angle",), "steering slip"),
-    "angular_rate": (("angular rate", "angular speed", "gyro"), ""),
-}
 _FORWARD = frozenset(("speed", "vehicle_speed"))
 _SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed"))
 
@@ -178,7 +90,7 @@ def guess_channels(
 
 def _of_one_wheel(quantity: Quantity, facts: Sequence[ChannelFacts], file_name: str) -> ChannelGuess:
     """No choice, with the wheel speeds of single wheels as the reason; only the user knows which wheel was tested."""
-    guess = _guess("wheel_speed", quantity, facts, file_name, _ELSEWHERE)
+    guess = _guess("wheel_speed", quantity, facts, file_name, ELSEWHERE)
     if guess.facts is None:
         return guess
     return ChannelGuess(None, "", f"{_label(guess.facts)} is that of one wheel: map it if that wheel was tested")
@@ -186,11 +98,11 @@ def _of_one_wheel(quantity: Quantity, facts: Sequence[ChannelFacts], file_name: 
 
 def _shared_corner(facts: Sequence[ChannelFacts]) -> Words:
     """The words of the only corner that columns name, as in a log of one wheel's sensor (RR_Fx, RR_My); else none."""
-    named = [_words(f.column)[0] & _CORNERS.keys() for f in facts]
+    named = [_words(f.column)[0] & CORNERS.keys() for f in facts]
     corners = frozenset().union(*named)
     if len(corners) != 1 or sum(map(bool, named)) < _FEWEST_OF_A_WHEEL:
         return frozenset()
-    return corners | {word for corner in corners for word in _CORNERS[corner]}
+    return corners | {word for corner in corners for word in CORNERS[corner]}
 
 
 def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[str]:
@@ -248,17 +160,20 @@ def _ranked(
     context : name of the file if it counts, else empty; and words of the columns' names that do not count.
     others : to which columns of a fitting name are added that cannot be the channel, with the reason.
     """
-    ways, never = _RULES.get(channel, ((channel.replace("_", " "),), ""))
+    ways, never = RULES.get(channel, ((channel.replace("_", " "),), ""))
     file_name, ignored = context
     of_file = _words(file_name)[0] if file_name else frozenset[str]()
     ranked: dict[int, list[_Candidate]] = {}
     for one in facts:
         words, suffix = _words(one.column)
         words -= ignored
-        if one.state in ("clock", "text") or (of_file and words & {"time", "speed", "accel", "torque"}):
+        if one.state == "clock" or (of_file and words & {"time", "speed", "accel", "torque"}):
             continue
         rank = _rank(words | of_file, ways, frozenset(never.split()), channel)
         if rank is None or not words & set(ways[rank].split()):
+            continue
+        if one.state == "text":
+            others.append(f"'{one.column}' holds text, no numbers")
             continue
         unit, how = _unit(one, quantity, suffix, file_name if of_file else "")
         if why_not := _unfit(one, quantity, unit) if unit else how:
@@ -286,7 +201,7 @@ def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelF
     """The y axis of the same accelerometer if it varies more than the x axis, as for a phone in any orientation."""
     words, _ = _words(one.column)
     for x, y in (("x", "y"), ("ax", "ay")):
-        if x in words and words & {"accel", "ax"}:
+        if x in words and words & {"accel", "ax", "force"}:
             across = [f for f in facts if f.state == "varies" and _words(f.column)[0] == words - {x} | {y}]
             return next((f for f in across if f.highest - f.lowest > one.highest - one.lowest), None)
     return None
@@ -294,15 +209,15 @@ def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelF
 
 def _words(name: str) -> tuple[Words, str]:
     """The words of a name in the spelling of the rules, and the unit stated by its last word."""
-    lower, suffix = words_and_unit(name)
+    lower, suffix = words_and_unit(in_english(name))
     if suffix == "rpm":
         lower = (*lower, "n")  # WHEEL_RPM states the quantity, too
-    words = {_SAME_WORD.get(w, w) for w in lower}
-    if "g" in words and words & _OF_ACCELERATION:
+    words = {SAME_WORD.get(w, w) for w in lower}
+    if "g" in words and words & OF_ACCELERATION:
         suffix = suffix or "g"
     if words == {"s"}:
         words = {"position"}
-    for corner, (end, side) in _CORNERS.items():
+    for corner, (end, side) in CORNERS.items():
         if {end, side} <= words:
             words.add(corner)
         elif corner in words:
@@ -311,8 +226,8 @@ def _words(name: str) -> tuple[Words, str]:
 
 
 def _rank(words: Words, ways: Sequence[str], never: Words, channel: str) -> int | None:
-    elsewhere = channel in _SINGLE and words & _ELSEWHERE and "axle" not in words
-    if words & (never | _NOT_DRIVEN) or elsewhere:
+    elsewhere = channel in _SINGLE and words & ELSEWHERE and "axle" not in words
+    if words & (never | NOT_DRIVEN) or elsewhere:
         return None
     return next((rank for rank, way in enumerate(ways) if set(way.split()) <= words), None)
 

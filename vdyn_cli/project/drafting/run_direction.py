@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.file_units import words_and_unit
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _DEVICE = r"(?:(?:gps|gnss|ins|true)[ _.]*)*"
@@ -87,7 +88,10 @@ def _named(name: re.Pattern[str], facts: Sequence[ChannelFacts]) -> ChannelFacts
 
 
 def _degrees(facts: ChannelFacts) -> bool:
+    """Whether a heading is in degrees; one without a unit and within 2 pi may be in radians."""
+    small = max(abs(facts.lowest), abs(facts.highest)) <= 2.0 * math.pi
+    unit = facts.info.unit or words_and_unit(facts.column)[1] or ("rad" if small else "deg")
     try:
-        return not facts.info.unit or to_si(1.0, facts.info.unit, "rad") == to_si(1.0, "deg", "rad")
+        return to_si(1.0, unit, "rad") == to_si(1.0, "deg", "rad")
     except UnitError:
         return False

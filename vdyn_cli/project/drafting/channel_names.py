@@ -1,0 +1,141 @@
+"""Names that loggers give to the channels of the steps: words, their spellings and languages, and rules for names."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Mapping
+
+# Other spellings of the words in the rules below, also in German, French, Spanish, Italian and Portuguese, without
+# accents.
+_SPELLINGS = {
+    "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita",
+    "accel": "acceleration acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione",
+    "long": "longitudinal lon forward laengs längs longitudinale",
+    "vert": "vertical vertikal verticale",
+    "lat": "lateral quer laterale transversale transversal",
+    "drive": "antrieb antriebs",
+    "torque": "trq tq moment drehmoment couple par coppia binario",
+    "motor": "mot emotor em moteur motore",
+    "wheel": "whl rad roue rueda ruota roda",
+    "elevation": "altitude alt height elev höhe hoehe altitud altitudine",
+    "position": "distance dist pos odometer weg strecke distancia distanza",
+    "n": "rotation rpm drehzahl regime giri rotacao",
+    "grade": "slope incline gradient steigung pente pendiente pendenza",
+    "wind": "viento vento",
+    "force": "kraft fuerza forza forca",
+    "brake": "frein freno freio bremse brems",
+    "fx": "fxw",  # of tire test rigs
+    "fz": "fzw",
+    "slip": "kappa longslip",
+    "fl": "vl lf",
+    "fr": "vr rf",
+    "rl": "hl lr",
+    "rr": "hr",
+    "target": "requested request req desired demand demanded command cmd setpoint ref reference soll sollwert cible",
+    "max": "maximum min minimum limit lim limited available avail rated nominal predicted",
+    "mean": "average avg moyenne media medio mittel mittelwert",
+    "error": "err accuracy precision std sigma uncertainty",
+    "status": "state valid validity flag quality qf counter crc checksum",
+}
+SAME_WORD = {spelling: word for word, spellings in _SPELLINGS.items() for spelling in spellings.split()}
+OF_ACCELERATION = frozenset(("accel", "ax", "ay", "az", "long", "lat", "vert", "force"))  # with them, g is 9.80665 m/s2
+CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "left"), "rr": ("rear", "right")}
+ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
+NOT_DRIVEN = frozenset(("target", "max", "mean", "error", "status"))  # not the measured motion itself
+
+# Words of languages without blanks between words, Chinese, Japanese, Korean and Russian, and joined words.
+_JOINED = {
+    "speed": "车速 車速 速度 차속 속도 скорость",
+    "accel": "加速度 가속도 ускорение",
+    "long": "纵向 縱向 縦 前后 前後 종방향 продольное",
+    "lat": "横向 侧向 橫向 左右 横 횡방향",
+    "vert": "垂向 垂直 上下",
+    "rotation": "转速 轉速 回転数 회전수",
+    "wheel speed": "轮速 輪速",
+    "wheel": "车轮 車輪 휠",
+    "wind speed": "风速 風速",
+    "engine": "发动机 發動機 エンジン",
+    "motor": "电机 電機 モーター モータ 모터",
+    "torque": "转矩 扭矩 轉矩 トルク 토크",
+    "brake": "制动 制動 ブレーキ",
+    "pedal": "踏板 ペダル",
+    "steering": "转向 方向盘 操舵 ステアリング",
+    "position": "里程 距离 距離 거리",
+    "elevation": "海拔 高度 標高",
+    "grade": "坡度 勾配",
+    "target": "目标 目標 指令 请求 要求",
+    "max": "最高 最大 最小",
+    "mean": "平均",
+    "left": "左",
+    "right": "右",
+    "front": "前",
+    "rear": "后 後",
+    "long g": "linealg",
+    "lat g": "lateralg",
+}
+_IN_ENGLISH = {joined: word for word, many in _JOINED.items() for joined in many.split()}
+_LONGEST_FIRST = re.compile("|".join(sorted(_IN_ENGLISH, key=len, reverse=True)), re.IGNORECASE)
+_ACCENTS = re.compile("[\u0300-\u0307\u0309-\u036f]")  # without the German dieresis, U+0308
+
+
+def in_english(name: str) -> str:
+    """A name with joined words of other languages in English, separated by blanks, and without accents."""
+    plain = unicodedata.normalize("NFC", _ACCENTS.sub("", unicodedata.normalize("NFD", name)))
+    return _LONGEST_FIRST.sub(lambda found: f" {_IN_ENGLISH[found[0].lower()]} ", plain)
+
+
+# For each channel: sets of words, all of one of which must be in the name, the most specific set first; words that
+# exclude it.
+RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "speed": (
+        ("speed", "twist linear x"),
+        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
+    ),
+    "vehicle_speed": (
+        ("speed",),
+        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
+    ),
+    "position": (("position",), "pedal throttle steering gear valve brake accel lat long time"),
+    "elevation": (("elevation",), "ride"),
+    "drive_torque": (("drive torque", "motor torque", "torque"), "brake hub wheel shaft left right steering friction"),
+    "drive_torque_left": (("drive torque left", "motor torque left"), "brake hub wheel"),
+    "drive_torque_right": (("drive torque right", "motor torque right"), "brake hub wheel"),
+    "drive_force": (("drive force", "traction force"), "brake"),
+    "brake_torque": (("brake torque",), ""),
+    "acceleration": (
+        ("long accel", "ax", "a x", "long a", "long g", "g force x", "accel"),
+        # GPS: the derivative of a speed, which is no specific force
+        "lat vert pedal angular ay az y z h down right left position total absolute abs combined magnitude norm gps",
+    ),
+    "vertical_acceleration": (("vert accel", "az", "vert g"), "pedal down"),
+    "jerk": (("jerk",), ""),
+    "grade": (("grade",), ""),
+    "wind_speed": (("wind speed", "headwind"), "cross"),
+    "pitch": (("pitch",), "rate"),
+    "pitch_rate": (("pitch rate", "gyro y"), ""),
+    "front_load": (("front load", "front fz"), "fl fr"),
+    "rear_load": (("rear load", "rear fz"), "rl rr"),
+    "front_left_load": (("fl load", "fl fz"), ""),
+    "front_right_load": (("fr load", "fr fz"), ""),
+    "rear_left_load": (("rl load", "rl fz"), ""),
+    "rear_right_load": (("rr load", "rr fz"), ""),
+    "hub_torque": (("hub torque", "wheel torque", "my"), "brake"),
+    "hub_force_x": (("hub fx", "hub force x", "wheel fx", "fx"), ""),
+    "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
+    "force_x": (("fx", "force x", "long force"), ""),
+    "force_z": (("fz", "force z", "vert force", "load"), ""),
+    "wheel_speed": (("wheel speed", "wheel n"), "motor steering"),
+    "wheel_speed_fl": (("wheel speed fl", "wheel n fl"), ""),
+    "wheel_speed_fr": (("wheel speed fr", "wheel n fr"), ""),
+    "wheel_speed_rl": (("wheel speed rl", "wheel n rl"), ""),
+    "wheel_speed_rr": (("wheel speed rr", "wheel n rr"), ""),
+    "slip": (("slip", "sr"), "angle"),
+    "shaft_torque": (("shaft torque",), "left right"),
+    "shaft_torque_left": (("shaft torque left",), ""),
+    "shaft_torque_right": (("shaft torque right",), ""),
+    "twist": (("twist",), "linear angular"),
+    "motor_speed": (("motor speed", "motor n"), ""),
+    "angle": (("angle",), "steering slip"),
+    "angular_rate": (("angular rate", "angular speed", "gyro"), ""),
+}
