@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from vdyn_cli.io.clocks.clock_estimate import STATE_DELAY, clock_difference, stated_difference
+from vdyn_cli.io.clocks.clock_estimate import clock_difference, stated_difference
 from vdyn_cli.io.clocks.clock_policy import CLOCKS
+from vdyn_cli.io.clocks.coarse_delay import STATE_DELAY
 from vdyn_cli.io.clocks.sampled_signal import Signal
 from vdyn_cli.io.clocks.tied_channels import ChannelTie, related_channels, tie_of, ties
 from vdyn_cli.io.clocks.written_times import time_between
