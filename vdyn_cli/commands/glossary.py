@@ -4,7 +4,7 @@ from __future__ import annotations
 
 GLOSSARY = {
     "candidate effect": "a law or sensor fault that may be missing from the model; no influence at zero amplitude",
-    "effect": "a candidate effect that the diagnosis named or the description requests; see 'vdyn list'",
+    "effect": "a candidate effect that the diagnosis names or the description requests; see 'vdyn list'",
     "baseline": "the model, and its estimates, before any effect is added",
     "extension": "the model with effects added; its estimates are reported beside those of the baseline",
     "diagnosis": "test of the baseline against all candidate effects, after each fit",

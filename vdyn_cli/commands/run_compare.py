@@ -26,7 +26,7 @@ def run_compare(old: Path, new: Path, as_json: bool) -> tuple[str, int]:
 
 
 def comparison_lines(document: ComparisonDocument) -> Iterator[str]:
-    """The text for a terminal, the conclusion first."""
+    """The lines of a comparison for a terminal, the conclusion first."""
     yield document.sentence
     yield ""
     header = ("parameter", "unit", "old", "new", "difference", "standard error", "z", "changed")

@@ -210,7 +210,7 @@ def _lacked(signal: str, spec: Description) -> str:
         return f"channel '{signal}', which is not logged"
     if signal == "position" and any(run.direction is None for run in spec.runs):
         return "the direction of every run, to which 'position' is related"
-    return f"channel '{signal}' in every run, agreeing with the others"
+    return f"channel '{signal}' in every run, consistent with the other channels"
 
 
 def _confounding_directions(directions: Sequence[str | None]) -> tuple[str, str]:

@@ -209,7 +209,7 @@ class ComparisonDocument(Entry):
     old: str = Field(description="first file")
     new: str = Field(description="second file")
     sentence: str = Field(description="the answer")
-    moved: bool = Field(description="whether any parameter changed; exit code 1")
+    moved: bool = Field(description="true: a parameter changed significantly, exit code 1")
     parameters: list[ComparedEntry] = Field(description="parameters that are in both files")
     only_old: list[str] = Field(description="parameters that only the first file has")
     only_new: list[str] = Field(description="parameters that only the second file has")

@@ -282,7 +282,7 @@ class StepPolicy:
     )  # fmt: skip
     gps_zero_std: float = threshold(
         5.0, "standard deviations", "of scatter and noise that such a zero must exceed",
-        "The scatter of as few as two runs has long tails.",
+        "With two runs, Student's t of their scatter has long tails.",
     )  # fmt: skip
     carried_windows: int = threshold(
         8, "windows", "that a run must have to compare the load of both axles over the speed",
@@ -311,11 +311,11 @@ class StepPolicy:
         "Far below the 0.90 to 0.99 of 120 crossings of 30 random cars in the tests.",
     )  # fmt: skip
     bump_speed_ratio: float = threshold(
-        1.25, "", "of the logged speed to that from the axles' delay, or its inverse, beyond which it is refused",
+        1.25, "", "of the logged speed to that from the axles' delay, or its inverse, beyond which a run is refused",
         "In the same tests: 0.99 to 1.01. mph or km/h read as m/s are off by factors of 2.2 and 3.6.",
     )  # fmt: skip
     bump_load_ratio: float = threshold(
-        4.0, "", "of the loads' changes to a typical car's, or its inverse, beyond which it is refused",
+        4.0, "", "of the loads' changes to a typical car's, or its inverse, beyond which a run is refused",
         "In the same tests: 0.94 to 1.04. lbf, kgf and kN read as N are off by factors of 4.4 and more.",
     )  # fmt: skip
     bump_airborne: float = threshold(

@@ -108,7 +108,7 @@ def _named(text: str, name: str, unit: str) -> bool:
 
 
 def has_decimal_commas(numbers: Numbers) -> bool:
-    """Whether some cells that are not numbers would be with a decimal comma."""
+    """Whether some of the cells that are not numbers are numbers with a decimal comma."""
     return any(_EITHER_MARK.fullmatch(c.text) and "," in c.text for c in numbers.bad)
 
 

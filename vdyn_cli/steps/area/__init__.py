@@ -2,7 +2,7 @@
 
 Area = silhouette pixels / box pixels x box area x ((D + d)/D)^2: the camera stands D in front of the box, the car's
 widest section d behind it (d < 0: in front), so the car appears smaller than the box by D/(D + d). With the whole
-picture as box this is the paper's 84.2 % of 2.60 m^2 = 2.19 m^2.
+picture as box this is 84.2 % of 2.60 m^2 = 2.19 m^2 in SAE 2017-01-1574.
 
 Pixels at the edge count by the share that the car covers: the outline of a car crosses some 2 000 pixels, and a
 threshold that counts only whole pixels shifts the area by a fraction of them. The area includes the tires and excludes

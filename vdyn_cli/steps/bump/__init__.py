@@ -11,11 +11,11 @@ The road u is a bump, which the rear axle reaches one wheelbase after the front 
 A/2 (1 - cos(2 pi x/lambda)), half sine A sin(pi x/lambda), or a measured profile. Kf, Kr (N/m) and Cf, Cr (N s/m) are
 rates at the wheels, Kt (N/m) is the stiffness of the tires, each the sum of left and right.
 
-Simulated and measured axle loads, and vertical acceleration and pitch rate where they are logged, are compared over
-all runs at once, each channel weighted by its noise (setting ``rear_weight``: the paper's weighting of the two loads).
-Each run has as unknowns the position of the bump, scale and slope of the speed, the body's motion before the bump and
-the sensors' zeros: a millimeter of position changes the load by some hundred newtons. A matched filter locates the bump
-in a log; ``distance_front`` selects it where a log contains several.
+Simulated and measured axle loads, and vertical acceleration and pitch rate where they are logged, are compared over all
+runs at once, each channel weighted by its noise (or the loads by the setting ``rear_weight``). Each run has as unknowns
+the position of the bump, scale and slope of the speed, the body's motion before the bump and the sensors' zeros: a
+millimeter of position changes the load by some hundred newtons. A matched filter locates the bump in a log;
+``distance_front`` selects it where a log contains several.
 
 The half car needs the pitch inertia of the sprung body about its center. ``pitch_inertia``, as `vdyn cg` estimates it,
 is that of the whole car with wheels that do not pitch. It includes the axles' fore-and-aft motion against the body:

@@ -84,7 +84,7 @@ class BumpSettings(Strict):
     )
     rear_weight: Annotated[Given, Si("", 1e-6, 1e6)] | None = Field(
         None,
-        description="weight w of the paper's sum front^2 + w rear^2; without it noise weights each channel, no unit",
+        description="weight w in the sum front^2 + w rear^2; without it noise weights each channel, no unit",
     )
 
 

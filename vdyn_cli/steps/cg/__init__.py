@@ -6,9 +6,9 @@ Moments of the whole car about the rear contact, nose-up positive::
 
 with axle loads Ff, Fr; antenna at height H; drag Fd at height hd; J = sum of wheel inertia over radius (accelerating
 wheels also unload the front axle; where it is not given, 9 +- 3 mm times M is assumed). Without rear loads, Fr = M g -
-Ff, which is the paper's equation (5), plus the heave that pitching causes on springs and dampers whose centers lie
-ahead of or behind the center of gravity, by two levers of 0 +- 0.3 m. The contact force of a rolling tire acts frr r
-ahead of its hub, that of a tire at rest directly below it. A speed that is not logged is integrated from the
+Ff, which is equation (5) of SAE 2017-01-1574, plus the heave that pitching causes on springs and dampers whose centers
+lie ahead of or behind the center of gravity, by two levers of 0 +- 0.3 m. The contact force of a rolling tire acts frr
+r ahead of its hub, that of a tire at rest directly below it. A speed that is not logged is integrated from the
 acceleration.
 
 Where the unsprung masses m of both axles are given, the axles move vertically on the tires, z'' = -F''/Kt: Ff and Fr

@@ -10,7 +10,7 @@ to the measured one; every run's start speed is unknown. A gust changes the spee
 residuals are whitened with the covariance of gusts, of wind and rolling resistance that differ from run to run, and of
 the sensor. The amplitudes of this noise are estimated from the data (restricted maximum likelihood). Wind of zero mean
 adds 1/2 rho Cd A var(w), which the model includes.
-Intervals follow from the scatter between runs. ``noise: white`` uses plain least squares instead, as in the paper.
+Intervals follow from the scatter between runs. ``noise: white`` uses plain least squares instead.
 
 Where an accelerometer (specific force f = V' + g sin(grade)) is mapped, M f + mr V' = F - Fd - Rr holds without the
 slope. On a track the specific force is fitted together with the speed, and its zero is unknown. On an open road
@@ -33,7 +33,7 @@ resistance: the intervals extend to the load without it. State it as ``crosswind
 {crosswind: 0 m/s}`` for a calm day. Else it is the wind that has the fitted gusts, across the road.
 
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
-0.25}}`` fixes one as the paper does. The result states the window of speeds that separates them.
+0.25}}`` fixes one. The result states the window of speeds that separates them.
 
 Assumes a road load c0 + c2 V^2 (``terms: 3`` adds c1 V), straight driving, tires at one temperature. The
 correction to 20 degC and 100 kPa follows UN GTR 15, the accuracies UN R83 and GTR 15.

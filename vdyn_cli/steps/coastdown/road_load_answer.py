@@ -77,7 +77,7 @@ class RoadLoadAnswer:
 
     @property
     def temperature(self) -> float:
-        """Mean over the runs, K."""
+        """Mean air temperature of the runs, K."""
         return float(np.mean([r.temperature for r in self.fit.campaign.runs]))
 
     @cached_property
@@ -192,7 +192,7 @@ class RoadLoadAnswer:
 
 
 def _air_density(fit: RoadLoadFit) -> float:
-    """Mean over the runs, kg/m^3: a run whose temperature is stated has its own density."""
+    """Mean air density of the runs, kg/m^3: a run whose temperature is stated has its own density."""
     given = fit.at["air_density"]
     return float(np.mean([given if r.air_density is None else r.air_density for r in fit.campaign.runs]))
 

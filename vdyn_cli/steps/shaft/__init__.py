@@ -17,7 +17,7 @@ integral of its rate. Plain least squares would underestimate c by some percent.
 
 The stiffness from a log includes all parts between its two sensors, such as joints and splines; where there is a log,
 its value is published. If it is below that of the drawing, the compliance in series is reported. A plain half-shaft of
-24 to 28 mm has 2 900 to 8 000 N m/rad; the paper's values are three to five times that.
+24 to 28 mm has 2 900 to 8 000 N m/rad; SAE 2017-01-1574 publishes two to four times that.
 
 Assumes no free play, constant k and c, one shear modulus (79.3 +- 0.8 GPa, steel, where none is given).
 Sources: SAE 2017-01-1574, equation (26); any text on torsion of round bars for J.

@@ -99,8 +99,8 @@ def _implausible(name: str, best: Budget) -> list[Finding]:
         return []
     if best.value > PLAIN[1]:
         what = f"{best.value / PLAIN[1]:.1f} times the stiffest plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"
-        paper = "the paper's values, 16 576 and 29 292, are two to four times that"
-        remedy = f"check diameters (fourth power) and lengths; {paper}"
+        published = f"SAE 2017-01-1574 publishes 16 576 and 29 292 {UNIT}"
+        remedy = f"check diameters (fourth power) and lengths; {published}"
     else:
         what = f"softer than a plain half-shaft of 24 to 28 mm (2 900 to 8 000 {UNIT})"
         remedy = "check diameters (not radii), units and gear_ratio, unless this is not the half-shaft of a car"

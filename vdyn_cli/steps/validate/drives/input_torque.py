@@ -87,7 +87,7 @@ class DriveInputs:
 
     @cached_property
     def perturbed_drives(self) -> tuple[Drive, ...]:
-        """The same with additional noise of the torque sensors' level."""
+        """Inputs of the simulator with additional noise of the torque sensors' level."""
         return tuple(self._drive(s, one.perturbed) for s, one in zip(self.segments, self.torques, strict=True))
 
     def air(self, temperature: float) -> dict[str, float]:
