@@ -10,7 +10,7 @@ import pytest
 from tests.messy_cases import estimated
 from tests.plant import messy_day
 from tests.plant.messy_day import Case, Day, Logger
-from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain
+from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain, is_integral
 from vdyn_cli.io.reader import Column
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.quantities.log import Log
@@ -42,6 +42,15 @@ def test_a_position_from_the_wrong_speed_holds_no_evidence() -> None:
     own = [np.concatenate([[0.0], np.cumsum(np.diff(r.time) * (r.speed[1:] + r.speed[:-1]) / 2)]) for r in case.runs]
     runs = tuple(replace(r, position=p) for r, p in zip(case.runs, own, strict=True))
     assert not gain_of(replace(case, runs=runs)).contradicts
+    assert all(is_integral(r.time, r.speed, r.position) for r in runs)
+    slower = [(r.time[::10], r.speed[::10], np.round(r.position[::10], 2)) for r in runs]
+    assert all(is_integral(*columns) for columns in slower)
+
+
+def test_a_position_of_its_own_noise_is_not_the_integral_of_the_speed() -> None:
+    run, noise = messy_day.drive(46, QUICK).runs[0], np.random.default_rng(46)
+    measured = run.position + noise.normal(0.0, 0.3, run.position.size)
+    assert not is_integral(run.time, run.speed, measured)
 
 
 def test_a_position_along_another_line_is_no_gain() -> None:

@@ -18,6 +18,7 @@ from vdyn_cli.quantities.unit_mistakes import SPEED_MISTAKES
         (2.0, "a diameter taken for the wheel's radius, or half the pulses a turn"),
         (0.5, "a radius taken for the wheel's diameter, or twice the pulses a turn"),
     ),
+    gain_of="speed",
     tags={"sensor", "open_road"},
 )
 def speed_scale(speed: Law, s: Signals, q: Signals) -> Number:

@@ -73,6 +73,7 @@ class Effect:
         plausible range: a factor of 3.6 in a speed.
     mistakes : typical wrong values of a scale 1 + e, each with its cause: (3.6, "km/h read as m/s").
     corrects : the stated parameter that the first unknown corrects, absolutely or relatively; empty for others.
+    gain_of : the channel whose relative gain error is the first unknown; empty for others.
     """
 
     name: str
@@ -94,6 +95,7 @@ class Effect:
     possible: Mapping[str, tuple[float, float]]
     mistakes: tuple[tuple[float, str], ...]
     corrects: str
+    gain_of: str = ""
 
     @property
     def law(self) -> EffectLaw:
@@ -164,6 +166,7 @@ def effect(
     possible: Mapping[str, tuple[float, float]] = MappingProxyType({}),
     mistakes: tuple[tuple[float, str], ...] = (),
     corrects: str = "",
+    gain_of: str = "",
 ) -> Callable[[EffectLaw], Effect]:
     """Decorator that makes an effect of a function ``law(element, s, q)``, with its name and first docstring line.
 
@@ -194,6 +197,7 @@ def effect(
             possible=dict(possible),
             mistakes=mistakes,
             corrects=corrects,
+            gain_of=gain_of,
         )
 
     return make

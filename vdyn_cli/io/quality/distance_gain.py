@@ -17,6 +17,7 @@ import numpy as np
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 
 FEWEST_SAMPLES = 20  # samples with both channels
@@ -32,6 +33,11 @@ class CommonGain:
     value: float
     half: float
     runs: int
+
+    @property
+    def speed_error_std(self) -> float:
+        """Standard deviation of the speed's relative gain error, with the usual error of sensors."""
+        return float(np.hypot(self.half, QUALITY.largest_gain_error)) / NORMAL95
 
     @property
     def contradicts(self) -> bool:
@@ -67,12 +73,37 @@ def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
     if driven[-1] < QUALITY.shortest_distance:
         return None
     place = (place - place[0]) * (1.0 if place[-1] >= place[0] else -1.0)
-    design = np.column_stack([np.ones_like(driven), driven, speed])
-    law = np.linalg.lstsq(design, place, rcond=None)[0]
+    law, left = _fit(driven, speed, place)
     gain = float(law[1])
-    rest = [float(part.mean()) for part in np.array_split(place - design @ law, BINS)]
+    rest = [float(part.mean()) for part in np.array_split(left, BINS)]
     straight = float(np.std(rest)) <= CURVED * abs(gain - 1.0) * driven[-1] + QUALITY.position_noise
     return gain if straight and abs(float(law[2])) <= LATEST else None
+
+
+def is_integral(time: Array, speed: Array, position: Array) -> bool:
+    """Whether the position may be the integral of this speed, so that it cannot tell the speed's gain.
+
+    A receiver's position deviates from the integral by its own noise, an integrated speed by rounding only.
+
+    Parameters
+    ----------
+    time, speed, position : (n,) s, m/s, m; NaN where a sample is missing.
+    """
+    good = np.isfinite(speed) & np.isfinite(position)
+    time, speed, place = time[good], np.abs(speed[good]), position[good]
+    if time.size < FEWEST_SAMPLES:
+        return True
+    steps = np.abs(np.diff(place))
+    resolution = float(np.min(steps[steps > 0.0], initial=np.inf))
+    left = _fit(cumulative_integral(time, speed), speed, place)[1]
+    return float(np.std(left)) <= max(QUALITY.integrated_position, resolution)
+
+
+def _fit(driven: Array, speed: Array, place: Array) -> tuple[Array, Array]:
+    """x0, g and d (3,) of the module's equation, and the residual (n,), m."""
+    design = np.column_stack([np.ones_like(driven), driven, speed])
+    law = np.linalg.lstsq(design, place, rcond=None)[0]
+    return np.asarray(law), np.asarray(place - design @ law)
 
 
 def common_gain(gains: Sequence[float]) -> CommonGain | None:

@@ -313,6 +313,12 @@ class QualityPolicy:
         1.0, "m", "rms deviation of a position from the integral of the speed, averaged over a twentieth of a run",
         "The position by a receiver drifts by 0.5 to 1 m within a minute.",
     )  # fmt: skip
+    integrated_position: float = threshold(
+        0.05, "m", "rms deviation of a position from the integral of the speed, up to which it may be computed from "
+        "that speed",
+        "The integral of a speed sampled at 10 Hz, whose noise of 0.02 m/s is that of 100 Hz, differs by "
+        "0.02 m/s sqrt(0.01 s 100 s) = 0.02 m after 100 s; a satellite receiver's position has noise of 0.1 to 1 m.",
+    )  # fmt: skip
     shortest_part: float = threshold(
         2.0, "s", "duration of a part of a run split at a cut, below which the part is left out",
         "The start and end speeds are averages over a second each, so that a shorter part has no data between them.",

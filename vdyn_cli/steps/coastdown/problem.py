@@ -28,7 +28,7 @@ from vdyn_cli.steps.coastdown.doubts.crosswind import crosswind_shift, stated_cr
 from vdyn_cli.steps.coastdown.doubts.fit_quality import quality_of
 from vdyn_cli.steps.coastdown.doubts.force_intervals import averaged_forces, spanning_forces
 from vdyn_cli.steps.coastdown.doubts.result_doubts import doubts
-from vdyn_cli.steps.coastdown.doubts.speed_gain import contradicted_gain, with_speed_gain
+from vdyn_cli.steps.coastdown.doubts.speed_gain import SpeedGain, speed_gain, with_measured_gain, with_speed_gain
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse, Campaign, road_of
 from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
@@ -96,6 +96,10 @@ class CoastdownProblem(SimulatedProblem):
         """The campaign with its most likely shared road (see road_search.located)."""
         return self._located.campaign
 
+    @cached_property
+    def _speed_gain(self) -> SpeedGain | None:
+        return speed_gain(self.selection.segments)
+
     @property
     def profiles(self) -> tuple[Effect, ...]:
         """Free profiles of force over speed and over the time of day."""
@@ -121,11 +125,13 @@ class CoastdownProblem(SimulatedProblem):
 
         ``start`` is not used: the regression is nonlinear and is solved from its own start.
         """
-        return regression_with_effects(self.placed, added, base=self._located.base)
+        return regression_with_effects(
+            self.placed, with_measured_gain(added, self._speed_gain), base=self._located.base
+        )
 
     def regression_like(self, known: Regression, added: AddedEffects, start: Mapping[str, float]) -> Regression:
         """See ``SimulatedProblem``: with the noise sizes of the known regression."""
-        return with_noise_of(known, added)
+        return with_noise_of(known, with_measured_gain(added, self._speed_gain))
 
     def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit the road load, with accepted effects in the model, and describe it.
@@ -134,6 +140,7 @@ class CoastdownProblem(SimulatedProblem):
         ------
         ResultError : the data do not determine the unknowns, or a value lies at its bound.
         """
+        added = with_measured_gain(added, self._speed_gain)
         own = tuple(u for u in self.campaign.unknowns if u.name not in added.covered)
         try:
             fit = fit_road_load(replace(self.placed, unknowns=own), added, base=self._located.base)
@@ -146,7 +153,7 @@ class CoastdownProblem(SimulatedProblem):
 
     def _result(self, fit: RoadLoadFit, added: AddedEffects) -> Result:
         quality = quality_of(fit)
-        wider, contradiction = with_speed_gain(quality.fit, contradicted_gain(self.selection.segments))
+        wider, contradiction = with_speed_gain(quality.fit, self._speed_gain)
         across, wind = crosswind_shift(wider, stated_crosswind(self.spec))
         quality = replace(quality, fit=wider)
         answer = RoadLoadAnswer(wider, self.spec, self.selection, self.zeros, quality, added.effects, across)

@@ -1,4 +1,4 @@
-"""Interval widening where the position contradicts the speed.
+"""The gain of the speed by the position: a known error, or wider intervals where the position contradicts the speed.
 
 If the speed reads 1/g times the true one (g: position over the integral of the speed), a coast-down has
 
@@ -10,14 +10,15 @@ and the residuals do not show the error: only the position does.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vdyn_cli.inference import Solution
-from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain, gain_finding
+from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain, gain_finding, is_integral
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
@@ -25,35 +26,61 @@ from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 POWERS = {"rolling_resistance": 1.0, "drag_area": -1.0}  # of g, by which an estimate is multiplied
 
 
-def contradicted_gain(segments: Sequence[CoastSegment]) -> CommonGain | None:
-    """Common ratio of distance by position to integrated speed, over all runs; None unless it differs from one.
+@dataclass(frozen=True)
+class SpeedGain:
+    """The position over the integral of the speed, over all runs.
 
-    Significantly, by the scatter of the runs (``common_gain``).
+    Parameters
+    ----------
+    common : the ratio. independent : whether no position may be the integral of that speed.
+    """
+
+    common: CommonGain
+    independent: bool
+
+
+def speed_gain(segments: Sequence[CoastSegment]) -> SpeedGain | None:
+    """Common ratio of distance by position to integrated speed; None for fewer than two runs with position.
 
     Parameters
     ----------
     segments : of the runs; those with ``position`` (m) are compared with their ``speed`` (m/s).
     """
+    with_position = [one for one in segments if "position" in one.log and np.ptp(one.part) == 0]
     by_run: dict[int, list[float]] = {}
-    for one in segments:
-        if "position" in one.log and np.ptp(one.part) == 0:
-            gain = distance_gain(one.log.time, one.log["speed"], one.log["position"])
-            if gain is not None:
-                by_run.setdefault(one.run, []).append(gain)
-    found = common_gain([float(np.mean(gains)) for gains in by_run.values()])
-    return found if found is not None and found.contradicts else None
+    for one in with_position:
+        gain = distance_gain(one.log.time, one.log["speed"], one.log["position"])
+        if gain is not None:
+            by_run.setdefault(one.run, []).append(gain)
+    common = common_gain([float(np.mean(gains)) for gains in by_run.values()])
+    if common is None:
+        return None
+    integrals = (is_integral(one.log.time, one.log["speed"], one.log["position"]) for one in with_position)
+    return SpeedGain(common, not any(integrals))
 
 
-def with_speed_gain(fit: RoadLoadFit, gain: CommonGain | None) -> tuple[RoadLoadFit, tuple[Finding, ...]]:
+def with_measured_gain(added: AddedEffects, gain: SpeedGain | None) -> AddedEffects:
+    """The effects, a gain error of the speed with the prior that an agreeing position gives.
+
+    Unchanged without a position, where it contradicts the speed, and where it may be the integral of that speed.
+    """
+    if gain is None or gain.common.contradicts or not gain.independent:
+        return added
+    scales = {next(iter(e.unknowns)) for e in added.effects if e.gain_of == "speed"}
+    prior = 0.0, gain.common.speed_error_std
+    return replace(added, unknowns=tuple(replace(u, prior=prior) if u.name in scales else u for u in added.unknowns))
+
+
+def with_speed_gain(fit: RoadLoadFit, gain: SpeedGain | None) -> tuple[RoadLoadFit, tuple[Finding, ...]]:
     """The fit with intervals that include the road load by either sensor, and the finding on the contradiction.
 
     The finding is a data fault where the gain shifts a parameter by more than ``QUALITY.material_shift`` of its half
-    interval. Unchanged without a gain or with a driven car.
+    interval. Unchanged without a contradiction or with a driven car.
     """
-    if gain is None or fit.campaign.drive != "coasting":
+    if gain is None or not gain.common.contradicts or fit.campaign.drive != "coasting":
         return fit, ()
     solution: Solution = fit.solution
-    other = {n: solution.values[n] * gain.value**p for n, p in POWERS.items() if n in solution.names}
+    other = {n: solution.values[n] * gain.common.value**p for n, p in POWERS.items() if n in solution.names}
     halves = {n: 0.5 * (solution.interval95[n][1] - solution.interval95[n][0]) for n in other}
     material = any(abs(v - solution.values[n]) > QUALITY.material_shift * halves[n] for n, v in other.items())
-    return replace(fit, solution=widened_to_include(solution, other)), (gain_finding(gain, material),)
+    return replace(fit, solution=widened_to_include(solution, other)), (gain_finding(gain.common, material),)
