@@ -17,7 +17,7 @@ from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.learned_effect import learned_effects
 
-STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
+LONGEST_STEP = 1e-3  # s, the longest step that resolves half-shafts and wheel hop
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class ExportedVehicle:
     @property
     def _summary(self) -> str:
         differential = f"{self.differential} differential" + ("s" if self.driven == "both" else "")
-        return f"SI units. Driven: {self.driven}, {differential}. Steps of at most {STEP:g} s."
+        return f"SI units. Driven: {self.driven}, {differential}. Steps of at most {LONGEST_STEP:g} s."
 
     def program(self, name: str, title: str) -> CProgram:
-        """The vehicle as C source with a start speed; a caller's time step must not exceed STEP."""
+        """The vehicle as C source with a start speed; a caller's time step must not exceed LONGEST_STEP."""
         comments = {n: comment(of_state(n)) for n in self.graph.states}
         comments |= {n: comment(q) + _assumption(self.assumed.get(n)) for n, q in self.quantities.items()}
         lines = (title, self._summary, *self.effect_notes)

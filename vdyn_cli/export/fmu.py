@@ -15,7 +15,7 @@ from io import BytesIO
 from pathlib import Path
 
 from vdyn_cli.export import ExportedFiles, ExportOptions
-from vdyn_cli.export.exported_vehicle import STEP, ExportedVehicle, exported_vehicle
+from vdyn_cli.export.exported_vehicle import LONGEST_STEP, ExportedVehicle, exported_vehicle
 from vdyn_cli.export.fmu_description import ScalarVariable, description
 from vdyn_cli.export.fmu_source import source
 from vdyn_cli.export.parameter_file import ParameterFile
@@ -47,13 +47,13 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     name, title = options.name, f"{parameter_file.title} ({parameter_file.name})"
     program = car.program(name, title)
     variables = _variables(car)
-    wrapper = source(program, [v.name for v in variables], STEP)
+    wrapper = source(program, [v.name for v in variables], LONGEST_STEP)
     sources = {f"{name}.h": program.header, f"{name}.c": program.source, f"{name}_fmi2.c": wrapper}
     guid = _guid(sources)
     sources[f"{name}_fmi2.c"] = wrapper.replace("@GUID@", guid)
     compiled = [file for file in sources if file.endswith(".c")]
     files = {f"sources/{file}": text.encode() for file, text in sources.items()}
-    files["modelDescription.xml"] = description(name, title, guid, variables, compiled, STEP)
+    files["modelDescription.xml"] = description(name, title, guid, variables, compiled, LONGEST_STEP)
     binary, note = _binary(name, sources)
     return ExportedFiles({f"{name}.fmu": _zip({**files, **binary})}, (*car.notes, note))
 

@@ -13,7 +13,7 @@ from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Table
 
-STEP = 1e-4  # of the input; central differences of smooth formulas then have an error of 1e-8
+DERIVATIVE_STEP = 1e-4  # of the input; central differences of smooth formulas then have an error of 1e-8
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def propagate(
     at = {name: given.value for name, given in inputs.items()}
     contributions = []
     for name, given in inputs.items():
-        step = STEP * abs(given.value) or given.std or 1e-9
+        step = DERIVATIVE_STEP * abs(given.value) or given.std or 1e-9
         above, below = formula(**{**at, name: given.value + step}), formula(**{**at, name: given.value - step})
         slope = (above - below) / (2 * step)
         freedom = (degrees or {}).get(name, math.inf)

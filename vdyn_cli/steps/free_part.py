@@ -21,7 +21,7 @@ from vdyn_cli.quantities.quantity import Quantity
 
 ORDER = 20  # highest order: the cosines resolve waves of a tenth of the span
 
-STEP = 1e-4  # of a parameter, over which a law's derivative is taken
+DERIVATIVE_STEP = 1e-4  # of a parameter, over which a law's derivative is taken
 
 Arguments = Callable[[float, Mapping[str, float]], Mapping[str, float]]
 
@@ -108,7 +108,7 @@ class Part:
         """Derivatives (points, own) of the law without addition by its own unknowns, by central differences."""
         columns = []
         for n in (name for name in self.own if name in values):
-            step = STEP * max(abs(values[n]), 1e-3)
+            step = DERIVATIVE_STEP * max(abs(values[n]), 1e-3)
             ahead, behind = (self.baseline(x, {**values, n: values[n] + d}) for d in (step, -step))
             columns.append((ahead - behind) / (2 * step))
         return np.array(columns).reshape(len(columns), len(x)).T

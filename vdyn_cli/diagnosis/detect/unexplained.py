@@ -27,7 +27,7 @@ from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.inference.qr_factors import least_squares, orthonormal
 from vdyn_cli.quantities.arrays import Array
 
-STEPS = 60  # values of tau tried per decade: within 4 % of the best, while tau's own error is a quarter or more
+TRIED_PER_DECADE = 60  # values of tau: within 4 % of the best, while tau's own error is a quarter or more
 DECADES = 4.0  # range of tau below the largest estimated coefficient; smaller ones are negligible
 
 
@@ -90,7 +90,7 @@ def unexplained_size(whole: Array, left: Array, y: Array) -> tuple[float, int]:
     largest = float(np.max(np.abs(estimates)))
     if largest == 0.0:
         return 0.0, int(good.sum())
-    tau2 = np.concatenate([[0.0], (largest * np.logspace(-DECADES, 1.0, int(STEPS * (DECADES + 1)))) ** 2])
+    tau2 = np.concatenate([[0.0], (largest * np.logspace(-DECADES, 1.0, int(TRIED_PER_DECADE * (DECADES + 1)))) ** 2])
     total = tau2[:, None] + variances[None]
     likelihood = -0.5 * np.sum(np.log(total) + estimates[None] ** 2 / total, axis=1)
     return float(np.sqrt(tau2[int(np.argmax(likelihood))])), int(good.sum())

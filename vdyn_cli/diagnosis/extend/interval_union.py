@@ -24,7 +24,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 GROWN = 1.02  # least growth of the half width; less is invisible in the two published digits
 FIXED = 1e-6  # share of the widest interval, in place of the width zero of a value that the published model fixes
-STEP = 0.1  # share of a bias, the step over which derived parameters are differentiated
+DERIVATIVE_STEP = 0.1  # share of a bias, the step over which derived parameters are differentiated
 
 
 @dataclass(frozen=True)
@@ -144,8 +144,8 @@ def propagated(
     slopes = {n: dict.fromkeys(base, 0.0) for n in found}
     for n, e in found.items():
         if e.half_width > 0:
-            moved = derived({**at, n: e.value + STEP * e.half_width})
-            slopes[n] = {m: (moved[m] - base[m]) / STEP for m in base}
+            moved = derived({**at, n: e.value + DERIVATIVE_STEP * e.half_width})
+            slopes[n] = {m: (moved[m] - base[m]) / DERIVATIVE_STEP for m in base}
     matrix = np.array([[correlation.get(a, {}).get(b, float(a == b)) for b in found] for a in found])
     vectors = {m: np.array([slopes[n][m] for n in found]) for m in base}
     return {m: float(np.sqrt(max(v @ matrix @ v, 0.0))) if found else 0.0 for m, v in vectors.items()}
@@ -158,7 +158,7 @@ def _derived(
     base = derived(fitted)
     total = {n: np.zeros(len(next(iter(bias.values())))) for n in base}
     for name, parts in bias.items():
-        step = STEP * float(np.linalg.norm(parts))
+        step = DERIVATIVE_STEP * float(np.linalg.norm(parts))
         if name in fitted and step > 0:
             moved = derived({**fitted, name: fitted[name] + step})
             total = {n: t + (moved[n] - base[n]) / step * parts for n, t in total.items()}

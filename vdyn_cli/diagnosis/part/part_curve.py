@@ -22,7 +22,7 @@ from vdyn_cli.steps.free_part import Part
 POINTS = 61  # of a curve: three for each of its twenty cosines
 FEWEST_POINTS = 5  # of a curve that is shown
 OUTERMOST = 10  # samples left out at each end of the coordinate, where single moments determine the curve
-STEADY, STEP = 3.0, 1e-3  # s: duration and step of the integration of an effect's states to their steady values
+STEADY, INTEGRATION_STEP = 3.0, 1e-3  # s: duration and step to integrate an effect's states to their steady values
 
 
 @dataclass(frozen=True)
@@ -157,10 +157,10 @@ def law_values(curve: Curve, effect: Effect, values: Mapping[str, float]) -> Arr
 def _at_rest(effect: Effect, s: Signals) -> dict[str, float]:
     """The effect's states after a long time at constant signals."""
     states = dict.fromkeys(effect.states, 0.0)
-    for _ in range(int(STEADY / STEP) if states else 0):
+    for _ in range(int(STEADY / INTEGRATION_STEP) if states else 0):
         seen = s.but(**states)
         rates = {n: float(rate(seen)) for n, rate in effect.states.items()}
-        states = {n: v + STEP * rates[n] for n, v in states.items()}
+        states = {n: v + INTEGRATION_STEP * rates[n] for n, v in states.items()}
         if all(abs(r) < 1e-6 for r in rates.values()):
             break
     return states

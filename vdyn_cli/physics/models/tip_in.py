@@ -13,7 +13,7 @@ from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.physics.models.vibration_modes import cruise
 from vdyn_cli.quantities.arrays import Array
 
-STEP = 1e-3  # s
+INTEGRATION_STEP = 1e-3  # s
 BEFORE = 0.2  # s of cruise before the pedal moves
 RISE = 0.05  # s, duration of a torque ramp
 HOLD = 2.0  # s of constant torque after each movement
@@ -88,8 +88,8 @@ def tip_in(
     """
     state, model = cruise(parameters, speed, driven, differential), vehicle(driven, differential=differential)
     moves = (BEFORE, BEFORE + RISE + HOLD)
-    n = round((moves[1] + RISE + HOLD) / STEP) + 1
-    time: Array = np.linspace(0.0, (n - 1) * STEP, n)
+    n = round((moves[1] + RISE + HOLD) / INTEGRATION_STEP) + 1
+    time: Array = np.linspace(0.0, (n - 1) * INTEGRATION_STEP, n)
     knots = [moves[0], moves[0] + RISE, moves[1], moves[1] + RISE]
     torque = state.inputs["drive_torque"] + np.interp(time, knots, [0.0, torque_step, torque_step, 0.0])
     context = {"heading": 1.0, "temperature": 293.15}
@@ -102,10 +102,11 @@ def tip_in(
 def _phase(time: Array, outputs: Mapping[str, Array], begin: float) -> Phase:
     """The response from the beginning of a pedal movement to the end of the constant torque, s."""
     moved = begin + RISE
-    there = (time > begin - STEP / 2) & (time < moved + HOLD + STEP / 2)
-    rung = (time > moved + STEP / 2) & (time < moved + RINGING)
+    there = (time > begin - INTEGRATION_STEP / 2) & (time < moved + HOLD + INTEGRATION_STEP / 2)
+    rung = (time > moved + INTEGRATION_STEP / 2) & (time < moved + RINGING)
     swing = {
-        side: ringing(outputs[f"shaft_torque_{side}"][rung][::SPARSE], SPARSE * STEP) for side in ("left", "right")
+        side: ringing(outputs[f"shaft_torque_{side}"][rung][::SPARSE], SPARSE * INTEGRATION_STEP)
+        for side in ("left", "right")
     }
     jerk = outputs["jerk"][there]
     return Phase(float(jerk[np.argmax(np.abs(jerk))]), swing)

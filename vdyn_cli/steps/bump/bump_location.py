@@ -16,7 +16,7 @@ LEAD, TAIL = 0.1, 0.6  # s of the response before the front axle meets the bump 
 REACH = 1.0  # s by which an axle's response may deviate from its expected time, in addition to the delay
 NEARLY = 0.7  # share of the best score from which a position near the stated distance is preferred
 CLOCKS = 0.2  # s by which clocks of two loggers may differ: the range of the candidate effect
-ROUNDS, SAME_SPEED = 3, 0.02  # most rounds of the search, as the response depends on the speed; relative change
+SEARCH_ROUNDS, SAME_SPEED = 3, 0.02  # most rounds of the search, as the response depends on the speed; relative change
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
     along = np.interp(clock, log.time, way)
     changes = {n: np.interp(clock, *_changes(log, n)) for n in CHANNELS if n in log}
     at = int(np.argmax(np.abs(changes["front_load"])))
-    for _ in range(ROUNDS):
+    for _ in range(SEARCH_ROUNDS):
         speed = _speed_near(log, float(clock[at]))
         response = _response(simulator, speed, step, width + wheelbase)
         before, at = at, _best_place(changes, response, along, stated, wheelbase, round(LEAD / step))

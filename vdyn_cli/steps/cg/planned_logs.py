@@ -16,7 +16,7 @@ from vdyn_cli.steps.cg.load_windows import rolling
 from vdyn_cli.steps.cg.local_derivative import SPAN, local_derivative
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
-ROUNDS = 3  # iterations of the loads and their second derivatives, which change them by 1 %
+LOAD_ROUNDS = 3  # iterations of the loads and their second derivatives, which change them by 1 %
 PULSES = 4  # of the throttle and of the brake in a run
 RAMP = 0.15  # s in which a pulse builds up
 BUILD_UP = 2.5  # s of throttle, to gain the speed that the brake pulses then remove
@@ -107,7 +107,7 @@ def _loads(
         seen = simulator(drive, sensitivities=False)
         return np.asarray(sum(seen.outputs[n] for n in MOMENTS))
 
-    for _ in range(ROUNDS):
+    for _ in range(LOAD_ROUNDS):
         low, high = moment(zeros), moment(zeros + weight)
         front = -low * weight / (high - low)
         bend = np.gradient(np.gradient(front, time), time)

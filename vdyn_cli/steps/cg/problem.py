@@ -38,7 +38,7 @@ from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FREE_MOMENT = 500.0  # N m, plausible amplitude of a free profile: a tenth of the moment of braking at 6 m/s^2
-ROUNDS = 2  # of a fit that determines noise and true channels, which only serve the linearization
+NOISE_ROUNDS = 2  # of a fit that determines noise and true channels, which only serve the linearization
 TOLERANCE = 1e-2  # of one residual's variance that a further step of that fit may gain
 MOST_ITERATIONS = 100  # of that fit in a round: one that has not converged then is not used
 SPEED_INTEGRATED = Finding(
@@ -172,7 +172,7 @@ class CgProblem(SimulatedProblem):
         """
         try:
             solution = self._first
-            for _ in range(ROUNDS):
+            for _ in range(NOISE_ROUNDS):
                 balance = restricted(fit.regression(fit.unknowns_at(solution)), held)
                 solution = solve(balance, tolerance=TOLERANCE, most_iterations=MOST_ITERATIONS)
             return solution, _unexplained(fit, solution)

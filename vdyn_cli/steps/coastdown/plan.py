@@ -12,7 +12,7 @@ import numpy as np
 
 from vdyn_cli.inference import Regression
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import LONGEST_COAST, STEP, coasting_clock
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import LONGEST_COAST, SIMULATION_STEP, coasting_clock
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_regression import effects_of, rows_of, transferred
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
@@ -95,7 +95,7 @@ def coast_trace(at: Mapping[str, float], upper: float, lower: float) -> tuple[Ar
     at : parameters of the road load in SI. upper, lower : m/s.
     """
     speed, clock = coasting_clock(at, upper, lower)
-    time = np.arange(0.0, max(min(float(clock[-1]), LONGEST_COAST), FEWEST_STEPS * STEP), STEP)
+    time = np.arange(0.0, max(min(float(clock[-1]), LONGEST_COAST), FEWEST_STEPS * SIMULATION_STEP), SIMULATION_STEP)
     return time, np.asarray(np.interp(time, clock, speed))
 
 
@@ -109,7 +109,7 @@ def _pair(campaign: Campaign, one: _PlannedCoast, values: Mapping[str, float]) -
     at = {n: values.get(n, v) for n, v in campaign.values.items()}
     # With fewer samples in a bin, the mean over the bin keeps its noise.
     spacing = float(np.median([np.median(np.diff(r.time)) for r in campaign.runs]))
-    share = float(np.sqrt(min(spacing / STEP, 1.0)))
+    share = float(np.sqrt(min(spacing / SIMULATION_STEP, 1.0)))
     driven = campaign.levels[:1] if campaign.white else campaign.levels
     levels = {n: share * float(np.mean([level[n] for level in driven])) for n in driven[0]}
     return replace(

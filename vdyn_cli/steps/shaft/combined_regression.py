@@ -21,7 +21,7 @@ PROBED = 2  # every second probe is tried
 # Standard deviations of an adjusted twist, beyond which a corner of the law is tried: readings near a closer one are
 # adjusted to the flank that suits their noise, so that any corner there fits better than a straight line.
 PROBE_NOISE = 3.0
-ROUNDS, SETTLED = 5, 0.3  # of readjusting the readings, until no unknown changes by more standard deviations
+READJUSTMENTS, SETTLED = 5, 0.3  # of the readings, until no unknown changes by more standard deviations
 BAR = 2  # unknowns of a side's bar, stiffness and damping, which come first
 
 
@@ -78,7 +78,7 @@ def regression_with_effects(fit: ShaftFit, linear: Solution) -> Regression:
         return unknowns_and_change(whole, at, solution)
 
     first = start if probed == fit.added else whole.fit_holding_effects(linear)[0]
-    return fit.frozen_regression(until_settled(step, first, ROUNDS, SETTLED).state, start)
+    return fit.frozen_regression(until_settled(step, first, READJUSTMENTS, SETTLED).state, start)
 
 
 def _probed(fit: ShaftFit, linear: Solution) -> AddedEffects:

@@ -7,7 +7,7 @@ import numpy as np
 from vdyn_cli.inference import Regression, Solution
 from vdyn_cli.quantities.arrays import Array
 
-STEP = 0.3  # standard deviations, of the central differences
+DERIVATIVE_STEP = 0.3  # standard deviations, of the central differences
 
 
 def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array]:
@@ -24,7 +24,7 @@ def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array
     for run in range(runs):
         local = regression.local(x, run)
         jacobian = regression.rows(run, local).jacobian
-        exact = _hessian(regression, run, local, STEP * regression.local(steps, run))
+        exact = _hessian(regression, run, local, DERIVATIVE_STEP * regression.local(steps, run))
         for total, curvature in ((gauss, jacobian.T @ jacobian), (hessian, exact)):
             curvature[range(s, s + m), range(s, s + m)] += prior[s:]
             total += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])

@@ -41,7 +41,7 @@ TORQUE_ZERO = 10.0  # N m, standard deviation of the torque's zero where it can 
 TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
 ARRIVED = 1e-3  # of one residual's variance that a further step may gain, where the law is nonlinear
 FIRST_ROUNDS = 2  # of adjusting the readings with the effects held: they only give start values
-ROUNDS, SETTLED = 12, 0.02  # of readjusting the readings, until no unknown changes by more standard deviations
+READJUSTMENTS, SETTLED = 12, 0.02  # of the readings, until no unknown changes by more standard deviations
 CORNERED = 0.5  # standard deviations of change accepted after that: at a corner two solutions can alternate
 ADJUSTMENTS = 4  # of the readings about the last adjusted ones, where the law is nonlinear
 
@@ -168,7 +168,7 @@ class ShaftFit:
             return (at, solution, moved) if moved < least else (at, best, least), moved
 
         start: tuple[Array, Solution | None, float] = (self.fit_holding_effects(linear)[0], None, CORNERED)
-        _, best, _ = until_settled(step, start, ROUNDS, SETTLED).state
+        _, best, _ = until_settled(step, start, READJUSTMENTS, SETTLED).state
         if best is None:
             raise ResultError(
                 Finding("fit", "the adjusted readings have not converged", "", "check units and the loggers' clocks")

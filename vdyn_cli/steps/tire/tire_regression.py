@@ -32,7 +32,7 @@ ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
 STARTS = (1.3, 1.6, 1.9)  # start values of C: a wrong one can lead to a local minimum
 NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.84, chi-square's 95 % quantile
-ROUNDS, SETTLED = 12, 1e-2  # projections onto the curve, until no unknown changes by more standard deviations
+PROJECTION_ROUNDS, SETTLED = 12, 1e-2  # onto the curve, until no unknown changes by more standard deviations
 
 _Projected = tuple[Mapping[str, float], Solution | None]  # curve onto which slips are projected, and the fit with it
 
@@ -105,7 +105,7 @@ class TireCurveProblem:
             return (solution.values, solution), solution.move_from({n: at[n] for n in solution.names})
 
         first: _Projected = (start, None)
-        settled = until_settled(step, first, ROUNDS, SETTLED)
+        settled = until_settled(step, first, PROJECTION_ROUNDS, SETTLED)
         last = settled.state[1]
         assert last is not None  # of the last round
         if not settled.converged:

@@ -19,7 +19,7 @@ from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
 
 PAIR = ("rolling_resistance", "drag_area")
-STEP = 0.5  # s of a simulated coast: a quarter of a bin
+SIMULATION_STEP = 0.5  # s of a simulated coast: a quarter of a bin
 LONGEST_COAST = 900.0  # s, of a simulated coast
 LEAST_FORCE = 1.0  # N: without a force the car would coast forever
 LOWER = tuple(v / 3.6 for v in (20.0, 15.0, 10.0, 5.0))  # m/s, ends of wider windows
@@ -92,7 +92,7 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
     model = road_load()
     simulator = Simulator(model, {n: at[n] for n in model.parameters}, unknowns=(*PAIR, "start.speed"))
     duration = min(float(coasting_clock(at, upper, lower)[1][-1]), LONGEST_COAST)
-    time = np.arange(0.0, duration + 2 * STEP, STEP)
+    time = np.arange(0.0, duration + 2 * SIMULATION_STEP, SIMULATION_STEP)
     inputs: dict[str, Array | float] = {"grade": 0.0, "wind_speed": 0.0, "elapsed": time}
     drive = Drive(time, inputs, context={"heading": 0.0, "temperature": 293.15})
     seen = simulator(drive, [at["rolling_resistance"], at["drag_area"], upper])
@@ -100,7 +100,7 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
     inertia = at["mass"] + at["rotating_mass"]
     drag_slope = at["air_density"] * at["drag_area"] * bins.mean(seen.outputs["speed"]) / inertia
     # The simulation has fewer samples a bin than the log; the noise of the bin's mean stays the same.
-    level = setup.level * float(np.sqrt(min(setup.step / STEP, 1.0)))
+    level = setup.level * float(np.sqrt(min(setup.step / SIMULATION_STEP, 1.0)))
     filtered = "speed_drift" in setup.sizes
     conditions = Surroundings(bins, drag_slope, drag_slope, at["mass"] / inertia, speed_level=level, filtered=filtered)
     noise = speed_noise(conditions)

@@ -25,7 +25,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which a deceleration is averaged
 DRIVEN_ON = 5  # intervals in which a driver who braked has driven on; a later throttle is found as such
-ROUNDS = 30  # of reweighting in a fit with least absolute deviations
+REWEIGHTINGS = 30  # in a fit with least absolute deviations
 
 
 @dataclass(frozen=True)
@@ -269,7 +269,7 @@ def least_absolute_deviations(design: Array, values: Array) -> Array:
     design : (n, k). values : (n,).
     """
     weight = np.ones(values.size)
-    for _ in range(ROUNDS):
+    for _ in range(REWEIGHTINGS):
         root = np.sqrt(weight)
         law = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
         weight = 1.0 / np.maximum(np.abs(values - design @ law), 1e-3)

@@ -25,7 +25,7 @@ TESTED = 2  # index of T = 0.5 s: its gain is nearly the score for any T, and sc
 BEFORE = 4.0  # s before the release that are fitted: earlier, a filter still lags behind the acceleration to this speed
 AFTER = 12.0  # s after it: four of the longest T, over which a parabola still describes the coast
 EARLIER, LATER = 4.0, 1.0  # s about a release found without a lag in which that with a lag lies: it is about T earlier
-STEP = 0.1  # s of a bin, and between the releases that are tried
+RELEASE_STEP = 0.1  # s of a bin, and between the releases that are tried
 FEWEST_ROWS = 12  # bins of a run, whose fit has six unknowns
 
 
@@ -75,9 +75,9 @@ def _fits(log: Log, release: float) -> tuple[Array, Array] | None:
     there = np.isfinite(log["speed"]) & (log.time >= release - BEFORE) & (log.time <= release + AFTER)
     if there.sum() < FEWEST_ROWS or float(log.time[there][-1]) < release + 0.9 * AFTER:
         return None
-    bins = cut(log.time[there], STEP)
+    bins = cut(log.time[there], RELEASE_STEP)
     speed = bins.mean(log["speed"][there])
-    tried = release + np.arange(-EARLIER, LATER, STEP)
+    tried = release + np.arange(-EARLIER, LATER, RELEASE_STEP)
     tried = tried[tried > bins.time[1]]
     if speed.size < FEWEST_ROWS or not tried.size:
         return None

@@ -23,7 +23,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_regression import (
-    STEPS,
+    PRELIMINARY_STEPS,
     initial_regression,
     reweighted,
     rows_of,
@@ -32,7 +32,7 @@ from vdyn_cli.steps.coastdown.fit.road_load_regression import (
 )
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, START, RoadLoadRows
 
-ROUNDS = 3  # of noise amplitudes and fit, at most
+NOISE_ROUNDS = 3  # of noise amplitudes and fit, at most
 SETTLED = 1.0  # standard deviations by which the last round may move an estimate: the model is nearly linear there
 CONVERGED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
 
@@ -107,7 +107,7 @@ class RoadLoadFit:
 def fit_road_load(
     campaign: Campaign,
     added: AddedEffects = NO_EFFECTS,
-    rounds: int = ROUNDS,
+    rounds: int = NOISE_ROUNDS,
     base: Regression | None = None,
 ) -> RoadLoadFit:
     """Estimate the unknowns and the noise alternately until the estimates converge.
@@ -138,7 +138,7 @@ def fit_road_load(
         if campaign.white:
             raise
         # Typical noise amplitudes may be far from those of this day and push an estimate out of its range.
-        regression = reweighted(regression, *approach(regression, STEPS))
+        regression = reweighted(regression, *approach(regression, PRELIMINARY_STEPS))
         first = regression, solve(regression, tolerance=CONVERGED)
     regression, solution = until_settled(refit, first, 0 if campaign.white else rounds, SETTLED).state
     return RoadLoadFit(rows_of(regression), starting_at(regression, solution.values, solution.per_run), solution)

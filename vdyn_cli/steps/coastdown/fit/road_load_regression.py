@@ -27,8 +27,8 @@ from vdyn_cli.steps.coastdown.road.shared_road import (
     road_unknowns,
 )
 
-STEPS = 6  # of a preliminary fit, whose values are not published
-ANY: Mapping[str, float] = MappingProxyType({})  # no limit of the noise
+PRELIMINARY_STEPS = 6  # of a preliminary fit, whose values are not published
+NO_LIMIT: Mapping[str, float] = MappingProxyType({})  # of the noise amplitudes
 
 
 def with_noise_of(known: Regression, added: AddedEffects) -> Regression:
@@ -50,7 +50,9 @@ def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
     return replace(regression, rows=rows.weighted(base.noise.sizes, base.noise.at))
 
 
-def weighted_start(campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = ANY) -> Regression:
+def weighted_start(
+    campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = NO_LIMIT
+) -> Regression:
     """The baseline's regression after a few steps, with the noise amplitudes estimated from its residuals.
 
     Parameters
@@ -69,7 +71,7 @@ def weighted_start(campaign: Campaign, near: Regression | None = None, most: Map
         regression = replace(regression, rows=rows_of(regression).weighted(sizes, at))
         regression = starting_at(with_hill_prior(regression), begin, near.run_starts)
     for _ in range(2 if near is None else 1):
-        regression = reweighted(regression, *approach(regression, STEPS), most)
+        regression = reweighted(regression, *approach(regression, PRELIMINARY_STEPS), most)
     return regression
 
 
@@ -176,7 +178,7 @@ def scaled_to_residuals(regression: Regression) -> Regression:
 
 
 def reweighted(
-    regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array], most: Mapping[str, float] = ANY
+    regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array], most: Mapping[str, float] = NO_LIMIT
 ) -> Regression:
     """The regression started at these values, whitened with the noise amplitudes estimated from its residuals there.
 

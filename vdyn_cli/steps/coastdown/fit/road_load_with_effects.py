@@ -14,9 +14,9 @@ from vdyn_cli.inference.restricted_likelihood import find_sizes, typical_sizes
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
-from vdyn_cli.steps.coastdown.fit.road_load_fit import ROUNDS
+from vdyn_cli.steps.coastdown.fit.road_load_fit import NOISE_ROUNDS
 from vdyn_cli.steps.coastdown.fit.road_load_regression import (
-    STEPS,
+    PRELIMINARY_STEPS,
     initial_regression,
     prior_information,
     rows_of,
@@ -70,11 +70,11 @@ def regression_with_effects(campaign: Campaign, added: AddedEffects, base: Regre
     level = with_hill_prior(starting_at(_near(level, values), values, base.run_starts))
 
     def resize(before: Regression) -> tuple[Regression, float]:
-        after = _resized(before, *approach(before, STEPS))
+        after = _resized(before, *approach(before, PRELIMINARY_STEPS))
         old, new = rows_of(before).noise.sizes, rows_of(after).noise.sizes
         return after, max(abs(float(np.log(new[n] / old[n]))) for n in new)
 
-    settled = until_settled(resize, level, ROUNDS, SIZES_SETTLED).state
+    settled = until_settled(resize, level, NOISE_ROUNDS, SIZES_SETTLED).state
     sized, starts = rows_of(settled), {u.name: u.start for u in settled.shared}
     road = np.array([values[n] for n in sized.road])
     if chdtrc(road.size, float(road @ road)) < IMPLAUSIBLE:

@@ -49,10 +49,10 @@ INSENSITIVE = frozenset(
 SIGNED = ("hub_swing", "driveline_pitch", "motor_reaction", "rolling_speed", "recuperation_loss")  # may be negative
 FARTHEST = 200.0  # standard deviations, bounds of a parameter about its prior mean
 LEAST_SHARE = 0.02  # lower bound of a positive parameter over its prior mean
-NEAR = 5.0  # standard deviations about the prior mean, bounds of a point of linearization
+LINEAR_RANGE = 5.0  # standard deviations about the prior mean: bounds of a point of linearization
 COASTED = "coastdown"  # the step that estimates both resistances from decelerations and the stated mass
 DERIVED = ("cg_to_front", "drag_area")  # derived exactly from given parameters
-STEP = 1e-3  # standard deviations, step of the numerical derivatives of derived parameters
+DERIVATIVE_STEP = 1e-3  # standard deviations, step of the numerical derivatives of derived parameters
 ALMOST = 1e-6  # least eigenvalue of a correlation matrix, so that it can be inverted
 APART = 0.02  # m, largest difference between the wheelbase and the sum of its parts
 
@@ -152,10 +152,10 @@ def _propagated(
         added.pop("recuperation_loss", None)
     slopes = np.zeros((len(wanted), len(given) + len(added)))  # per standard deviation
     for j, name in enumerate((*given, *added)):
-        step = STEP * (added[name] if name in added else given[name])
+        step = DERIVATIVE_STEP * (added[name] if name in added else given[name])
         at = full.values[name] if name in added else base[name]
         above, below = (complete(wanted, _road_load({**base, name: at + s})).values for s in (step, -step))
-        slopes[:, j] = [(above[n] - below[n]) / (2 * STEP) for n in wanted]
+        slopes[:, j] = [(above[n] - below[n]) / (2 * DERIVATIVE_STEP) for n in wanted]
     related = np.eye(slopes.shape[1])
     for i, a in enumerate(given):
         for j, b in enumerate(given):
@@ -253,7 +253,7 @@ def clipped_to_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict
     near = {}
     for u, std in zip(prior_unknowns(prior), prior.std.tolist(), strict=True):
         if u.name in values:
-            low, high = max(u.lower, u.start - NEAR * std), min(u.upper, u.start + NEAR * std)
+            low, high = max(u.lower, u.start - LINEAR_RANGE * std), min(u.upper, u.start + LINEAR_RANGE * std)
             near[u.name] = float(np.clip(values[u.name], low, high))
     return near
 

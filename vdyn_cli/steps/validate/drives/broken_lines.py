@@ -33,7 +33,7 @@ FEWEST_IN_RAMP = 3  # samples of a ramp between two long lines: two leave no res
 NONE_INSIDE = 0.85  # share of a line's reach without another corner: a line may extend a little beyond one
 NEXT = 64  # largest distance of two corners of the same broken line, in spacings
 MOST_CORNERS = 10  # corners of one broken line
-STEPS = 8  # iterations of a fit
+FIT_STEPS = 8  # iterations of a fit
 LIKELY = 4.0  # standard deviations by which a sum of squares may exceed its mean
 EDGE = 1e-3  # share of a spacing: a corner this close to a sample is at that sample
 
@@ -177,7 +177,7 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
     def columns(at: Array, corners: Array) -> Array:
         return np.column_stack([np.ones(at.size), (at - origin) / span, *np.maximum(at - corners[:, None], 0.0) / span])
 
-    for _ in range(STEPS):
+    for _ in range(FIT_STEPS):
         steps = -1.0 * (t > corners[:, None]).T
         found = np.linalg.lstsq(np.hstack([columns(t, corners), steps]), torque[first:end], rcond=None)[0]
         turns, moves = found[2 : 2 + corners.size] / span, found[2 + corners.size :]

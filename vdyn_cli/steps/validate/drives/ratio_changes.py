@@ -23,14 +23,14 @@ from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
 Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
 
-STEP = SPAN / 2  # s between samples
+SAMPLE_STEP = SPAN / 2  # s between samples
 SHORTEST_PIECE = 6  # samples of a piece: 3 s, as long as a gear is held on a road
 FEWEST_SAMPLES = 60  # samples of a drive: 30 s
 LOCAL = 12  # samples within which the noise of the acceleration is estimated, with a line over the torque of their own
 LASTING = 3.0  # samples that have an error in common: spans overlap by a half, and gusts last longer
 MOST_SAMPLES = 4000  # samples, above which every second, third, ... is used: the search takes their number squared
 LEAST_NOISE = 0.005  # m/s^2: gusts of 0.3 m/s change the drag of a car by as much
-ROUNDS = 8  # of finding pieces and the coefficients common to all
+PIECE_ROUNDS = 8  # of finding pieces and the coefficients common to all
 WIDEST = 12.0  # ratio of the lowest gear to the highest: 4 to 6 in cars, 12 in trucks
 MOST_UNREPEATED = 3  # levels, above which a drive must return to some of them
 LEAST_KNOWN = 0.7  # share of the driving time in known levels: shifts disturb the rest
@@ -117,7 +117,7 @@ def ratio_changes(drives: Sequence[Driven], stated: StatedMotion | None = None) 
     drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
         drive torque (n,) N m. stated : of this car; None where it is not known.
     """
-    found = _confirmed([_pieces(driven_samples(*drive, STEP), stated) for drive in drives])
+    found = _confirmed([_pieces(driven_samples(*drive, SAMPLE_STEP), stated) for drive in drives])
     certain = [one for one in found if one is not None and one.certain]
     if not any(one.ratio.size > 1 for one in certain):
         return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
@@ -170,7 +170,7 @@ def _pieces(seen: DrivenSamples, stated: StatedMotion | None) -> Pieces | None:
     likely = _are_levels(ratio) and _follow_torque(rate, torque, rest, starts)
     certain = len(starts) == 1 or (likely and _has_levels(*every[1:]))
     at = np.r_[time[starts], time[-1]]
-    return Pieces(at, ratio, STEP * step * np.diff(edges), time[edges[1:] - 1], certain, likely)
+    return Pieces(at, ratio, SAMPLE_STEP * step * np.diff(edges), time[edges[1:] - 1], certain, likely)
 
 
 def _confirmed(found: Sequence[Pieces | None]) -> list[Pieces | None]:
@@ -249,7 +249,7 @@ def _search(rate: Array, torque: Array, rest: Array, law: _Law) -> tuple[list[in
     starts, common = [0], law.start
     if not np.isfinite(common).all():
         common = law.fit(rate, torque, rest, starts)[1:]
-    for _ in range(ROUNDS):
+    for _ in range(PIECE_ROUNDS):
         found = _partition(rate - rest @ common, torque, penalty)
         fitted = law.fit(rate, torque, rest, found)
         if found == starts:

@@ -28,7 +28,7 @@ SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 FEWEST_DRIVEN = 100  # driven samples that are needed to fit the acceleration
 FADED = 0.4  # share of the limit at which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
-ROUNDS = 10  # of reweighting
+REWEIGHTINGS = 10  # in a fit with Huber's weights
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
 NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
@@ -185,7 +185,7 @@ def _robust(columns: Array, y: Array) -> tuple[Array, float]:
     """Coefficients with Huber's weights, and the robust standard deviation of the residual."""
     scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
     weight, found, scatter = np.ones(y.size), np.zeros(columns.shape[1]), 0.0
-    for _ in range(ROUNDS):
+    for _ in range(REWEIGHTINGS):
         root = np.sqrt(weight)
         found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
         left = y - columns / scale @ found

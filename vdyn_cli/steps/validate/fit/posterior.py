@@ -26,7 +26,7 @@ from vdyn_cli.steps.validate.car.prior import ParameterPrior
 from vdyn_cli.steps.validate.car.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives
 
-STEPS = 4  # of the chord method, at most
+CHORD_STEPS = 4  # of the chord method, at most
 SETTLED = 0.03  # standard deviations of the posterior: a smaller step ends the iteration
 SEEN = 1.0  # information of the drives over that of the prior, from which a direction is tested
 NEGLIGIBLE = 0.1  # reduction of the prior variance, as a share, below which no pull is stated
@@ -58,9 +58,9 @@ def posterior(w: WhitenedDrives) -> Posterior:
 
     m_post = m + C_post (J' r - C^-1 (m - m0)),   C_post^-1 = C^-1 + J' J
 
-    repeated until m (k,) changes by less than ``SETTLED`` standard deviations, at most ``STEPS`` times, with m0 and C
-    the prior's mean and covariance (k, k), r the whitened residuals, measured minus simulated, and J (rows, k) the
-    whitened sensitivities. Each segment's own unknowns are eliminated.
+    repeated until m (k,) changes by less than ``SETTLED`` standard deviations, at most ``CHORD_STEPS`` times, with m0
+    and C the prior's mean and covariance (k, k), r the whitened residuals, measured minus simulated, and J (rows, k)
+    the whitened sensitivities. Each segment's own unknowns are eliminated.
 
     Parameters
     ----------
@@ -85,13 +85,13 @@ def posterior(w: WhitenedDrives) -> Posterior:
     rows = w.at_start
     system = _BorderedSystem([r.jacobian for r in rows], known, held)
     residuals, scores = [r.residual for r in rows], None
-    for step in range(STEPS + 1):
+    for step in range(CHORD_STEPS + 1):
         gradients = [r.jacobian.T @ residual for r, residual in zip(rows, residuals, strict=True)]
         zeros = own @ (held.T @ held)  # their priors are about zero; a start speed has none
         if scores is None:
             scores = system.reduced_gradient(gradients, zeros)
         moved, own_moved = system.step(gradients, known.T @ (known @ (shared - start)), zeros)
-        if step == STEPS or np.max(np.abs(moved) / system.std) < SETTLED:
+        if step == CHORD_STEPS or np.max(np.abs(moved) / system.std) < SETTLED:
             break
         try:
             outcomes = setup.each(_simulated(setup, shared + moved, own + own_moved))

@@ -27,7 +27,7 @@ WARM = 7200.0  # s of driving, after which tires and driveline are warm
 INSTANT = 0.1  # s, over which an acceleration is simulated
 SEASON_KMH, LEAST_GAP = 60.0, 8.0  # km/h, K
 TEST_TORQUE = 20.0  # N m, arbitrary, since the acceleration is linear in the torque
-STEPS = 8  # iterations of a fit to all drives except one
+FIT_STEPS = 8  # iterations of a fit to all drives except one
 FEWEST_DRIVES = 3  # drives from which one is held out
 
 
@@ -205,7 +205,7 @@ def _held_out(setup: SimulationSetup, linearized: Regression) -> HeldOutEnds | N
     before, after, owner = [], [], []
     for k, drive in enumerate(drives):
         try:
-            others, _ = approach(_without(linearized, k), STEPS)
+            others, _ = approach(_without(linearized, k), FIT_STEPS)
         except ResultError:
             return None
         for i, s in enumerate(setup.segments):
