@@ -419,3 +419,44 @@ def test_a_table_with_date_minute_and_compass_columns_is_a_table(tmp_path: Path)
 def test_the_delimiter_in_the_first_line_for_excel_is_no_column(tmp_path: Path, line: str) -> None:
     (tmp_path / "a.csv").write_text(f"{line}\r\nt [s];n [1/min]\r\n0,0;1.234,5\r\n0,1;1.233,5\r\n0,2;1.232,5\r\n")
     assert [(f.column, f.highest) for f in survey(tmp_path / "a.csv")] == [("t [s]", 0.2), ("n [1/min]", 1234.5)]
+
+
+@pytest.mark.parametrize("names", [("Time [s]", "Time [s]"), ("t_VehSpd [s]", "t_Gear [s]")])
+def test_tables_side_by_side_have_their_own_clocks(tmp_path: Path, names: tuple[str, str]) -> None:
+    """As programs write channels of different rates, and VCDS its groups: a time beside the values of each."""
+    path = tmp_path / "beside.csv"
+    slow = [f"{t:.1f},{np.sin(t):.5f}" for t in 0.013 + np.arange(0.0, 30.0, 0.1)]
+    lines = [
+        f"{t:.2f},{v},{slow[k] if k < len(slow) else ','}" for k, (t, v) in enumerate(zip(TIME, SPEED, strict=True))
+    ]
+    path.write_text(f"{names[0]},Speed [km/h],{names[1]},a [m/s2]\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    found = {f.column: (f.info.group, round(f.info.rate)) for f in survey(path)}
+    assert found["Speed [km/h]"] == ("table 1", 20)
+    assert found["a [m/s2]"] == ("table 2", 10)
+    columns = {
+        "time": Column(names[0], "s", "s"),
+        "speed": Column("Speed [km/h]", "km/h", "m/s"),
+        "acceleration": Column("a [m/s2]", "m/s2", "m/s^2"),
+    }
+    log = read_log(path, columns)
+    assert log.time == pytest.approx(TIME)
+    known = np.isfinite(log["acceleration"])
+    assert known.sum() > 500
+    assert log["acceleration"][known] == pytest.approx(np.sin(TIME[known] + 0.013), abs=0.06)
+
+
+def test_two_clocks_of_the_same_rows_are_one_table(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("Time,v,UTC Time,w\n" + rows("{t:.2f},{v},{u:.2f},{v}"), encoding="utf-8")
+    assert [f.column for f in survey(path) if f.state == "clock"] == ["Time"]
+
+
+def test_marks_of_the_driver_between_the_samples_are_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "log.msl"
+    lines = rows("{t:.2f}\t{v}").splitlines()
+    path.write_text("\n".join(["Time\tVSS", "s\tkm/h", *lines[:9], "MARK 001 - Tue May 12 09:12:20", *lines[9:]]))
+    log = read_log(path, {"time": Column("Time", "s", "s"), "speed": Column("VSS", "km/h", "m/s")})
+    assert log["speed"] == pytest.approx(SPEED / 3.6)
+    assert [str(f) for f in log.findings] == [
+        "log.msl: left out: rows of text without a value (1: line 12) (got 'MARK 001 - Tue May 12 09:12:20')"
+    ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -20,7 +21,9 @@ from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
 from vdyn_cli.io.csv.run_rows import runs_as_columns
+from vdyn_cli.io.csv.tables_beside import TablesBeside, separate_clocks, tables_beside
 from vdyn_cli.io.formats.split_times import split_instants
+from vdyn_cli.io.formats.stored_channels import read_stored, recorded
 from vdyn_cli.io.reader import (
     ChannelInfo,
     Column,
@@ -67,6 +70,9 @@ class CsvReader:
                 numbers.columns[i], units[i] = since_first(of_day), "s"
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
         order = sorted(timed, key=lambda i: (not has_usual_rate(numbers.columns[i], units[i]), not is_clock(names[i])))
+        if beside := separate_clocks(layout.header, {i: numbers.columns[i] for i in timed}):
+            yield from recorded(TablesBeside(layout, numbers, beside, text))
+            return
         clocks = [i for i in order if rises(numbers.columns[i])]
         time: Array | None = None
         source: dict[int, UnitFrom] = dict.fromkeys(names, "file")
@@ -92,6 +98,12 @@ class CsvReader:
         InputError : with all problems of the file: no such file or column, text among the numbers, fewer than two rows
             of data. A clock that does not increase is a problem in the log's source.
         """
+        wanted = _wanted(mapping)
+        if options.split_times is None and (beside := tables_beside(path, wanted, options, name)) is not None:
+            options = replace(options, delimiter=None, decimal=None, encoding=None, header_row=None)
+            clock = mapping["time"]  # Time#2, of several tables, is the clock of each of them
+            plain = replace(clock, column=re.sub(r"#\d+$", "", clock.column))
+            return read_stored(beside, {**mapping, "time": plain}, options, name)
         layout, numbers, position, findings = _read(path, mapping, options, name)
         rows = data_rows(numbers, layout, position, name)
         raise_all(rows.problems)
@@ -136,6 +148,11 @@ def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
         text |= worse
 
 
+def _wanted(mapping: Mapping[str, Column]) -> list[str]:
+    """The names of the mapped columns, the clock first."""
+    return [mapping["time"].column, *(c.column for k, c in mapping.items() if k != "time")]
+
+
 def _is_text(bad: int, values: Array) -> bool:
     """Whether more cells of a column are text than numbers."""
     return bad > int(np.count_nonzero(np.isfinite(values)))
@@ -145,7 +162,7 @@ def _read(
     path: Path, columns: Mapping[str, Column], options: ReadOptions, name: str
 ) -> tuple[Layout, Numbers, Mapping[str, int], list[Finding]]:
     """The file's layout, the mapped numbers, the index of each channel's column, and the findings so far."""
-    wanted = [columns["time"].column, *(c.column for k, c in columns.items() if k != "time")]
+    wanted = _wanted(columns)
     with open_source(path, options.encoding) as source:
         first = next(source.blocks, b"")
         if options.split_runs == "rows":

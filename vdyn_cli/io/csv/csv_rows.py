@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -46,7 +47,8 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     time = numbers.columns[position["time"]]
     line_of = numbers.lines.of
     again = _repeated_headers(numbers.bad, layout, time)
-    bad = tuple(c for c in numbers.bad if c.row not in again)
+    marks = [row for row in _rows_of_text(numbers, position["time"]) if row not in again]
+    bad = tuple(c for c in numbers.bad if c.row not in {*again, *marks})
     bad_rows = np.unique(np.array([c.row for c in bad], dtype=np.intp))
     good = ~np.isnan(time)
     good[bad_rows] = False
@@ -54,6 +56,9 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     if again:
         what = f"left out: rows that repeat the header or its units ({len(again)}: line {lines_of(again, line_of)})"
         findings.append(Finding(name, what))
+    if marks:
+        what = f"left out: rows of text without a value ({len(marks)}: line {lines_of(marks, line_of)})"
+        findings.append(Finding(name, what, _first_text(numbers.bad, marks[0])))
     if numbers.unfinished and time.size:
         findings.append(Finding(f"{name}:{line_of(time.size - 1)}", "the last line is incomplete and ignored"))
         good[-1] = False
@@ -74,12 +79,12 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
         findings.append(Finding(name, f"thousands separators removed from {numbers.grouped} numbers"))
     if numbers.infinite:
         findings.append(Finding(name, f"{numbers.infinite} infinite number(s) treated as missing values"))
-    empty = np.setdiff1d(np.flatnonzero(blank[:stop]), again)
+    empty = np.setdiff1d(np.flatnonzero(blank[:stop]), [*again, *marks])
     if empty.size:
         what = f"left out: rows without any mapped value ({empty.size}: line {lines_of(empty, line_of)})"
         findings.append(Finding(name, what))
     problems = _problems([c for c in bad if c.row < stop], numbers, layout, position, name)
-    kept = np.flatnonzero(~blank[:stop]) if empty.size or again else None
+    kept = np.flatnonzero(~blank[:stop]) if empty.size or again or marks else None
     return DataRows(stop, kept, tuple(findings), problems)
 
 
@@ -101,6 +106,15 @@ def _repeated_headers(bad: Sequence[BadCell], layout: Layout, time: Array) -> li
         return all(c.column >= 0 and _named(c.text, layout.header[c.column], units[c.column]) for c in cells)
 
     return [row for row, cells in rows.items() if repeats(cells) and goes_on(row)]
+
+
+def _rows_of_text(numbers: Numbers, clock: int) -> list[int]:
+    """The rows between samples with a text instead of a time and nothing else, such as the marks that a driver sets."""
+    last = max(np.flatnonzero(np.isfinite(numbers.columns[clock])), default=-1)
+    others = [values for i, values in numbers.columns.items() if i != clock]
+    of_row = Counter(c.row for c in numbers.bad)
+    texts = (c.row for c in numbers.bad if c.column == clock and of_row[c.row] == 1)
+    return [row for row in texts if others and row < last and all(np.isnan(values[row]) for values in others)]
 
 
 def _named(text: str, name: str, unit: str) -> bool:
