@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -169,12 +169,35 @@ def test_the_encoding_of_a_header_is_known_by_its_words(tmp_path: Path, encoding
 
 def test_times_of_another_language_are_refused_with_the_forms_that_are_read(tmp_path: Path) -> None:
     path = tmp_path / "months.csv"
-    path.write_text(DATED.replace("-May-", "-Mai-"), encoding="utf-8")
+    path.write_text(DATED.replace("-May-", "-touko-"), encoding="utf-8")
     what, remedy = without_clock(survey(path))
     assert what == "no column increases like a clock"
     assert remedy.startswith("if the text of 'Device Time' is the time, export it as seconds, or times such as")
     with pytest.raises(InputError, match=r"export the time as seconds, or times such as .* months in English"):
         read_log(path, {"time": Column("Device Time", "s", "s"), "v": Column("Speed (OBD)(km/h)", "km/h", "m/s")})
+
+
+@pytest.mark.parametrize("month", ["Mai", "mai", "mayo", "maggio", "maio"])
+def test_months_of_several_languages_are_read(tmp_path: Path, month: str) -> None:
+    path = tmp_path / "months.csv"
+    path.write_text(DATED.replace("-May-", f"-{month}-"), encoding="utf-8")
+    log = read_log(path, {"time": Column("Device Time", "s", "s"), "v": Column("Speed (OBD)(km/h)", "km/h", "m/s")})
+    assert log.time == pytest.approx(TIME, abs=1e-4)
+    assert log.begin == pytest.approx(MIDNIGHT.replace(tzinfo=UTC).timestamp())
+
+
+@pytest.mark.parametrize(
+    ("date", "month"),
+    [("01-Mär-2026", 3), ("01-Okt-2026", 10), ("1 août 2026", 8), ("1 juil. 2026", 7), ("1 juin 2026", 6),
+     ("01-ene-2026", 1), ("01-dic-2026", 12), ("01-ago-2026", 8), ("01-gen-2026", 1), ("01-set-2026", 9),
+     ("01-fev-2026", 2), ("01-out-2026", 10), ("01-Dec-2026", 12), ("01-mars-2026", 3)],
+)  # fmt: skip
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_the_months_of_several_languages_are_known(date: str, month: int, encoding: str) -> None:
+    cell = f"{date} 10:23:11".encode(encoding).decode("latin-1")
+    assert is_instant(cell)
+    (seconds,) = written_seconds(np.array([cell], dtype=object))
+    assert seconds == datetime(2026, month, 1, 10, 23, 11, tzinfo=UTC).timestamp()
 
 
 def test_columns_of_text_hide_no_numbers(tmp_path: Path) -> None:
@@ -460,3 +483,18 @@ def test_marks_of_the_driver_between_the_samples_are_left_out(tmp_path: Path) ->
     assert [str(f) for f in log.findings] == [
         "log.msl: left out: rows of text without a value (1: line 12) (got 'MARK 001 - Tue May 12 09:12:20')"
     ]
+
+
+def test_the_finer_of_two_clocks_is_chosen(tmp_path: Path) -> None:
+    """As Torque writes them: GPS Time in full seconds, Device Time in milliseconds."""
+    path = tmp_path / "log.csv"
+    path.write_text("GPS Time,Device Time,v\n" + rows("{d:%H:%M:%S},{d:%H:%M:%S.%f},{v}"), encoding="utf-8")
+    assert [f.column for f in survey(path) if f.state == "clock"] == ["Device Time"]
+
+
+def test_a_clock_that_restarts_is_shown_with_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,v\n" + 3 * rows("{t:.2f},{v}"), encoding="utf-8")
+    what, remedy = without_clock(survey(path))
+    assert what.endswith("its values do not increase: 29.95 is followed by 0, and 1 more")
+    assert "split the file where its time restarts" in remedy

@@ -48,6 +48,7 @@ class ChannelFacts:
     ends : first and last recorded value, in the unit of the file; NaN for an empty channel.
     angle : mean of exp(i x) with x in degrees: its argument is the mean angle, its modulus 1 if all x are equal.
     longest_fall : longest time, s, over which successive 2 s means of the absolute value decrease.
+    decreases : number of decreases of a channel without times, and the values of the first; None if there is none.
     falls : first and last time, s, of each decrease of the absolute value by half of its range; empty if none lasts
         10 s.
     """
@@ -65,6 +66,7 @@ class ChannelFacts:
     angle: complex = 0.0
     longest_fall: float = 0.0
     falls: tuple[tuple[float, float], ...] = ()
+    decreases: tuple[int, float, float] | None = None
 
 
 def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[ChannelFacts, ...]:
@@ -112,7 +114,7 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
 
 def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     """Why none of a file's columns is a clock, and the remedy."""
-    named = next((f.column for f in facts if f.state in ("varies", "constant") and is_clock(f.info.name)), None)
+    named = next((f for f in facts if f.state in ("varies", "constant") and is_clock(f.info.name)), None)
     if named is None:
         texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text")
         remedy = f"if the text of {texts} is the time, export it as {FORMS}" if texts else "export it with its time"
@@ -122,7 +124,10 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
                 "elapsed}', or 'intervals' for times counted from the level of the row above"
             )
         return "no column increases like a clock", remedy
-    what = f"column '{named}' has the name of a clock, but its values do not increase"
+    what = f"column '{named.column}' has the name of a clock, but its values do not increase"
+    if named.decreases is not None:
+        count, before, behind = named.decreases
+        what += f": {before:.10g} is followed by {behind:.10g}" + (f", and {count - 1} more" if count > 1 else "")
     remedy = "sort the rows by time, split the file where its time restarts, or export a time that has all its digits"
     return what, remedy
 
@@ -180,11 +185,13 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     rest = _rest(time[written], some) if state == "varies" and time is not None else None
     size = np.abs(some)  # of a speed that is negative on the way back
     fall = _longest_fall(time[written], size) if state == "varies" and time is not None else 0.0
+    down = np.flatnonzero(np.diff(some) < 0.0) if time is None else np.empty(0, dtype=np.intp)
+    decreases = (down.size, float(some[down[0]]), float(some[down[0] + 1])) if down.size else None
     angle = complex(np.mean(np.exp(1j * np.radians(some[:: -(-some.size // _ANGLES)]))))
     ends = float(some[0]), float(some[-1])
     facts = ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
     falls = _falls(time[written], size) if time is not None and fall >= _LONG_FALL else ()
-    return replace(facts, ends=ends, angle=angle, longest_fall=fall, falls=falls)
+    return replace(facts, ends=ends, angle=angle, longest_fall=fall, falls=falls, decreases=decreases)
 
 
 def _longest_fall(time: Array, values: Array) -> float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import unicodedata
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +18,9 @@ _CHUNK = 100_000
 _LONGEST_STEP = 1.0  # s; a clock in s with longer steps may skip 60 to 99
 _MOST_STEPS = 5.0  # median steps, largest step at a full minute
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
-_DATE = r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3,9}[- ]\d{2,4}|\d+ days?"
+_DATE = (
+    r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][^\d\s:;,-]{3,12}[- ]\d{2,4}|\d+ days?"
+)
 # Without seconds only after a date or before AM or PM: 10:23 alone may be minutes and seconds.
 _INSTANT = re.compile(
     rf"(?:({_DATE})[ T]+)?"
@@ -28,11 +32,20 @@ _YEAR_LAST = re.compile(
     r"[A-Z][a-z]{2} ([A-Z][a-z]{2}) +(\d{1,2}) (\d{2}:\d{2}:\d{2}(?:\.\d+)?) "
     r"(?:[A-Z]{2,5}(?:[+-]\d{2}:\d{2})? )?(\d{4})"
 )
+# The first letters of months by which other languages differ from English, without accents.
+_MONTHS = {
+    **{"ene": "Jan", "gen": "Jan", "fev": "Feb", "mrz": "Mar", "avr": "Apr", "abr": "Apr", "mai": "May", "mag": "May"},
+    **{"juin": "Jun", "giu": "Jun", "juil": "Jul", "lug": "Jul", "aou": "Aug", "ago": "Aug", "set": "Sep"},
+    **{"okt": "Oct", "out": "Oct", "ott": "Oct", "dez": "Dec", "dic": "Dec"},
+}
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
 _IN_DIGITS = re.compile("hhmmss", re.IGNORECASE)  # in a column's name
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
 
-FORMS = "seconds, or times such as 10:23:11.5, 2026-05-01 10:23:11.5 or 01-May-2026 10:23:11.5, months in English"
+FORMS = (
+    "seconds, or times such as 10:23:11.5, 2026-05-01 10:23:11.5 or 01-May-2026 10:23:11.5, months in English, German, "
+    "French, Spanish, Italian or Portuguese"
+)
 
 
 def is_instant(cell: str) -> bool:
@@ -112,12 +125,24 @@ def _days(dates: object) -> Array:
             days[date] = float(date.split()[0])
             continue
         try:
-            day = pd.to_datetime(date, dayfirst=not date[:4].isdigit())
+            day = pd.to_datetime(_with_english_month(date), dayfirst=not date[:4].isdigit())
         except ValueError:
             days[date] = np.nan
         else:
             days[date] = float(day.value // (10**9 * 86400))
     return series.map(days).where(series.notna(), 0.0).to_numpy(float)
+
+
+def _with_english_month(date: str) -> str:
+    """A date such as ``01-Mai-2026`` or ``1 août 2026`` with its month in English; other dates unchanged."""
+    parts = re.split("([- ])", date)
+    if len(parts) != 5 or parts[2].isdigit():
+        return date
+    with suppress(UnicodeError):  # cells are read as Latin-1 in any encoding
+        parts[2] = parts[2].encode("latin-1").decode("utf-8")
+    letters = unicodedata.normalize("NFKD", parts[2].lower()).encode("ascii", "ignore").decode()
+    month = next((name for begin, name in _MONTHS.items() if letters.startswith(begin)), letters[:3])
+    return "".join([*parts[:2], month, *parts[3:]])
 
 
 def time_between(first: float, second: float) -> float:

@@ -69,7 +69,11 @@ class CsvReader:
             if (of_day := seconds_of_digits(numbers.columns[i], names[i])) is not None:
                 numbers.columns[i], units[i] = since_first(of_day), "s"
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
-        order = sorted(timed, key=lambda i: (not has_usual_rate(numbers.columns[i], units[i]), not is_clock(names[i])))
+        columns = numbers.columns
+        order = sorted(
+            timed,
+            key=lambda i: (not has_usual_rate(columns[i], units[i]), not is_clock(names[i]), _is_coarse(columns[i])),
+        )
         if beside := separate_clocks(layout.header, {i: numbers.columns[i] for i in timed}):
             yield from recorded(TablesBeside(layout, numbers, beside, text))
             return
@@ -146,6 +150,12 @@ def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
         if not worse:
             return layout, numbers, text
         text |= worse
+
+
+def _is_coarse(time: Array) -> bool:
+    """Whether a clock repeats more than a hundredth of its times, such as one of full seconds beside a finer one."""
+    steps = np.diff(time[np.isfinite(time)])
+    return bool(np.count_nonzero(steps == 0.0) > 0.01 * steps.size)
 
 
 def _wanted(mapping: Mapping[str, Column]) -> list[str]:
