@@ -160,7 +160,8 @@ class StepPolicy:
     step_beside_warming: float = threshold(
         0.02, "probability", "of a downward step of the resistance beside a gradual change, above which it is warming",
         "Eight runs whose tires warm up by 20 to 40 N beside 6 N of scatter then have a false step on 1 of 100 days "
-        "(without this test: 3), and a step of 45 N is found on 73 of 100 (94).",
+        "(without this test: 3), at most 2.5 where high speeds are also tested, and a step of 45 N is found on 73 of "
+        "100 (94).",
     )  # fmt: skip
     step_ratio: float = threshold(
         2.0, "", "least ratio of the residual squares of a linear trend over the runs to those of a step between two",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.coastdown.doubts import result_doubts
+from vdyn_cli.steps.coastdown.doubts import changed_runs
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.step import STEP
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -78,7 +80,21 @@ def test_no_step_is_found_where_there_is_none(trend: str) -> None:
 @pytest.mark.parametrize(("force", "is_reported"), [(1.0, False), (30.0, True)])
 def test_only_a_step_that_matters_is_reported(force: float, is_reported: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     step = OutlyingRun(4, force, 1e-4)
-    monkeypatch.setattr(result_doubts, "resistance_step", lambda forces, headings: step)
+    monkeypatch.setattr(changed_runs, "resistance_step", lambda forces, headings, tests: step)
     runs = coast.campaign(REFERENCE, 5, EIGHT)
     found = reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
     assert any("higher than before" in one for one in found) == is_reported
+
+
+@pytest.mark.slow
+def test_a_trailer_is_found_at_high_speeds_where_its_mass_hides_it_at_all_others() -> None:
+    """From the fifth of eight runs on the mass is 40 % larger; drag and rolling resistance per weight are the same."""
+    day = EIGHT.but(start_speed=34.0)
+    towing = replace(REFERENCE, mass=1.4 * REFERENCE.mass)
+    runs = [*coast.campaign(REFERENCE, 5, day)[:4], *coast.campaign(towing, 5, day)[4:]]
+    result = STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, day))
+    (found,) = [one for one in reported(result) if "than before" in one]
+    assert found.startswith("run_5.csv from this run on the resistance above 87 km/h is 43 N lower than before")
+    assert "; the earlier runs alone give rolling_resistance 0.0" in found
+    low, high = result.parameters["drag_area"].interval95
+    assert low < REFERENCE.drag_area / 1.4 < REFERENCE.drag_area < high

@@ -73,11 +73,16 @@ class CampaignCoasts:
         top, bottom = min(float(v.max()) for v in falls), max(float(v.min()) for v in falls)
         return (top, bottom) if top - bottom >= LEAST_SPAN else None
 
-    def decelerations(self) -> Array | None:
-        """Mean decelerations over the common speeds, (n,) m/s^2; None without common speeds."""
+    def decelerations(self, share: float = 1.0) -> Array | None:
+        """Mean decelerations over the common speeds, (n,) m/s^2; None without common speeds.
+
+        Parameters
+        ----------
+        share : upper part of the common speeds over which the mean is taken.
+        """
         if self.common is None:
             return None
-        top, bottom = self.common
+        top, bottom = self.common[0], self.common[0] - share * (self.common[0] - self.common[1])
         times = []
         for time, falling in map(falling_speed, self.segments):
             upper, lower = (float(np.interp(-v, -falling, time)) for v in (top, bottom))
@@ -99,14 +104,24 @@ class CampaignCoasts:
         ].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust, or its direction is wrong"
 
     def step(self) -> tuple[int, str] | None:
-        """The run from which on the mean deceleration is another one than before, and the fact; None without one."""
-        found = self.decelerations()
-        step = None if found is None else resistance_step(found, self.heading)
-        if found is None or step is None or abs(step.force) < STEP_POLICY.material_run_force * float(np.mean(found)):
+        """The run from which on the deceleration is another one than before, and the fact; None without one.
+
+        Tested over all common speeds and over their upper third (``doubts.changed_runs``).
+        """
+        common, tested = self.common, {share: self.decelerations(share) for share in (1.0, 1.0 / 3.0)}
+        found = []
+        for share, rates in tested.items():
+            step = None if rates is None else resistance_step(rates, self.heading, len(tested))
+            if rates is not None and step is not None:
+                found.append((step, step.force / float(np.mean(rates)), share))
+        found = [one for one in found if abs(one[1]) > STEP_POLICY.material_run_force]
+        if not found or common is None:
             return None
-        share, way = 100 * abs(step.force) / float(np.mean(found)), "higher" if step.force > 0 else "lower"
-        fact = f"from this run on the deceleration is {share:.1f} % {way} than before (p = {step.p_value:.1g})"
-        return self.segments[step.run].run, fact
+        step, change, share = min(found, key=lambda one: one[0].p_value)
+        way = "higher" if change > 0 else "lower"
+        where = "" if share == 1.0 else f" above {3.6 * (common[0] - share * (common[0] - common[1])):.0f} km/h"
+        fact = f"from this run on the deceleration{where} is {100 * abs(change):.1f} % {way} than before"
+        return self.segments[step.run].run, f"{fact} (p = {step.p_value:.1g})"
 
     def balance(self, names: Sequence[str]) -> CoastBalance:
         """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""

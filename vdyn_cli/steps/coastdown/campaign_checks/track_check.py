@@ -20,7 +20,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
     coast_segment,
     longest_of_runs,
 )
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED
+from vdyn_cli.steps.coastdown.doubts.changed_runs import CHANGED
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.problem import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec

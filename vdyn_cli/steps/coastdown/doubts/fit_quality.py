@@ -21,6 +21,7 @@ from vdyn_cli.steps.coastdown.doubts.agreement import (
     shared_force,
     widened_to_include,
 )
+from vdyn_cli.steps.coastdown.doubts.changed_runs import ChangedRuns, changed_runs
 from vdyn_cli.steps.coastdown.doubts.one_way import widened_if_one_way
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
@@ -49,6 +50,7 @@ class FitQuality:
     fit : with intervals that include the local forces where they disagree.
     local : force from decelerations and fitted force. disagreement : of the two, above 1 where significant.
     shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
+    change : from one run on, of the resistance, if one is significant.
     """
 
     fit: RoadLoadFit
@@ -56,6 +58,7 @@ class FitQuality:
     disagreement: float
     shared: Mapping[float, tuple[float, float]]
     shifts: Mapping[str, Mapping[str, float]]
+    change: ChangedRuns | None = None
 
     def document(self) -> dict[str, Any]:
         """The numbers for the JSON, under ``quality``."""
@@ -79,7 +82,10 @@ class FitQuality:
 
     def findings(self) -> tuple[Finding, ...]:
         """What the user should know, each with a number and a remedy."""
-        return (*self._noise(), *self._road(), *self._disagreement(), *self._runs())
+        changed = (
+            () if self.change is None else (self.change.finding(self.fit.campaign.runs[self.change.step.run].name),)
+        )
+        return (*self._noise(), *self._road(), *self._disagreement(), *changed, *self._runs())
 
     def _noise(self) -> list[Finding]:
         found = []
@@ -193,13 +199,18 @@ class FitQuality:
 
 
 def quality_of(fit: RoadLoadFit) -> FitQuality:
-    """The quality of a fit; its intervals are widened where local forces disagree or all runs have one direction."""
+    """The quality of a fit; its intervals are widened where local forces disagree or all runs have one direction.
+
+    They also include what the runs before and after a change of the resistance give by themselves.
+    """
     local = local_forces(fit)
     ratio = disagreement(local)
     if local is not None and ratio > 1.0:
         fit = replace(fit, solution=widened_to_include(fit.solution, alternative(fit, local)))
+    if (change := changed_runs(fit)) is not None:
+        fit = replace(fit, solution=change.widened(fit.solution))
     fit = replace(fit, solution=widened_if_one_way(fit))
-    return FitQuality(fit, local, ratio, shared_force(fit), influence(fit))
+    return FitQuality(fit, local, ratio, shared_force(fit), influence(fit), change)
 
 
 def unphysical(fit: RoadLoadFit) -> dict[str, tuple[float, float, str]]:

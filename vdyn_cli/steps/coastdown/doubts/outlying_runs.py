@@ -17,10 +17,6 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 # Runs after which 63 % of the warming of tires is done: it takes 5 to 20 min, and a run with its return 2 to 10 min.
 WARMING = (0.5, 1.0, 2.0, 4.0)
-CHANGED = (  # the remedy for a step from one run to the next
-    "check what changed before this run (load, trailer, tire pressure, roof box, windows, wet road); if something did, "
-    "describe the runs before and after the change in two files"
-)
 
 
 @dataclass(frozen=True)
@@ -66,7 +62,7 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if outlying else None
 
 
-def resistance_step(force: Array, heading: Array) -> OutlyingRun | None:
+def resistance_step(force: Array, heading: Array, tests: int = 1) -> OutlyingRun | None:
     """The run from which on the force is another one than in the runs before it, if that is significant.
 
     A mean, the direction and a step before run k are fitted, with at least two runs on either side; the largest t of
@@ -77,6 +73,7 @@ def resistance_step(force: Array, heading: Array) -> OutlyingRun | None:
     Parameters
     ----------
     force : (n,) N, of each run beyond the common road load. heading : (n,) +1 out, -1 back.
+    tests : number of forces, such as those at all and at high speeds, that are tested on one day (Bonferroni).
     """
     from scipy.special import stdtr
 
@@ -94,7 +91,7 @@ def resistance_step(force: Array, heading: Array) -> OutlyingRun | None:
     if gradual < STEP_POLICY.step_ratio * squares:
         return None
     std = np.sqrt(squares / left / leverage)
-    p_value = min(1.0, 2.0 * len(steps) * float(stdtr(left, -abs(size) / std))) if std > 0.0 else 0.0
+    p_value = min(1.0, 2.0 * tests * len(steps) * float(stdtr(left, -abs(size) / std))) if std > 0.0 else 0.0
     if size < 0.0 and left > 1:
         downward = (order >= first).astype(np.float64)
         beside = [_added(np.column_stack([base, one]), downward, force) for one in changes]

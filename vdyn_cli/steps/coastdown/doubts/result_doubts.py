@@ -10,7 +10,7 @@ from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED, outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
 from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -88,19 +88,12 @@ def implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
 
 
 def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
-    """Coasts that are outliers or from which on the resistance is higher, by a share of the road load that matters.
-
-    They are not tested on an open road.
-    """
+    """Coasts that are outliers by a share of the road load that matters; on an open road they are not tested."""
     if not answer.coasting:
         return []
     runs, found = answer.fit.campaign.runs, []
     forces, headings = run_forces(answer.fit)[0], np.array([r.heading for r in runs])
     least = STEP_POLICY.material_run_force * float(answer.load.force(answer.quoted))
-    if (step := resistance_step(forces, headings)) is not None and abs(step.force) > least:
-        way, size = "higher" if step.force > 0 else "lower", abs(step.force)
-        what = f"from this run on the resistance is {size:.0f} N {way} than before (p = {step.p_value:.1g})"
-        found.append(Finding(runs[step.run].name, what, remedy=CHANGED, doubt=True))
     if (outlier := outlying_run(forces, headings)) is not None and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"

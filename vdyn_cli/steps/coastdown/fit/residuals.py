@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference import solve
+from vdyn_cli.inference import Solution, solve
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_rows import START
-from vdyn_cli.steps.coastdown.noise import noise_of
+from vdyn_cli.steps.coastdown.noise import force_response, noise_of
 
 SPEED_STEP = 5 / 3.6  # m/s, width of a class of speeds
 FEWEST_FOLDS, MOST_FOLDS = 3, 20  # runs: of two, each is predicted from one; beyond 20 the error hardly changes
 TOLERANCE = 1e-3  # of one residual variance: a further step would move a value by 3 % of its standard deviation
+FEWEST_BINS = 4  # of a run that one force must cover: fewer show mostly one gust
 RUN_SOURCES = ("run_wind", "run_force", "run_drive", "road_mean")
 
 
@@ -34,20 +37,53 @@ def run_forces(fit: RoadLoadFit) -> tuple[Array, Array]:
     The constant force that minimizes the run's whitened residual, with the start speed free; the noise is without what
     lasts for a run.
     """
-    at = fit.at
+    found = [
+        _steady_forces(fit, run, noise_of(fit.campaign, run, fit.at).push[:, None])
+        for run in range(len(fit.campaign.runs))
+    ]
+    return np.array([force[0] for force, _ in found]), np.array([error[0] for _, error in found])
+
+
+def fast_forces(fit: RoadLoadFit) -> tuple[Array, float] | None:
+    """Each run's resistance beyond the common road load at high speeds (runs,) N, and the lowest of these speeds, m/s.
+
+    These are the upper third of the speeds that all runs pass; a constant force acts there and another one below. None
+    where the speed is not fitted, or a run has fewer than ``FEWEST_BINS`` there or below.
+    """
+    runs, bins = fit.campaign.runs, fit.campaign.bins
+    if not fit.campaign.speed_fitted:
+        return None
+    top, bottom = min(float(r.speed.max()) for r in runs), max(float(r.speed.min()) for r in runs)
+    limit = top - (top - bottom) / 3.0
+    forces = []
+    for run, one in enumerate(runs):
+        fast = bins[run].mean(one.speed) > limit
+        if not FEWEST_BINS <= fast.sum() <= fast.size - FEWEST_BINS:
+            return None
+        pushes = force_response(fit.campaign, run, fit.at) @ np.column_stack([fast, ~fast])
+        forces.append(_steady_forces(fit, run, pushes / (-GRAVITY * fit.at["mass"] / fit.inertia))[0][0])
+    return np.array(forces), limit
+
+
+def _steady_forces(fit: RoadLoadFit, run: int, pushes: Array) -> tuple[Array, Array]:
+    """The forces (k,) N that minimize a run's whitened residual with its start speed free, and their standard errors.
+
+    The noise is without what lasts for a run.
+
+    Parameters
+    ----------
+    pushes : (n, k), response of the rows to an acceleration of 1 m/s^2 by each force.
+    """
     sizes = {**fit.sizes, **{n: 0.0 for n in RUN_SOURCES if n in fit.sizes}}
-    forces, errors = [], []
-    for run in range(len(fit.campaign.runs)):
-        residual, own = fit.residual(run)
-        noise = noise_of(fit.campaign, run, at)
-        rows = np.column_stack([noise.push, own, residual])
-        factor = noise.factor(sizes)
-        white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
-        inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
-        # The residual is simulated minus measured, and a push forward raises the measured speed.
-        forces.append(fit.inertia * float(inverse[0] @ white[:, :-1].T @ white[:, -1]))
-        errors.append(fit.inertia * float(np.sqrt(inverse[0, 0])))
-    return np.array(forces), np.array(errors)
+    residual, own = fit.residual(run)
+    rows = np.column_stack([pushes, own, residual])
+    factor = noise_of(fit.campaign, run, fit.at).factor(sizes)
+    white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
+    inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
+    # The residual is simulated minus measured, and a push forward raises the measured speed.
+    count = pushes.shape[1]
+    forces = inverse[:count] @ white[:, :-1].T @ white[:, -1]
+    return np.asarray(fit.inertia * forces), np.asarray(fit.inertia * np.sqrt(np.diag(inverse)[:count]))
 
 
 def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
@@ -83,6 +119,23 @@ def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
     return ResidualForce(at, mean, error)
 
 
+def fitted_to(fit: RoadLoadFit, runs: Sequence[int]) -> Solution:
+    """The unknowns fitted to some of the runs, weighted as in the fit to all of them, where it starts.
+
+    Raises
+    ------
+    ResultError : these runs do not determine the unknowns.
+    """
+    full = fit.regression
+    starts = {name: values[list(runs)] for name, values in full.run_starts.items()}
+    names = tuple(full.runs[k] for k in runs)
+    origins = tuple(fit.campaign.runs[k].origin for k in runs)
+    part = replace(
+        full, runs=names, rows=lambda k, theta: full.rows(runs[k], theta), run_starts=starts, origins=origins
+    )
+    return solve(part, units="run", tolerance=TOLERANCE)
+
+
 def held_out_rms(fit: RoadLoadFit) -> float | None:
     """Cross-validation: rms of measured less predicted speed, m/s, each run predicted from the others.
 
@@ -106,13 +159,7 @@ def _predicted(fit: RoadLoadFit, run: int) -> Array:
     """The run's speed (n,) m/s with parameters fitted to the other runs; that fit starts at the one to all runs."""
     full = fit.regression
     others = [k for k, one in enumerate(fit.campaign.runs) if one.origin != fit.campaign.runs[run].origin]
-    starts = {name: values[others] for name, values in full.run_starts.items()}
-    names = tuple(full.runs[k] for k in others)
-    origins = tuple(fit.campaign.runs[k].origin for k in others)
-    rest = replace(
-        full, runs=names, rows=lambda k, theta: full.rows(others[k], theta), run_starts=starts, origins=origins
-    )
-    values = solve(rest, units="run", tolerance=TOLERANCE).values
+    values = fitted_to(fit, others).values
     theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
     for _ in range(2):
         rows = full.rows(run, theta)
