@@ -24,8 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, column_groups
-from vdyn_cli.inference.qr_factors import orthonormal
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, Projection, column_groups
 from vdyn_cli.quantities.arrays import Array
 
 SEED = 20170401  # arbitrary and fixed, so that the same data give the same p value
@@ -139,18 +138,14 @@ class Scores:
 
 def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
     """Score tests of candidates, each with its unknowns, beside the ``fitted`` unknowns and every run's own."""
-    basis = orthonormal(system.of([*fitted, *system.own]))
-    names = tuple(candidates)
-    wanted = [n for name in names for n in candidates[name]]
-    whole = system.of(wanted)
-    left = whole - basis @ (basis.T @ whole)
-    y = system.y - basis @ (basis.T @ system.y)
-    groups, left = column_groups(candidates), visible_only(whole, left)
+    beside, names = Projection(system, fitted), tuple(candidates)
+    whole = system.of([n for name in names for n in candidates[name]])
+    groups, left = column_groups(candidates), visible_only(whole, beside.without(whole))
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
     seen = system.run >= 0
     priors = left[~seen[system.label]]
     stated_priors = left[system.run[system.label] == -1]
-    contributions = np.add.reduceat(left * y[:, None], system.starts, axis=0)
+    contributions = np.add.reduceat(left * beside.y[:, None], system.starts, axis=0)
     for name, columns in groups.items():
         size = float(np.sum(whole[:, columns] ** 2))
         visibility[name] = float(np.sqrt(np.sum(left[:, columns] ** 2) / size)) if size else 0.0
@@ -161,9 +156,9 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
         total = contributions[:, columns].sum(axis=0)
         estimate[name], spread[name] = inverse @ total, np.sqrt(np.diag(inverse))
         statistic[name] = float(total @ inverse @ total)
-    flipped = np.zeros((system.units, basis.shape[1], left.shape[1]))
-    for b, (first, last) in enumerate(zip(system.starts, [*system.starts[1:], len(y)], strict=True)):
-        flipped[b] = basis[first:last].T @ left[first:last]
+    flipped = np.zeros((system.units, beside.basis.shape[1], left.shape[1]))
+    for b, (first, last) in enumerate(zip(system.starts, [*system.starts[1:], len(left)], strict=True)):
+        flipped[b] = beside.basis[first:last].T @ left[first:last]
     return Scores(
         names, groups, visibility, stated, statistic, rank, estimate, spread,
         left, contributions[seen], flipped[seen], priors,

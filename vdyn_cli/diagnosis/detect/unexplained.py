@@ -23,8 +23,9 @@ import numpy as np
 from vdyn_cli.diagnosis.detect.scores import ROUNDING
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.strategies.linearized_system import Projection
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.inference.qr_factors import least_squares, orthonormal
+from vdyn_cli.inference.qr_factors import least_squares
 from vdyn_cli.quantities.arrays import Array
 
 TRIED_PER_DECADE = 60  # values of tau: within 4 % of the best, while tau's own error is a quarter or more
@@ -40,14 +41,12 @@ def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
     Half the 95 % interval of an unknown's bias is the root of its sum of squares.
     """
     system, fitted = at.system, model.with_base(at.effects)
+    beside, found = Projection(system, fitted), []
     known = system.of([*fitted, *system.own])
-    basis = orthonormal(known)
-    y = system.y - basis @ (basis.T @ system.y)
-    found = []
     for family in model.setup.families:
         coefficients = system.of(model.amplitudes(family))
         whole = coefficients @ walk(coefficients.shape[1])
-        size, visible = unexplained_size(whole, whole - basis @ (basis.T @ whole), y)
+        size, visible = unexplained_size(whole, beside.without(whole), beside.y)
         if size > 0.0:
             parts = t_quantile(visible) * size * least_squares(known, whole, ROUNDING)
             found.append({n: parts[i] for i, n in enumerate(fitted)})

@@ -22,8 +22,7 @@ from scipy.special import ndtri
 
 from vdyn_cli.diagnosis.detect.scores import ROUNDING, equivalent, pseudo_inverse, visible_only
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, column_groups
-from vdyn_cli.inference.qr_factors import orthonormal
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, Projection, column_groups
 from vdyn_cli.quantities.arrays import Array
 
 
@@ -87,12 +86,10 @@ def information(system: LinearizedSystem, fitted: Sequence[str], columns: Mappin
     ----------
     columns : names of the unknowns of each candidate and profile. profiles : names of the profiles among them.
     """
-    basis = orthonormal(system.of([*fitted, *system.own]))
-    names = [n for each in columns.values() for n in each]
-    whole = system.of(names)
-    left = visible_only(whole, whole - basis @ (basis.T @ whole))
-    y = system.y - basis @ (basis.T @ system.y)
-    return Information(left.T @ left, left.T @ y, column_groups(columns), frozenset(profiles))
+    beside = Projection(system, fitted)
+    whole = system.of([n for each in columns.values() for n in each])
+    left = visible_only(whole, beside.without(whole))
+    return Information(left.T @ left, left.T @ beside.y, column_groups(columns), frozenset(profiles))
 
 
 def sufficient(found: Information, candidates: Sequence[str], most_effects: int) -> tuple[str, ...] | None:

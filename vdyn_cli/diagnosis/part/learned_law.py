@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from scipy.special import chdtri
 
-from vdyn_cli.diagnosis.part.part_curve import Curve
+from vdyn_cli.diagnosis.part.part_curve import Curve, share_of_curve
 from vdyn_cli.diagnosis.part.part_finding import PartFinding
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.effects import Effect
@@ -76,18 +76,15 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
         fits = [fit for curve in finding.curves if (fit := _fit(curve, form, finding)) is not None]
         if len(fits) < len(finding.curves):
             continue
-        values, distance, left, whole = zip(*fits, strict=True)
-        share = 1.0 - float(np.sqrt(sum(left) / sum(whole))) if 0 < sum(left) < sum(whole) else float(sum(left) <= 0)
+        values, distance, laws = zip(*fits, strict=True)
+        share = share_of_curve(list(zip(finding.curves, laws, strict=True)), finding.fitted.solution.values)
         share = max(share, POLICY.formula_share) if sum(distance) <= enough else share
         found.append(FittedForm(form, values, sum(distance), share))
     return tuple(sorted(found, key=lambda f: (not f.as_good, f.size if f.as_good else 0, f.distance)))
 
 
-def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, float, float] | None:
-    """Coefficients, chi-square distance, and squares of the curve's deviation after and before the fit; None without.
-
-    Deviations are from the baseline's law.
-    """
+def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, Array] | None:
+    """Coefficients, chi-square distance, and the law's values (n,) at the curve's points; None without a fit."""
     from scipy.optimize import minimize
 
     law, definition = LAW_FORMS[form], _definition(curve.part, form, (), curve)
@@ -115,10 +112,7 @@ def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ..
     size, distance, column = solved(best)
     if not np.isfinite(distance):
         return None
-    values = finding.fitted.solution.values
-    left = curve.unabsorbed(curve.value - size * column, values)
-    deviation = curve.unabsorbed(curve.value, values)
-    return (size, *best), distance, float(curve.weights @ left**2), float(curve.weights @ deviation**2)
+    return (size, *best), distance, size * column
 
 
 def _grids(curve: Curve, units: Sequence[str]) -> list[list[float]]:

@@ -16,7 +16,7 @@ import numpy as np
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, unknowns_of
 from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP
-from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, linearize, linearized_system
+from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, Projection, linearize, linearized_system
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference import Regression, Solution, Unknown, solve
 from vdyn_cli.inference.function_prior import FunctionEvidence, best_evidence, evidence
@@ -106,17 +106,12 @@ class PartSearch:
 
     def rest(self, fitted: FittedParts) -> float:
         """Squares that the best other part or candidate would explain beside the fitted parts; 0 if not significant."""
-        names = [n for p in fitted.parts for n in p.unknowns]
-        priors = dict(zip(names, np.sqrt(fitted.variance).tolist(), strict=True))
-        unknowns = tuple(
-            replace(u, prior=(0.0, priors[u.name])) if u.name in priors else u for u in self.regression.unknowns
-        )
-        regression = replace(self.regression, unknowns=unknowns)
+        regression, names = self._smooth(fitted.parts, fitted.variance)
         try:
             system = linearized_system(linearize(regression, fitted.solution.values, fitted.solution.per_run))
         except (ResultError, ArithmeticError):
             return 0.0
-        projected = _Projected(system, [*self.base, *names, *system.own])
+        projected = Projection(system, [*self.base, *names])
         others = [p for p in self.parts if p.group != fitted.parts[0].group]
         gains, rivals = _gains(self.strategy, projected, others, self.noise(fitted))
         beside = [e for _, e in gains] + [
@@ -137,15 +132,19 @@ class PartSearch:
         ----------
         by : the evidence with the prior of the additions. near : a fit from which this one starts.
         """
+        regression, names = self._smooth(parts, by.variance)
+        solution = self._solved(regression, names, near.solution if near is not None else self.start)
+        return None if solution is None else self._compared(solution, regression, parts=parts, variance=by.variance)
+
+    def _smooth(self, parts: Sequence[Part], variance: Array) -> tuple[Regression, list[str]]:
+        """The regression with the priors of these parts' coefficients, without bounds, and the coefficients' names."""
         names = [n for p in parts for n in p.unknowns]
-        priors = dict(zip(names, np.sqrt(by.variance).tolist(), strict=True))
+        priors = dict(zip(names, np.sqrt(variance).tolist(), strict=True))
         unknowns = tuple(
             replace(u, prior=(0.0, priors[u.name]), lower=-np.inf, upper=np.inf) if u.name in priors else u
             for u in self.regression.unknowns
         )
-        regression = replace(self.regression, unknowns=unknowns)
-        solution = self._solved(regression, names, near.solution if near is not None else self.start)
-        return None if solution is None else self._compared(solution, regression, parts=parts, variance=by.variance)
+        return replace(self.regression, unknowns=unknowns), names
 
     def with_effects(self, effects: Sequence[str]) -> FittedParts | None:
         """The fit with these effects of the catalog; None where it fails.
@@ -223,51 +222,35 @@ def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | N
         system = linearized_system(linearize(regression, base.values, base.solution.per_run))
     except (ResultError, ArithmeticError):
         return None
-    projected = _Projected(system, [*strategy.model.base, *system.own])
+    projected = Projection(system, strategy.model.base)
     floor = _floor(strategy, projected, system, parts)
     gains, rivals = _gains(strategy, projected, parts, floor)
     return PartSearch(strategy, regression, strategy.model.base, base.solution, parts, gains, rivals, floor)
 
 
 def _gains(
-    strategy: Strategy, projected: _Projected, parts: Sequence[Part], floor: float
+    strategy: Strategy, projected: Projection, parts: Sequence[Part], floor: float
 ) -> tuple[tuple[tuple[tuple[Part, ...], FunctionEvidence], ...], dict[str, FunctionEvidence]]:
     """The evidence of every set of parts, the largest first, and of every candidate."""
     gains = []
     for some in _sets(parts):
-        information, score = projected.of([n for p in some for n in p.unknowns])
+        information, score = projected.information([n for p in some for n in p.unknowns])
         found = best_evidence(information / floor, score / floor, some[0].orders, some[0].size, len(some))
         gains.append((some, found))
     rivals = {}
     for name, effect in strategy.model.setup.candidates.items():
-        information, score = projected.of(strategy.model.amplitudes(name))
+        information, score = projected.information(strategy.model.amplitudes(name))
         every = [effect.unknowns[n] for n in amplitudes_of(effect)]
         ranges = np.array([max(abs(q.lower), abs(q.upper)) for q in every])
         rivals[name] = evidence(information / floor, score / floor, (POLICY.catalog_prior * ranges) ** 2)
     return tuple(sorted(gains, key=lambda pair: -pair[1].gain)), rivals
 
 
-class _Projected:
-    """Information and scores of columns beside the fitted unknowns."""
-
-    def __init__(self, system: LinearizedSystem, fitted: Sequence[str]) -> None:
-        self.system, self.basis = system, orthonormal(system.of(fitted))
-        self.y = system.y - self.basis @ (self.basis.T @ system.y)
-
-    def left(self, names: Sequence[str]) -> Array:
-        whole = self.system.of(names)
-        return np.asarray(whole - self.basis @ (self.basis.T @ whole))
-
-    def of(self, names: Sequence[str]) -> tuple[Array, Array]:
-        left = self.left(names)
-        return left.T @ left, left.T @ self.y
-
-
-def _floor(strategy: Strategy, projected: _Projected, system: LinearizedSystem, parts: Sequence[Part]) -> float:
+def _floor(strategy: Strategy, projected: Projection, system: LinearizedSystem, parts: Sequence[Part]) -> float:
     """Residual variance of a row with all parts and candidates fitted, at least one."""
     names = [n for p in parts for n in p.unknowns]
     names += [n for e in strategy.model.setup.candidates for n in strategy.model.amplitudes(e)]
-    q = orthonormal(projected.left(names))
+    q = orthonormal(projected.without(system.of(names)))
     rest = projected.y - q @ (q.T @ projected.y)
     rows = float(system.counts[system.run >= 0].sum())
     degrees = max(rows - q.shape[1] - projected.basis.shape[1], 1.0)

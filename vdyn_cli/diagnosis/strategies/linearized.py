@@ -45,11 +45,6 @@ class LinearizedStrategy(Strategy):
         return NestedFits(self.model, known={**self.known, **{(n,): None for n in self.refuted}})
 
     @property
-    def base(self) -> FittedModel:
-        """See Strategy."""
-        return self._fits.base
-
-    @property
     def nonlinear(self) -> bool:
         """False: all fits of one linearization have the same sensitivities."""
         return False

@@ -180,6 +180,28 @@ class LinearizedSystem:
         return LinearizedSystem(self.names, self.columns[order], self.y[order], label[order], units, counts, "run")
 
 
+class Projection:
+    """What fitted unknowns do not explain of a system: y and columns orthogonal to the fitted ones.
+
+    Parameters
+    ----------
+    fitted : shared unknowns; the runs' own are fitted, too.
+    """
+
+    def __init__(self, system: LinearizedSystem, fitted: Sequence[str]) -> None:
+        self.system, self.basis = system, orthonormal(system.of([*fitted, *system.own]))
+        self.y = self.without(system.y)
+
+    def without(self, columns: Array) -> Array:
+        """The part of columns (n,) or (n, k) that is orthogonal to the fitted ones."""
+        return np.asarray(columns - self.basis @ (self.basis.T @ columns))
+
+    def information(self, names: Sequence[str]) -> tuple[Array, Array]:
+        """Information (k, k) and score (k,) of these unknowns beside the fitted ones."""
+        left = self.without(self.system.of(names))
+        return left.T @ left, left.T @ self.y
+
+
 def linearized_system(linear: LinearizedRuns) -> LinearizedSystem:
     """Cut the rows into units and compress each to its QR factor; every prior is one unit.
 

@@ -38,13 +38,6 @@ class NestedFits:
     def __post_init__(self) -> None:
         self._made = dict(self.known)
 
-    @property
-    def base(self) -> FittedModel:
-        """The fit without effects; raises as ``fitted`` does."""
-        base = self.fitted(())
-        assert base is not None
-        return base
-
     def fitted(self, effects: Sequence[str]) -> FittedModel | None:
         """The fit with these effects; None where the data do not determine it, or it exceeds the plausible range.
 

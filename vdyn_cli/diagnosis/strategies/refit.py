@@ -31,11 +31,6 @@ class RefitStrategy(Strategy):
         return NestedFits(self.model, self._starts, self.secants, self.known)
 
     @property
-    def base(self) -> FittedModel:
-        """See Strategy."""
-        return self._fits.base
-
-    @property
     def nonlinear(self) -> bool:
         """True: every fit simulates at its own values."""
         return True

@@ -24,7 +24,10 @@ class Strategy(Protocol):
 
     @property
     def base(self) -> FittedModel:
-        """The fit of the baseline, without effects."""
+        """The fit of the baseline, without effects; raises as ``fitted`` does."""
+        base = self.fitted(())
+        assert base is not None
+        return base
 
     @property
     def nonlinear(self) -> bool:
