@@ -427,6 +427,19 @@ class StepPolicy:
         "GPS receivers give their speed 7 to 160 ms late, filters of bus signals take 5 to 100 ms, a torque from the "
         "bus is 10 to 100 ms late. Most are within 0 to 120 ms: uniformly distributed, that has 35 ms.",
     )  # fmt: skip
+    least_delay: float = threshold(
+        0.4, "s", "least delay between speed and drive torque that is corrected before the fit",
+        "The candidate effect of a late speed reaches 0.5 s; engines and filters are faster (torque_lag).",
+    )  # fmt: skip
+    delay_rest: float = threshold(
+        0.5, "", "times the variance of the acceleration without a delay that the delayed torque may leave",
+        "16 drives with 0.8 to 1.2 s left 0.01 to 0.09; with 0.3 s 0.51 to 0.59; 14 trips of a real car have their "
+        "least variance without a delay.",
+    )  # fmt: skip
+    delay_evidence: float = threshold(
+        15.0, "log likelihood", "of such a delay over none",
+        "Those 16 drives reached 46 to 190, drives with 0.3 s 13 to 20; three standard errors are 4.5.",
+    )  # fmt: skip
     missed_error: float = threshold(
         0.12, "share of the largest speed", "rms error of a simulated speed, above which the car may be another one",
         "Errors of 10 % of the road load and 5 % of the torque cause half of that.",

@@ -36,6 +36,7 @@ from vdyn_cli.steps.validate.car.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.drives.compared_channels import compared_sensors, has_two_motors
 from vdyn_cli.steps.validate.drives.input_torque import DriveInputs
+from vdyn_cli.steps.validate.drives.late_speed import with_speed_on_time
 from vdyn_cli.steps.validate.drives.ratio_changes import StatedMotion
 from vdyn_cli.steps.validate.drives.segments import (
     RUN_START,
@@ -369,6 +370,9 @@ def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Valid
     if spec.settings.model == "road_load":
         parameter_prior(known, road_load("torque", resistances=resistances(known)).parameters)
     right, findings = with_right_acceleration(logs, or_speed=False)
+    if spec.settings.model == "road_load":
+        right, late = with_speed_on_time(right)
+        findings = (*findings, *late)
     return ValidateProblem(spec, right, known, findings=findings)
 
 
