@@ -199,6 +199,9 @@ def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> No
         ("Absolute acceleration (m/s^2)", "", ""),
         ("Accel (GPS) (m/s²)", "", ""),
         ("MotTrqCmd [Nm]", "", ""),
+        ("Eng_Torq_Est [Nm]", "", ""),
+        ("AMK1_TorqueCurrent", "", ""),
+        ("EngSpd", "", ""),
         ("VehSpdValid", "", ""),
         ("加速踏板开度(%)", "", ""),
         ("エンジン回転数[rpm]", "", ""),
@@ -210,6 +213,18 @@ def test_names_of_loggers_in_several_languages(name: str, channel: str, unit: st
     found = columns(draft("coastdown", tmp_path / "run.csv")[1]["channels"])
     mapped = {key: value for key, value in found.items() if value[0] == name}
     assert mapped == ({channel: (name, unit)} if channel else {})
+
+
+def test_loads_in_kg_and_german_angles_of_a_shaft_are_known(tmp_path: Path) -> None:
+    time = np.arange(600) / 10.0
+    corners = {f"load_{corner}_kg": 400.0 + 9.0 * k + WAVE for k, corner in enumerate(("fl", "fr", "rl", "rr"))}
+    found = columns(draft("cg", table(tmp_path / "a.csv", time_s=time, **corners))[1]["channels"])
+    assert found["front_left_load"] == ("load_fl [kg]", "kg")
+    rig = {"Drehmoment_Welle_Nm": 300 * WAVE, "Winkel_Motor_deg": 7 * WAVE, "Winkel_Rad_deg": 0.1 * WAVE}
+    found = columns(draft("shaft", table(tmp_path / "b.csv", time_s=time, **rig))[1]["channels"])
+    assert [found[name][0] for name in ("shaft_torque", "motor_angle", "wheel_angle")] == [
+        "Drehmoment_Welle [Nm]", "Winkel_Motor [deg]", "Winkel_Rad [deg]"
+    ]  # fmt: skip
 
 
 def test_rivals_of_one_name_state_the_devices_below_the_header(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vdyn_cli.io.channel_survey import survey, without_clock
 from vdyn_cli.io.clocks.written_times import is_instant, seconds_of_digits, since_first, written_seconds
 from vdyn_cli.io.formats.log_formats import read_log
+from vdyn_cli.io.missing_marks import missing_mark
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import InputError
 
@@ -498,3 +499,36 @@ def test_a_clock_that_restarts_is_shown_with_its_place(tmp_path: Path) -> None:
     what, remedy = without_clock(survey(path))
     assert what.endswith("its values do not increase: 29.95 is followed by 0, and 1 more")
     assert "split the file where its time restarts" in remedy
+
+
+@pytest.mark.parametrize("mark", ["-9999", "65535", "-999.00"])
+def test_marks_of_missing_values_are_no_samples(tmp_path: Path, mark: str) -> None:
+    path = tmp_path / "log.csv"
+    cells = [mark if k % 97 == 5 else str(v) for k, v in enumerate(SPEED)]
+    path.write_text("t [s],v [km/h]\n" + "".join(f"{t},{v}\n" for t, v in zip(TIME, cells, strict=True)))
+    facts = {f.column: f for f in survey(path)}["v [km/h]"]
+    assert (facts.lowest, facts.highest, facts.mark) == (SPEED.min(), SPEED.max(), (7, float(mark)))
+    log = read_log(path, {"time": Column("t [s]", "s", "s"), "speed": Column("v [km/h]", "km/h", "m/s")})
+    assert np.count_nonzero(np.isnan(log["speed"])) == 7
+    assert f"channel 'speed': 7 samples of {float(mark):g} count as missing values" in [f.what for f in log.findings]
+
+
+@pytest.mark.parametrize("values", [[9999.0, 5000.0, 4000.0], [0.0, 65535.0, 0.0], [-9999.0, -9999.0], [1.0, 12345.0]])
+def test_other_large_values_are_no_marks(values: list[float]) -> None:
+    assert missing_mark(np.array(values)) is None
+
+
+@pytest.mark.parametrize(
+    "cell", ["20260501T102311.5Z", "20260501-102311", "20260501_102311.25", "20260501 102311+02:00"]
+)
+def test_a_time_without_separators_is_read(cell: str) -> None:
+    assert is_instant(cell)
+    expected = datetime(2026, 5, 1, 10, 23, 11, tzinfo=UTC).timestamp()
+    assert written_seconds(np.array([cell], dtype=object))[0] == pytest.approx(expected, abs=0.6)
+
+
+def test_a_receiver_s_clock_in_digits_is_named_utc(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("Date,UTC,Speed (knots)\n" + rows("010526,{d:%H%M%S.%f},{v:.2f}"), encoding="utf-8")
+    (clock,) = [f for f in survey(path) if f.state == "clock"]
+    assert (clock.column, clock.info.unit, clock.info.begin) == ("UTC", "s", pytest.approx(86390.0))

@@ -147,6 +147,8 @@ def _notes(facts: ChannelFacts) -> list[str]:
         notes.append(_clock_unit(facts))
     if facts.repeated > 1 and facts.state != "clock":
         notes.append(f"one of {facts.repeated} of this name" + (f", from '{s}'" if (s := facts.info.source) else ""))
+    if facts.mark:
+        notes.append(f"{facts.mark[0]} samples of {facts.mark[1]:.10g} count as missing")
     if facts.same_as:
         notes.append(f"same samples as '{facts.same_as}'")
     if facts.rest:

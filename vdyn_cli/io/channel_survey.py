@@ -15,6 +15,7 @@ import numpy as np
 from vdyn_cli.io.clocks.written_times import FORMS
 from vdyn_cli.io.formats.log_formats import readers
 from vdyn_cli.io.formats.split_times import MOST_LEVELS
+from vdyn_cli.io.missing_marks import missing_mark
 from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
@@ -48,6 +49,7 @@ class ChannelFacts:
     ends : first and last recorded value, in the unit of the file; NaN for an empty channel.
     angle : mean of exp(i x) with x in degrees: its argument is the mean angle, its modulus 1 if all x are equal.
     longest_fall : longest time, s, over which successive 2 s means of the absolute value decrease.
+    mark : (number of samples, value) of the mark of missing values, which do not count; None if there is none.
     decreases : number of decreases of a channel without times, and the values of the first; None if there is none.
     falls : first and last time, s, of each decrease of the absolute value by half of its range; empty if none lasts
         10 s.
@@ -67,6 +69,7 @@ class ChannelFacts:
     longest_fall: float = 0.0
     falls: tuple[tuple[float, float], ...] = ()
     decreases: tuple[int, float, float] | None = None
+    mark: tuple[int, float] | None = None
 
 
 def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[ChannelFacts, ...]:
@@ -173,6 +176,9 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     if values is None:
         return ChannelFacts(info, column, "text", 0, nan, nan)
     written = np.isfinite(values)
+    mark = missing_mark(values) if time is not values else None
+    marked = (int(np.count_nonzero(values == mark)), mark) if mark is not None else None
+    written &= values != mark
     some = values[written] if not written.all() else values
     if some.size == 0:
         return ChannelFacts(info, column, "empty", 0, nan, nan)
@@ -191,7 +197,7 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     ends = float(some[0]), float(some[-1])
     facts = ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
     falls = _falls(time[written], size) if time is not None and fall >= _LONG_FALL else ()
-    return replace(facts, ends=ends, angle=angle, longest_fall=fall, falls=falls, decreases=decreases)
+    return replace(facts, ends=ends, angle=angle, longest_fall=fall, falls=falls, decreases=decreases, mark=marked)
 
 
 def _longest_fall(time: Array, values: Array) -> float:

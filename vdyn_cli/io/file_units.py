@@ -17,12 +17,13 @@ _SIGNS = str.maketrans({"℃": "°C", "℉": "°F"})
 _OTHER_WORDS = {
     "m_sec2": "m/s2",  # of Car Scanner
     "*C": "°C",  # of VCDS
+    **{"км/ч": "km/h", "м/с": "m/s", "об/мин": "1/min", "公里/小时": "km/h", "千米/小时": "km/h", "转/分": "1/min"},
     **{"N•m": "N m", "N-m": "N m", "N.m": "N m"},
 }
 _NAME_ENDS = {  # units as the last word of a name
     **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
     **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
-    **{"n": "N", "m": "m", "mm": "mm", "km": "km", "ft": "ft", "s": "s", "ms": "ms"},
+    **{"kg": "kg", "lbs": "lbs", "n": "N", "m": "m", "mm": "mm", "km": "km", "ft": "ft", "s": "s", "ms": "ms"},
     **dict.fromkeys(("mile", "miles"), "mile"),
 }
 # Units in words at the end of a name, such as speed_meters_per_sec and vel_m_s.

@@ -18,7 +18,8 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 _CLOCK = re.compile(
     r"((elapsed|log|sample|device|gps|utc|local|system|recording)[ _]?time|time|"
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
-    r"(\w+[ _.])?time[ _]?stamps?|(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|x_value|(ms|seconds)_today|"
+    r"(\w+[ _.])?time[ _]?stamps?|(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
+    r"x_value|utc|(ms|seconds)_today|"
     r"(milli|micro)s(econds)?|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )

@@ -53,7 +53,14 @@ _SPELLINGS = (
 LONGEST_QUANTITY = 100  # characters of a quantity: a number of full precision, its deviation, and a unit have some 90
 _BY_KIND = {
     **{("mb", "Pa"): "mbar", ("c", "K"): "degC", ("f", "K"): "degF"},
-    **{("g", "m/s^2"): "g_0", ("lb", "N"): "lbf", ("lbs", "N"): "lbf", ("kn", "N"): "kN", ("nm", "N m"): "N*m"},
+    **{
+        ("g", "m/s^2"): "g_0",
+        ("lb", "N"): "lbf",
+        ("lbs", "N"): "lbf",
+        ("kg", "N"): "kgf",
+        ("kn", "N"): "kN",
+        ("nm", "N m"): "N*m",
+    },
     **{(u, "m/s"): "km/h" for u in ("kmh", "kmph", "km/hr")},
     **{(u, "rad/s"): "rpm" for u in ("1/min", "/min", "min^-1", "min-1", "u/min", "rev/min", "r/min", "tr/min")},
     **{(u, "N m"): "lbf*ft" for u in ("lb-ft", "ft-lb", "lb ft", "ft lb", "lbft", "ftlb")},

@@ -38,6 +38,7 @@ _MONTHS = {
     **{"juin": "Jun", "giu": "Jun", "juil": "Jul", "lug": "Jul", "aou": "Aug", "ago": "Aug", "set": "Sep"},
     **{"okt": "Oct", "out": "Oct", "ott": "Oct", "dez": "Dec", "dic": "Dec"},
 }
+_COMPACT = re.compile(r"(\d{4})([01]\d)([0-3]\d)[ T_-]([0-2]\d)([0-5]\d)([0-6]\d(?:[.,]\d+)?)" + _ZONE)
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
 _IN_DIGITS = re.compile("hhmmss", re.IGNORECASE)  # in a column's name
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
@@ -49,9 +50,11 @@ FORMS = (
 
 
 def is_instant(cell: str) -> bool:
-    """Whether a cell is a time: ``10:23:11.5``, ``2026-05-01 10:23``, ``0 days 10:23:11.5``, minutes ``83:11.5``."""
-    plain = cell.strip() if len(cell) <= _LONGEST_TIME and ":" in cell else ""
-    return any(form.fullmatch(plain) for form in (_INSTANT, _MINUTES, _YEAR_LAST))
+    """Whether a cell is a time: ``10:23:11.5``, ``2026-05-01 10:23``, ``0 days 10:23:11.5``, minutes ``83:11.5``,
+    ``20260501T102311.5``."""
+    plain = cell.strip() if len(cell) <= _LONGEST_TIME else ""
+    forms = (_INSTANT, _MINUTES, _YEAR_LAST, _COMPACT) if ":" in plain else (_COMPACT,)
+    return any(form.fullmatch(plain) for form in forms)
 
 
 def is_day_or_minute(cell: str) -> bool:
@@ -74,6 +77,7 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
 
     text = pd.Series(cells, dtype=object).str.strip()
     text = text.str.replace(f"^{_YEAR_LAST.pattern}$", r"\2-\1-\4 \3", regex=True)
+    text = text.str.replace(f"^{_COMPACT.pattern}$", r"\1-\2-\3 \4:\5:\6", regex=True)
     parts = text.str.extract(f"^{_INSTANT.pattern}$")
     hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
     seconds = pd.to_numeric(parts[3].str.replace("[,:]", ".", regex=True), errors="coerce").fillna(0.0).to_numpy(float)

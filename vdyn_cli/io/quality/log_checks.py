@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from vdyn_cli.io.clocks.align import on_one_clock
 from vdyn_cli.io.clocks.mixed_rates import split_by_rate
 from vdyn_cli.io.clocks.sample_times import check_steps
+from vdyn_cli.io.missing_marks import missing_mark
 from vdyn_cli.io.quality.channel_quality import WHOLE, Window, check_channel
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding, raise_all
@@ -41,12 +44,27 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False, win
     return replace(on_one_clock(found[0], found[1:]), begin=begin)
 
 
+def _without_marks(log: Log) -> tuple[Log, list[Finding]]:
+    """The log with the marks of missing values replaced by NaN, and a finding for each channel that has some."""
+    channels = dict(log.channels)
+    findings: list[Finding] = []
+    for channel, values in log.channels.items():
+        if (mark := missing_mark(values)) is not None:
+            count = int(np.count_nonzero(values == mark))
+            what = f"channel '{channel}': {count} samples of {mark:.10g} count as missing values"
+            findings.append(Finding(log.name, what))
+            channels[channel] = np.where(values == mark, np.nan, values)
+    return (replace(log, channels=channels), findings) if findings else (log, findings)
+
+
 def _checked(
     log: Log, mapping: Mapping[str, Column], problems: list[Finding], window: Window, instants: bool = False
 ) -> Log:
     """The channels of one clock, checked and in SI; errors are added to ``problems``."""
     own = list(log.source.problems) if log.source else []
     findings = list(log.findings) if own or instants else [*log.findings, *check_steps(log)]
+    log, marked = _without_marks(log)
+    findings += marked
     for channel in log.channels:
         quality = check_channel(log, channel, mapping[channel].unit, window)
         findings += quality.findings

@@ -16,6 +16,11 @@ class QualityPolicy:
         "A log has up to ten channels with some five tests each; as the tests are correlated, less than 1 % of healthy "
         "logs fail one. tests/bench/log_faults.md measures it.",
     )  # fmt: skip
+    mark_ratio: float = threshold(
+        10.0, "", "times the largest other value: least size of a usual mark of missing values, such as -9999",
+        "Loggers choose marks that no sensor reaches. The ranges of sensors end within some three times what they "
+        "measure in a drive, and the largest value of a bus signal, 65535, is its mark.",
+    )  # fmt: skip
     shortest_segment: int = threshold(
         5, "samples", "of equal values or of a straight line, below which a segment is not tested",
         "Four equal values in a row occur in every coarse channel; so few wrong samples do not affect an estimate.",

@@ -6,17 +6,22 @@ import re
 import unicodedata
 from collections.abc import Mapping
 
-# Other spellings of the words in the rules below, also in German, French, Spanish, Italian and Portuguese, without
-# accents.
+# Other spellings of the words in the rules below, also in German, French, Spanish, Italian, Portuguese, Dutch and
+# Polish, without accents.
 _SPELLINGS = {
-    "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita",
-    "accel": "acceleration acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione",
+    "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita "
+    "snelheid predkosc",
+    "accel": "acceleration acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione versnelling "
+    "przyspieszenie",
     "long": "longitudinal lon forward laengs längs longitudinale",
     "vert": "vertical vertikal verticale",
     "lat": "lateral quer laterale transversale transversal",
     "drive": "antrieb antriebs",
-    "torque": "trq tq moment drehmoment couple par coppia binario",
+    "torque": "trq torq tq moment drehmoment couple par coppia binario koppel",
     "motor": "mot emotor em moteur motore",
+    "engine": "eng",
+    "shaft": "welle antriebswelle seitenwelle arbre albero",
+    "angle": "winkel angulo angolo",
     "wheel": "whl rad roue rueda ruota roda",
     "elevation": "altitude alt height elev höhe hoehe altitud altitudine",
     "position": "distance dist pos odometer weg strecke distancia distanza",
@@ -32,7 +37,8 @@ _SPELLINGS = {
     "fr": "vr rf",
     "rl": "hl lr",
     "rr": "hr",
-    "target": "requested request req desired demand demanded command cmd setpoint ref reference soll sollwert cible",
+    "target": "requested request req desired demand demanded command cmd setpoint ref reference soll sollwert cible "
+    "sched scheduled",
     "max": "maximum min minimum limit lim limited available avail rated nominal predicted",
     "mean": "average avg moyenne media medio mittel mittelwert",
     "error": "err accuracy precision std sigma uncertainty",
@@ -85,20 +91,22 @@ def in_english(name: str) -> str:
     return _LONGEST_FIRST.sub(lambda found: f" {_IN_ENGLISH[found[0].lower()]} ", plain)
 
 
+_OTHER_SPEEDS = (
+    "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery crank idle "
+    "input output transmission turbo cruise steering throttle pedal slip tire"
+)
+
 # For each channel: sets of words, all of one of which must be in the name, the most specific set first; words that
 # exclude it.
 RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
-    "speed": (
-        ("speed", "twist linear x"),
-        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
-    ),
-    "vehicle_speed": (
-        ("speed",),
-        "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery",
-    ),
+    "speed": (("speed", "twist linear x"), _OTHER_SPEEDS),
+    "vehicle_speed": (("speed",), _OTHER_SPEEDS),
     "position": (("position",), "pedal throttle steering gear valve brake accel lat long time"),
     "elevation": (("elevation",), "ride"),
-    "drive_torque": (("drive torque", "motor torque", "torque"), "brake hub wheel shaft left right steering friction"),
+    "drive_torque": (
+        ("drive torque", "motor torque", "torque"),
+        "brake hub wheel shaft left right steering friction engine current axle",
+    ),
     "drive_torque_left": (("drive torque left", "motor torque left"), "brake hub wheel"),
     "drive_torque_right": (("drive torque right", "motor torque right"), "brake hub wheel"),
     "drive_force": (("drive force", "traction force"), "brake"),
