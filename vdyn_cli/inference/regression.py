@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol, runtime_checkable
 
@@ -139,6 +139,13 @@ class Regression:
         own = np.array([self.run_starts.get(u.name, np.full(len(self.runs), u.start)) for u in self.own], dtype=float)
         return np.concatenate([[u.start for u in self.shared], own.T.ravel()])
 
+    def started(self, x: Array) -> Regression:
+        """The regression with these start values (s + g m) of all unknowns: shared first, then run by run."""
+        shared, m = iter(x[: len(self.shared)].tolist()), len(self.own)
+        unknowns = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
+        own = {u.name: x[len(self.shared) + i :: m] for i, u in enumerate(self.own)}
+        return replace(self, unknowns=unknowns, run_starts=own)
+
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds, each (s + g m): shared first, then run by run."""
         every = self.shared + self.own * len(self.runs)
@@ -150,6 +157,18 @@ class Regression:
         if index < s:
             return self.shared[index].name
         return f"{self.own[(index - s) % m].name} of {self.runs[(index - s) // m]}"
+
+
+def stacked(unknowns: Sequence[Unknown], values: Mapping[str, float], per_run: Mapping[str, Array]) -> Array:
+    """All unknowns (s + g m) as one vector: shared first, then run by run.
+
+    Parameters
+    ----------
+    values : of shared unknowns; omitted ones have their start. per_run : (g,) values of each of the m own ones.
+    """
+    shared = [values.get(u.name, u.start) for u in unknowns if not u.per_run]
+    own = np.array([per_run[u.name] for u in unknowns if u.per_run])
+    return np.concatenate([shared, own.T.ravel()])
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference import Regression
+from vdyn_cli.inference.regression import stacked
 from vdyn_cli.quantities.arrays import Array
 
 
@@ -29,8 +30,7 @@ def slopes_by_known(
     names = [shared[k].name for k in free]
     s, m = len(free), len(own)
     columns = [known.index(shared[k].name) for k in held]
-    starts = np.array([per_run[u.name] for u in own])
-    x = np.concatenate([[values[u.name] for u in shared], starts.T.ravel()])
+    x = stacked(extended.unknowns, values, per_run)
     normal, right = np.zeros((s + g * m, s + g * m)), np.zeros((s + g * m, len(known)))
     for run in range(g):
         jacobian = extended.rows(run, extended.local(x, run)).jacobian

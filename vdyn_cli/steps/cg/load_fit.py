@@ -15,6 +15,7 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.inference.regression import stacked
 from vdyn_cli.physics.models.load_transfer import (
     CARRIED,
     FRONT_LOAD_TRANSFER,
@@ -189,10 +190,7 @@ class LoadFit:
         ----------
         start : values of shared unknowns that replace those of the solution.
         """
-        values = {**solution.values, **start}
-        shared = [values.get(u.name, u.start) for u in self.unknowns if not u.per_run]
-        own = np.array([solution.per_run[u.name] for u in self.unknowns if u.per_run])
-        return np.concatenate([shared, own.T.ravel()])
+        return stacked(self.unknowns, {**solution.values, **start}, solution.per_run)
 
     def regression(self, at: Array, start: Array | None = None, heave: Array | None = None) -> Regression:
         """The regression over all runs, with noise and true channels computed ``at`` these unknowns (s + g m).
@@ -204,18 +202,12 @@ class LoadFit:
         g the integrated balances, theta_0 = ``at``, L L' the covariance of g there. The true channels are uncorrelated
         with the balances of the measured ones (hence no bias), and smoothed, because their noise only adds scatter.
         """
-        shared = [u for u in self.unknowns if not u.per_run]
-        own = [u for u in self.unknowns if u.per_run]
-        s, m = len(shared), len(own)
         noise = self.heave_noise(at) if heave is None else heave
         driven = _driven(self, at, noise)
         whitened_runs = [self._whitened_run(k, _local(self, at, k), noise, one) for k, one in enumerate(driven)]
-
-        begin = at if start is None else start
-        begun = [replace(u, start=value) for u, value in zip(shared, begin[:s].tolist(), strict=True)]
-        starts = {u.name: begin[s + i :: m] for i, u in enumerate(own)}
         rows = BalanceRows(self, at, tuple(whitened_runs), noise)
-        return Regression((*begun, *own), tuple(w.run for w in self.runs), rows, starts)
+        regression = Regression(self.unknowns, tuple(w.run for w in self.runs), rows)
+        return regression.started(at if start is None else start)
 
     def heave_noise(self, at: Array) -> Array:
         """Autocovariance (m,), N^2, of the road's heave as front load, estimated at ``at``; (0,) with rear loads."""

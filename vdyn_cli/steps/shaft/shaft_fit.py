@@ -24,6 +24,7 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.banded import whitened
 from vdyn_cli.inference.iterate import until_settled
+from vdyn_cli.inference.regression import stacked
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
 from vdyn_cli.quantities.arrays import Array
@@ -101,25 +102,19 @@ class ShaftFit:
         at : (s + runs m,), all unknowns. start : start values of the fit, else ``at``.
         """
         frozen = [self._frozen_rows(index, self.regression.local(at, index)) for index in range(len(self.runs))]
-        begin = at if start is None else start
-        s, m = len(self.regression.shared), len(self.regression.own)
-        shared = iter(begin[:s].tolist())
-        started = tuple(u if u.per_run else replace(u, start=next(shared)) for u in self.unknowns)
-        own = {u.name: begin[s + i :: m] for i, u in enumerate(self.regression.own)}
-        return replace(self.regression, unknowns=started, rows=lambda k, theta: frozen[k](theta), run_starts=own)
+        regression = replace(self.regression, rows=lambda k, theta: frozen[k](theta))
+        return regression.started(at if start is None else start)
 
     def unknowns_at(self, solution: Solution) -> Array:
         """All unknowns, (s + runs m,), at a solution of this fit, or of the linear one with effects at their starts.
 
         A linear law determines only one zero. For a nonlinear one it becomes the twist's, as torques are zeroed well.
         """
-        shared = [solution.values.get(u.name, u.start) for u in self.regression.shared]
         zeros = dict(solution.per_run)
         if "twist_zero" not in zeros:
             zeros["twist_zero"] = -zeros["torque_zero"] / solution.values["shaft_stiffness"]
             zeros["torque_zero"] = np.zeros(len(self.runs)) if self.added.effects else zeros["torque_zero"]
-        own = np.array([zeros[u.name] for u in self.regression.own])
-        return np.concatenate([shared, own.T.ravel()])
+        return stacked(self.unknowns, solution.values, zeros)
 
     def adjusted(self, index: int, theta: Array) -> tuple[Array, Array, Array]:
         """Adjusted twist (rad) and rate (rad/s) of a run and the law's torque (N m) for them, (n,) each."""
