@@ -11,9 +11,9 @@ from collections.abc import Mapping
 _SPELLINGS = {
     "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita "
     "snelheid predkosc",
-    "accel": "acceleration acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione versnelling "
-    "przyspieszenie",
-    "long": "longitudinal lon forward laengs längs longitudinale",
+    "accel": "acceleration accelerometer acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione "
+    "versnelling przyspieszenie",
+    "long": "longitudinal lon inline forward laengs längs longitudinale",
     "vert": "vertical vertikal verticale",
     "lat": "lateral quer laterale transversale transversal",
     "drive": "antrieb antriebs",
@@ -82,18 +82,22 @@ _JOINED = {
 }
 _IN_ENGLISH = {joined: word for word, many in _JOINED.items() for joined in many.split()}
 _LONGEST_FIRST = re.compile("|".join(sorted(_IN_ENGLISH, key=len, reverse=True)), re.IGNORECASE)
+_NORTH_EAST_DOWN = re.compile(r"(?<![a-z])(vel(?:ocity)?[_ ]?)[ned](?![a-z])", re.IGNORECASE)
 _ACCENTS = re.compile("[\u0300-\u0307\u0309-\u036f]")  # without the German dieresis, U+0308
 
 
 def in_english(name: str) -> str:
     """A name with joined words of other languages in English, separated by blanks, and without accents."""
     plain = unicodedata.normalize("NFC", _ACCENTS.sub("", unicodedata.normalize("NFD", name)))
+    plain = _NORTH_EAST_DOWN.sub(r"\1 north ", plain)
     return _LONGEST_FIRST.sub(lambda found: f" {_IN_ENGLISH[found[0].lower()]} ", plain)
 
 
 _OTHER_SPEEDS = (
     "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery crank idle "
-    "input output transmission turbo cruise steering throttle pedal slip tire"
+    "input output transmission turbo cruise set steering throttle pedal slip sideslip tire wiper n "
+    "lat vert y z north east down air pitot airspeed "  # of other directions, and of the air
+    "lead preceding object obj radar relative rel closing delta difference diff lap sector sim simulated"
 )
 
 # For each channel: sets of words, all of one of which must be in the name, the most specific set first; words that
@@ -102,10 +106,12 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "speed": (("speed", "twist linear x"), _OTHER_SPEEDS),
     "vehicle_speed": (("speed",), _OTHER_SPEEDS),
     "position": (("position",), "pedal throttle steering gear valve brake accel lat long time"),
-    "elevation": (("elevation",), "ride"),
+    "elevation": (("elevation",), "ride antenna geoid bump hub tank body ground damper"),
     "drive_torque": (
         ("drive torque", "motor torque", "torque"),
-        "brake hub wheel shaft left right steering friction engine current axle",
+        "brake hub wheel shaft left right steering handwheel eps column friction engine current axle clutch converter "
+        "turbine crank pedal driver rider human regen loss reserve vectoring drag bearing bolt roller output "
+        "yaw pitch roll x y z aligning overturning lenk reib schlepp",
     ),
     "drive_torque_left": (("drive torque left", "motor torque left"), "brake hub wheel"),
     "drive_torque_right": (("drive torque right", "motor torque right"), "brake hub wheel"),
@@ -114,11 +120,13 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "acceleration": (
         ("long accel", "ax", "a x", "long a", "long g", "g force x", "accel"),
         # GPS: the derivative of a speed, which is no specific force
-        "lat vert pedal angular ay az y z h down right left position total absolute abs combined magnitude norm gps",
+        "lat vert pedal angular ay az y z h down right left position total absolute abs combined magnitude norm gps "
+        "derived pitch roll yaw wheel hub seat head unsprung gyro gravity user object obj required "
+        "centripetal vibration axle from speed torque",
     ),
     "vertical_acceleration": (("vert accel", "az", "vert g"), "pedal down"),
     "jerk": (("jerk",), ""),
-    "grade": (("grade",), ""),
+    "grade": (("grade",), "steer steering bat batt battery temp temperature pressure"),
     "wind_speed": (("wind speed", "headwind"), "cross"),
     "pitch": (("pitch",), "rate"),
     "pitch_rate": (("pitch rate", "gyro y"), ""),
@@ -132,13 +140,13 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "hub_force_x": (("hub fx", "hub force x", "wheel fx", "fx"), ""),
     "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
     "force_x": (("fx", "force x", "long force"), ""),
-    "force_z": (("fz", "force z", "vert force", "load"), ""),
+    "force_z": (("fz", "force z", "vert force", "load"), "engine axle calculated cpu bat battery"),
     "wheel_speed": (("wheel speed", "wheel n"), "motor steering"),
     "wheel_speed_fl": (("wheel speed fl", "wheel n fl"), ""),
     "wheel_speed_fr": (("wheel speed fr", "wheel n fr"), ""),
     "wheel_speed_rl": (("wheel speed rl", "wheel n rl"), ""),
     "wheel_speed_rr": (("wheel speed rr", "wheel n rr"), ""),
-    "slip": (("slip", "sr"), "angle"),
+    "slip": (("slip", "sr"), "angle clutch converter torque belt sideslip"),
     "shaft_torque": (("shaft torque",), "left right"),
     "shaft_torque_left": (("shaft torque left",), ""),
     "shaft_torque_right": (("shaft torque right",), ""),
