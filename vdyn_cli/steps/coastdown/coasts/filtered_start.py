@@ -17,9 +17,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.coasts.gradual_release import GradualRelease, gradual_release
+from vdyn_cli.steps.coastdown.coasts.gradual_release import gradual_release
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, rows
 from vdyn_cli.steps.coastdown.coasts.start_cuts import StartCut, from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -48,8 +49,6 @@ def filter_lag(logs: Sequence[Log]) -> float | None:
     Assumes a first-order filter with the same T in all runs, and a constant speed before the start. The exponential is
     the ramp response of a first-order low-pass.
     """
-    from scipy.special import stdtrit
-
     if len(logs) < STEP_POLICY.clutch_runs:
         return None
     best: tuple[float, float, Array] | None = None
@@ -65,14 +64,14 @@ def filter_lag(logs: Sequence[Log]) -> float | None:
         return None
     shares = best[2]
     mean, error = float(shares.mean()), float(shares.std(ddof=1)) / float(np.sqrt(shares.size))
-    shown = mean > float(stdtrit(shares.size - 1, 1.0 - STEP_POLICY.clutch_chance)) * error
+    shown = mean > t_quantile(shares.size - 1, 1.0 - STEP_POLICY.clutch_chance) * error
     return best[1] if shown and abs(mean - 1.0) < STEP_POLICY.filter_share else None
 
 
 def without_filtered_start(
     segments: Sequence[CoastSegment], logs: Sequence[Log], kept: Sequence[Sequence[tuple[float, float]]]
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the first seconds in which a filtered speed lags, and the cut parts.
+    """Coasts without the first seconds in which a filtered speed lags or the deceleration sets in, and the cut parts.
 
     Parameters
     ----------
@@ -80,32 +79,19 @@ def without_filtered_start(
     """
     held = [s.held[1] - STEP_POLICY.held_release if s.held else None for s in segments]
     gradual = gradual_release(logs, held)
-    if gradual is not None:
-        return _without_gradual_release(segments, logs, kept, gradual)
-    starts = [from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
-    lag = filter_lag(starts)
-    if lag is None:
-        return list(segments), []
-    why = f"the speed of all runs lags by {lag:.2g} s at the start of the coast: filtered by the receiver?"
-    return without_starts(segments, starts, kept, StartCut(SETTLED * lag, lag, why))
-
-
-def _without_gradual_release(
-    segments: Sequence[CoastSegment],
-    logs: Sequence[Log],
-    kept: Sequence[Sequence[tuple[float, float]]],
-    gradual: GradualRelease,
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the time constants after a held speed in which the deceleration sets in, and the cut parts."""
+    releases = gradual.releases if gradual else [None] * len(logs)
     starts = [
         from_start(one.log, log) if release is None else rows(log, log.time >= release)
-        for one, log, release in zip(segments, logs, gradual.releases, strict=True)
+        for one, log, release in zip(segments, logs, releases, strict=True)
     ]
-    lag = gradual.lag
-    why = (
-        f"after the held speed the deceleration of all runs sets in with a time constant of {lag:.2g} s: filtered by "
-        "the receiver, or a slow pedal?"
-    )
+    lag = gradual.lag if gradual else filter_lag(starts)
+    if lag is None:
+        return list(segments), []
+    if gradual:
+        why = f"after the held speed the deceleration of all runs sets in with a time constant of {lag:.2g} s: "
+        why += "filtered by the receiver, or a slow pedal?"
+    else:
+        why = f"the speed of all runs lags by {lag:.2g} s at the start of the coast: filtered by the receiver?"
     return without_starts(segments, starts, kept, StartCut(SETTLED * lag, lag, why))
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -48,15 +49,13 @@ def gradual_release(logs: Sequence[Log], releases: Sequence[float | None]) -> Gr
     ----------
     logs : whole, with ``speed``, m/s. releases : s, of each run, found without a lag; None: no held speed.
     """
-    from scipy.special import stdtrit
-
     held = [k for k, release in enumerate(releases) if release is not None]
     fits = {k: _fits(logs[k], float(releases[k] or 0.0)) for k in held}
     found = {k: fit for k, fit in fits.items() if fit is not None}
     if len(found) < STEP_POLICY.clutch_runs:
         return None
     gains = np.array([gain for gain, _ in found.values()])
-    limit = float(stdtrit(len(gains) - 1, 1.0 - STEP_POLICY.clutch_chance))
+    limit = t_quantile(len(gains) - 1, 1.0 - STEP_POLICY.clutch_chance)
     if gains[:, TESTED].mean() <= limit * _mean_error(gains[:, TESTED]):
         return None
     behind = gains[:, [int(np.argmax(gains.sum(axis=0)))]] - gains

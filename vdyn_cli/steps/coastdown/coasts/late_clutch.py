@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
@@ -66,8 +67,6 @@ def drag_at_start(logs: Sequence[Log], directions: Sequence[str | None]) -> tupl
     ----------
     logs : the coasts, each from its start. directions : of the runs.
     """
-    from scipy.special import stdtrit
-
     windows = min((int((log.time[-1] - log.time[0]) // LENGTH) for log in logs), default=0)
     if len(logs) < STEP_POLICY.clutch_runs or windows < 2:
         return None
@@ -84,7 +83,7 @@ def drag_at_start(logs: Sequence[Log], directions: Sequence[str | None]) -> tupl
     if not later.size:
         return None
     error = float(np.sqrt(np.mean(later**2) / len(ways)))
-    strong = float(start.mean()) > float(stdtrit(later.size, 1.0 - STEP_POLICY.clutch_chance / len(DRAGS))) * error
+    strong = float(start.mean()) > t_quantile(later.size, 1.0 - STEP_POLICY.clutch_chance / len(DRAGS)) * error
     return (drag, float(start.mean())) if strong and float(start.min()) > STEP_POLICY.clutch_least else None
 
 
