@@ -58,12 +58,20 @@ class DriveWindows:
     @property
     def duration(self) -> Array:
         """Length of each window, (w,), s."""
-        return np.asarray(self.log.time[self.last] - self.log.time[self.first])
+        return self.change(self.log.time)
 
     @property
     def middle(self) -> Array:
         """Time of the middle of each window, (w,), s."""
         return np.asarray((self.log.time[self.last] + self.log.time[self.first]) / 2)
+
+    def change(self, values: Array) -> Array:
+        """Last minus first value of each window, (w,) of values (n,) or (w, k) of (n, k)."""
+        return np.asarray(values[self.last] - values[self.first])
+
+    def integral(self, values: Array) -> Array:
+        """Integral of values (n,) over each window, (w,), in their unit times s."""
+        return self.change(cumulative_integral(self.log.time, values))
 
 
 def drive_windows(log: Log, width: float, wheel: Mapping[str, float], model: Model = WHEEL_SPIN) -> DriveWindows:
@@ -110,8 +118,7 @@ def _noise(log: Log, wheel: Mapping[str, float], good: NDArray[np.bool_], first:
 
 def impulses(run: DriveWindows, wheel: Mapping[str, float]) -> Array:
     """Integral of the net torque over each window, (w,) N m s; ``wheel`` as of :func:`drive_windows`."""
-    impulse = cumulative_integral(run.log.time, _net_torque(run.log, wheel))
-    return np.asarray(impulse[run.last] - impulse[run.first])
+    return run.integral(_net_torque(run.log, wheel))
 
 
 def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:
@@ -252,8 +259,8 @@ class MomentBalance:
             readings = [name for name in READINGS if name in simulated.outputs]
             speed = np.sum([simulated.outputs[name] for name in readings], axis=0)
             tangents = np.sum([simulated.sensitivities[name] for name in readings], axis=0)
-            excess = speed[run.last] - speed[run.first] - run.gained
-            slopes = theta[0] * (tangents[run.last] - tangents[run.first])
+            excess = run.change(speed) - run.gained
+            slopes = theta[0] * run.change(tangents)
             slopes[:, 0] += excess
             scale, longer = self._lever(simulated, theta.size)
             slopes -= np.outer(theta[0] * excess, longer)

@@ -44,6 +44,9 @@ def road_inertia(
 ) -> RoadInertia:
     """The wheel's inertia at a solution of the balance's regression.
 
+    A gain of the torque g against the force has d Jw/dg = Jw - r d Jw/dr in the budget: reading the torque as (1 + g) T
+    is equivalent to dividing radius and inertia by (1 + g).
+
     Parameters
     ----------
     known : the balance's wheel_mass (kg), wheel_radius (m), rolling_resistance, with their standard deviations.
@@ -51,16 +54,9 @@ def road_inertia(
     added : corrections of the balance.
     """
     slopes = balance.slopes(tuple(KNOWN), solution.values, solution.per_run, added)
-    return RoadInertia(balance, solution, _budget(solution, known, slopes, gain_std))
-
-
-def _budget(solution: Solution, known: Mapping[str, Given], slopes: Mapping[str, float], gain_std: float) -> Budget:
-    """The uncertainty budget; a gain of the torque g against the force has d Jw/dg = Jw - r d Jw/dr.
-
-    Reading the torque as (1 + g) T is equivalent to dividing radius and inertia by (1 + g).
-    """
     inertia = solution.values["wheel_inertia"]
     per_gain = inertia - known["wheel_radius"].value * slopes["wheel_radius"]
     gain = Contribution("torque_over_force_gain", 1.0, gain_std, "", per_gain)
     taken = [Contribution(n, known[n].value, known[n].std, unit, slopes[n]) for n, unit in KNOWN.items()]
-    return Budget(inertia, (scatter(solution, "wheel_inertia", "kg m^2"), *taken, gain))
+    budget = Budget(inertia, (scatter(solution, "wheel_inertia", "kg m^2"), *taken, gain))
+    return RoadInertia(balance, solution, budget)

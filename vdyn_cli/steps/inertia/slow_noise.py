@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, drive_windows, impulses
@@ -101,7 +101,7 @@ def with_slow_acceleration(
     for k, block in enumerate(blocks):
         own = np.zeros((block.first.size, len(blocks)))
         own[:, k] = block.duration
-        columns.append(np.column_stack([_integral(block, "acceleration"), *_slips(block, wheel), own]))
+        columns.append(np.column_stack([block.integral(block.log["acceleration"]), *_slips(block, wheel), own]))
         gained.append(radius * block.gained)
     matrix, right = np.concatenate(columns), np.concatenate(gained)
     if count < ROWS_PER_UNKNOWN * matrix.shape[1]:
@@ -115,19 +115,12 @@ def with_slow_acceleration(
     return tuple(replace(run, noise=replace(run.noise, slow=slow * run.duration**2)) for run in runs)
 
 
-def _integral(run: DriveWindows, channel: str) -> Array:
-    """Integral of a channel over each window, (w,), in its unit times s."""
-    integral = cumulative_integral(run.log.time, run.log[channel])
-    return np.asarray(integral[run.last] - integral[run.first])
-
-
 def _slips(block: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, Array]:
     """Change over each block of r om phi and r om phi |phi|, (w,) m/s."""
     log, weight = block.log, wheel["wheel_mass"] * GRAVITY
     share = log["hub_force_x"] / np.maximum(log["hub_force_z"] + weight, weight)
     linear = wheel["wheel_radius"] * log["wheel_speed"] * share
-    curved = linear * np.abs(share)
-    return linear[block.last] - linear[block.first], curved[block.last] - curved[block.first]
+    return block.change(linear), block.change(linear * np.abs(share))
 
 
 def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], widths: Sequence[float], most: float) -> float:
@@ -145,7 +138,7 @@ def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], widths: Sequenc
     for width in widths:
         left = noise = 0.0
         for run in (drive_windows(log, width, wheel) for log in logs):
-            columns = [_integral(run, name) for name in ("hub_force_x", "acceleration", "hub_force_z")]
+            columns = [run.integral(run.log[name]) for name in ("hub_force_x", "acceleration", "hub_force_z")]
             matrix = np.column_stack([*columns, run.duration])
             if run.first.size > ROWS_PER_UNKNOWN * matrix.shape[1]:
                 rest = run.gained - matrix @ np.linalg.lstsq(matrix, run.gained)[0]
