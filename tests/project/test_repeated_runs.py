@@ -59,6 +59,14 @@ def test_a_copy_with_a_shifted_clock_or_rows_of_another_order_of_columns() -> No
     assert len(said(log, shifted, turned)) == 2
 
 
+def test_a_copy_in_the_same_file_that_is_cut_at_other_times_is_found() -> None:
+    log = recording(1)
+    copy = replace(log, name="run_1.csv (704 to 790 s)", time=log.time + 700.0).between(704.0, 790.0)
+    (found,) = said(recording(2), log.between(3.5, 95.0), copy)
+    assert found.startswith("coast.yaml:3: run_1.csv (704 to 790 s) has the same samples as run_1.csv")
+    assert said(log.between(0.0, 50.0), copy.between(745.0, 790.0)) == []
+
+
 def test_standing_still_is_the_same_in_every_log() -> None:
     """Two drives from rest, parked for most of the log."""
 

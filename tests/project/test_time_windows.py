@@ -49,3 +49,10 @@ def test_a_time_on_another_clock_is_refused(window: str, remedy: str, tmp_path: 
 @pytest.mark.parametrize(("window", "begin"), [("from_time: 0 s", BEGIN), ("from_time: 0.2 s", 0.5)])
 def test_a_window_that_begins_before_the_log_is_the_whole_log(window: str, begin: float, tmp_path: Path) -> None:
     assert gather(load_step("coastdown"), described(tmp_path, window, begin)).logs[0].time[0] == begin
+
+
+def test_runs_of_one_log_are_named_with_their_times(tmp_path: Path) -> None:
+    path = described(tmp_path, "to_time: 1759480040 s")
+    path.write_text(path.read_text() + "  - {log: a.csv, direction: back, from_time: 1759480045 s}\n")
+    inputs = gather(load_step("coastdown"), path)
+    assert [log.name for log in inputs.logs] == ["a.csv (to 1759480040 s)", "a.csv (from 1759480045 s)"]

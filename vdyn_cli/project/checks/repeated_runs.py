@@ -24,10 +24,12 @@ _MIX = tuple(np.uint64(n) for n in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94
 def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Finding]:
     """A finding for each run that contains samples of an earlier one.
 
-    Two samples are the same if the time and all channels common to all logs are equal to the last bit; a copy with a
-    shifted clock is found if all its samples, in order, are those of another run. Samples that repeat the previous one,
-    as at rest, do not count. Independent recordings agree in single samples at most, because of noise; logs without
-    noise, such as those of a simulation, agree if the runs are the same. The time is O(n log n) in the samples.
+    Two samples are the same if the time and all channels common to all logs are equal to the last bit. A copy with a
+    shifted clock is found if all its samples, in order, are those of another run, and in the same file by its sequences
+    of ``FEWEST_COMMON`` samples (runs of different files may be computed). Samples that repeat the previous one, as at
+    rest, do not count. Independent recordings agree in single samples at most, because
+    of noise; logs without noise, such as those of a simulation, agree if the runs are the same. The time is O(n log n)
+    in the samples.
 
     Parameters
     ----------
@@ -38,7 +40,9 @@ def repeated_runs(logs: Sequence[Log], places: Sequence[str]) -> Iterator[Findin
         return
     codes = [_codes(log, names) for log in logs]
     firsts = _first_of_same_values(codes)
-    shares = _common_samples(logs, codes)
+    shares = _common_codes([_mixed(code, log.time)[_moving(code)] for log, code in zip(logs, codes, strict=True)])
+    repeats = _common_codes([_sequences(code[_moving(code)]) for code in codes])
+    shares |= {k: one for k, one in repeats.items() if k not in shares and _file(logs[k]) == _file(logs[one[0]])}
     for k, log in enumerate(logs):
         if k not in firsts and k not in shares:
             continue
@@ -83,22 +87,36 @@ def _first_of_same_values(codes: Sequence[Codes]) -> dict[int, int]:
     return found
 
 
-def _common_samples(logs: Sequence[Log], codes: Sequence[Codes]) -> dict[int, tuple[int, float]]:
-    """The earlier run that has a large share of the same samples, and the share, for each run that has one."""
-    # Of each log the same subset of samples is kept: those whose hash is divisible.
+def _file(log: Log) -> str:
+    """The file of a run, whose name may end with its times in brackets."""
+    return log.name.partition(" (")[0]
+
+
+def _sequences(code: Codes) -> Codes:
+    """A hash of each sequence of ``FEWEST_COMMON`` successive samples, without their times."""
+    count = max(code.size - FEWEST_COMMON + 1, 0)
+    found = np.zeros(count, dtype=np.uint64)
+    for k in range(FEWEST_COMMON):
+        found = (found ^ code[k : k + count]) * _MIX[1]
+        found ^= found >> np.uint64(29)
+    return found
+
+
+def _common_codes(codes: Sequence[Codes]) -> dict[int, tuple[int, float]]:
+    """The earlier run that has a large share of the same codes, and the share, for each run that has one."""
+    # Of each run the same subset of codes is kept: those that are divisible.
     keep = np.uint64(max(1, -(-sum(code.size for code in codes) // MOST_COMPARED)))
-    timed = [_mixed(code, log.time)[_moving(code)] for log, code in zip(logs, codes, strict=True)]
-    every = [np.unique(code[code % keep == 0]) for code in timed]
-    run = np.repeat(np.arange(len(logs)), [code.size for code in every])
+    every = [np.unique(code[code % keep == 0]) for code in codes]
+    run = np.repeat(np.arange(len(codes)), [code.size for code in every])
     code = np.concatenate(every)
     order = np.lexsort((run, code))
     code, run = code[order], run[order]
-    # A sample in three runs counts for the first and second, and for the second and third, which suffices.
+    # A code in three runs counts for the first and second, and for the second and third, which suffices.
     same = np.flatnonzero(code[1:] == code[:-1])
-    pairs, counts = np.unique(run[same] * len(logs) + run[same + 1], return_counts=True)
+    pairs, counts = np.unique(run[same] * len(codes) + run[same + 1], return_counts=True)
     found: dict[int, tuple[int, float]] = {}
     for pair, count in zip(pairs.tolist(), counts.tolist(), strict=True):
-        first, second = divmod(pair, len(logs))
+        first, second = divmod(pair, len(codes))
         share = count / max(min(every[first].size, every[second].size), 1)
         if count >= FEWEST_COMMON and share >= COMMON and share > found.get(second, (0, 0.0))[1]:
             found[second] = (first, share)

@@ -73,7 +73,7 @@ def read_run(
         elif "time" in found.columns:  # else it is reported with the channels
             window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
             options = ReadOptions(**logger.reading.model_dump(), window=window)
-            called = f"{name} ({', '.join(run.columns.values())})" if run.columns else name
+            called = _called(name, run, spec)
             reader = partial(_log_and_file, file, found.columns, options, called)
             read.append(attempt(problems, read_unchanged, reader, (file,)))
     raise_all(problems)
@@ -87,6 +87,17 @@ def read_run(
     raise_all(_segments_outside(run, log, source, ("runs", index)))
     cut = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
     return _checked(step, spec, _in_window(run, cut, place), no_unit), clocks
+
+
+def _called(name: str, run: Run, spec: Description) -> str:
+    """What messages and results call a run's log: with the columns or times that distinguish it from another run's."""
+    if run.columns:
+        return f"{name} ({', '.join(run.columns.values())})"
+    window = (run.from_time, run.to_time)
+    if sum(log_names(one) == log_names(run) for one in spec.runs) == 1 or window == (None, None):
+        return name
+    start, stop = ("" if t is None else moment(t.value) for t in window)
+    return f"{name} ({f'{start} to {stop}' if start and stop else f'from {start}' if start else f'to {stop}'} s)"
 
 
 def _checked(step: Step, spec: Description, found: CutLog, no_unit: Collection[str]) -> CutLog:
