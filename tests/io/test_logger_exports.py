@@ -532,3 +532,11 @@ def test_a_receiver_s_clock_in_digits_is_named_utc(tmp_path: Path) -> None:
     path.write_text("Date,UTC,Speed (knots)\n" + rows("010526,{d:%H%M%S.%f},{v:.2f}"), encoding="utf-8")
     (clock,) = [f for f in survey(path) if f.state == "clock"]
     assert (clock.column, clock.info.unit, clock.info.begin) == ("UTC", "s", pytest.approx(86390.0))
+
+
+def test_a_row_of_ranges_below_the_header_is_no_sample(tmp_path: Path) -> None:
+    path = tmp_path / "ranges.csv"
+    path.write_text("Time;v;U\ns;km/h;V\n1 ms;250 km/h;10 V\n" + rows("{t:.2f};{v:.2f};1.5"), encoding="utf-8")
+    log = read_log(path, {"time": Column("Time", "s", "s"), "speed": Column("v", "km/h", "m/s")})
+    assert log["speed"] == pytest.approx(SPEED / 3.6)
+    assert any("row between header and numbers skipped" in f.what for f in log.findings)

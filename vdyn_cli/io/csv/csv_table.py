@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import pairwise, zip_longest
@@ -152,25 +152,34 @@ def table_without_header(choices: Sequence[tuple[str, list[CsvRow]]], wanted: Se
     return CsvTable(delimiter, header, [], [], [""] * width, records, 0, mapped, len(mapped), share)
 
 
-def numeric_columns(records: Sequence[CsvRow]) -> list[int]:
-    """The columns with numbers in most written cells of the last rows; the others hold text, such as a message name."""
-    columns = zip_longest(*(r.fields for r in records[-_JUDGED:]), fillvalue="")
-    return [i for i, cells in enumerate(columns) if _share_of_numbers(cells) > 0.5]
+def numeric_columns(records: Sequence[CsvRow]) -> dict[int, bool]:
+    """The columns with numbers in most written cells of the last rows, and whether these have units (``35 km/h``).
+
+    The others hold text, such as a message name.
+    """
+    found: dict[int, bool] = {}
+    for i, cells in enumerate(zip_longest(*(r.fields for r in records[-_JUDGED:]), fillvalue="")):
+        written = [cell for cell in cells if is_written(cell)]
+        with_units = 2 * sum(bool(unit_behind(cell)) for cell in written) > len(written)
+        if with_units or _share_of_numbers(written) > 0.5:
+            found[i] = with_units
+    return found
 
 
-def is_numbers(fields: Sequence[str], columns: Sequence[int], clock: int | None = None) -> bool:
+def is_numbers(fields: Sequence[str], columns: Mapping[int, bool], clock: int | None = None) -> bool:
     """Whether a row is data: a number in the clock, most of its cells, or two ``columns`` that usually hold numbers."""
     if clock is not None:
         return clock < len(fields) and is_value(fields[clock])
     if _share_of_numbers(fields) > 0.5:
         return True
-    own = [fields[i] for i in columns if i < len(fields)]
-    return _share_of_numbers(own) > 0.5 and sum(map(is_value, own)) > 1
+    own = [(fields[i], with_unit) for i, with_unit in columns.items() if i < len(fields) and is_written(fields[i])]
+    known = sum(is_value(cell) or (with_unit and bool(unit_behind(cell))) for cell, with_unit in own)
+    return 2 * known > len(own) and known > 1
 
 
 def is_value(cell: str) -> bool:
-    """Whether a cell holds a number, also with a unit, a time of day, a date, or minutes and seconds."""
-    return is_number(cell) or is_instant(cell) or is_day_or_minute(cell) or bool(unit_behind(cell))
+    """Whether a cell holds a number, a time of day, a date, or minutes and seconds."""
+    return is_number(cell) or is_instant(cell) or is_day_or_minute(cell)
 
 
 def unit_behind(cell: str) -> str:
