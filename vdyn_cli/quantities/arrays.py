@@ -1,4 +1,4 @@
-"""Types of arrays: numbers, truth values, indices; integral, interpolation over missing values, spans."""
+"""Types of arrays: numbers, truth values, indices; integral, interpolation over missing values, change, spans."""
 
 from __future__ import annotations
 
@@ -19,6 +19,12 @@ def filled(x: Array, y: Array) -> Array:
     """The values y (n,) at x (n,), linear over missing ones (NaN) and constant before and after all others; else 0."""
     there = np.isfinite(y)
     return np.asarray(np.interp(x, x[there], y[there])) if there.any() else np.zeros(x.size)
+
+
+def net_change(values: Array) -> float:
+    """Last minus first value (n,) that is not missing (NaN); 0 without any."""
+    there = values[np.isfinite(values)]
+    return float(there[-1] - there[0]) if there.size else 0.0
 
 
 def spans(flags: Mask) -> list[tuple[int, int]]:

@@ -33,6 +33,11 @@ class LawWithin:
     values: tuple[Array, ...]
 
     @property
+    def nearness(self) -> float:
+        """The share by which the part's laws are ordered: that of the curve, where it is known."""
+        return self.share_of_rms if np.isnan(self.share_of_curve) else self.share_of_curve
+
+    @property
     def follows(self) -> bool:
         """Whether the law follows the curve within the accuracy of laws, or explains almost all that the part does."""
         if self.share_of_rms >= 1.0 - POLICY.negligible_rest:
@@ -94,7 +99,7 @@ def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding |
     drawn = (curve_of(p, best, search.start, problem.coordinate(p, search.start)) for p in best.parts)
     curves = tuple(c for c in drawn if c is not None)
     share = rms_share(search.explained_share(best))
-    laws = sorted(_laws(search, best, curves), key=lambda one: -_nearness(one))
+    laws = sorted(_laws(search, best, curves), key=lambda law: -law.nearness)
     return PartFinding(search, best, curves, share, _rivals(search, best), tuple(laws))
 
 
@@ -178,7 +183,3 @@ def _laws(search: PartSearch, best: FittedParts, curves: Sequence[Curve]) -> lis
         rms = search.share_of_part(fitted, best)
         found.append(LawWithin(name, share, rms, tuple(v for _, v in pairs) if known else ()))
     return found
-
-
-def _nearness(law: LawWithin) -> float:
-    return law.share_of_rms if np.isnan(law.share_of_curve) else law.share_of_curve

@@ -19,7 +19,7 @@ from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column, ReadOptions
 from vdyn_cli.project.reading.channel_sources import channel_maps
-from vdyn_cli.quantities.arrays import Array, filled
+from vdyn_cli.quantities.arrays import Array, filled, net_change
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.road_survey import RoadSurvey
@@ -113,9 +113,8 @@ def _place(log: Log) -> Array:
 
 
 def _sense(log: Log) -> float:
-    """+1 if the position increases in a run, -1 if it decreases."""
-    there = log["position"][np.isfinite(log["position"])]
-    return float(np.sign(there[-1] - there[0])) if there.size else 1.0
+    """-1 if the position decreases in a run, else +1."""
+    return -1.0 if net_change(log["position"]) < 0.0 else 1.0
 
 
 def road_findings(road: RoadSurvey | None, spec: Description, logs: Sequence[Log]) -> Iterator[Finding]:

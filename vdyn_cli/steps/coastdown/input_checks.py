@@ -9,6 +9,7 @@ import numpy as np
 from vdyn_cli.description.description_model import Run
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.physics.models.road_load import DriveSignal
+from vdyn_cli.quantities.arrays import net_change
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import FEWEST_SAMPLES, CoastSegment
@@ -75,7 +76,7 @@ def position_direction_findings(runs: Sequence[Run], logs: Sequence[Log]) -> tup
     if not all("position" in log for log in logs):
         return ()
     found = []
-    rise = [_rise(log) for log in logs]
+    rise = [net_change(log["position"]) for log in logs]
     remedy = "check 'direction' of every run, and the sign of position"
     for k in contradicting_position(rise, [r.heading for r in runs]):
         way = "rises" if rise[k] > 0 else "falls"
@@ -97,12 +98,6 @@ def _cosine_with_rate(log: Log, name: str) -> float:
     if name != "acceleration":  # a drive also holds the speed: only its changes count
         rate, value = rate - rate.mean(), value - value.mean()
     return cosine(rate, value)
-
-
-def _rise(log: Log) -> float:
-    """Last minus first position, m."""
-    there = log["position"][np.isfinite(log["position"])]
-    return float(there[-1] - there[0]) if there.size else 0.0
 
 
 def accelerometer_findings(segments: Sequence[CoastSegment]) -> tuple[Finding, ...]:

@@ -44,8 +44,9 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         shape = {n: _shape_factor(n, curve) for n in names}
         estimates = {**shape, **_braking(curve), STIFFNESS: slope}
         correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
-        if others := [s.values["tire_C"] for s in curve.others if _apart(s, solution)]:
-            warnings.append(text.other_curves([solution.values["tire_C"], *others[:1]]))
+        best, std = solution.values["tire_C"], solution.std["tire_C"]
+        if others := [c for c in (s.values["tire_C"] for s in curve.others) if abs(c - best) > std]:
+            warnings.append(text.other_curves([best, *others[:1]]))
         if curve.peak > fit.reach:
             warnings.append(text.peak_by_priors(fit.reach, curve.peak))
     zeros = solution.per_run.get(ZERO, np.zeros(len(fit.sweeps)))
@@ -66,11 +67,6 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         withheld=withheld,
         restate=restate,
     )
-
-
-def _apart(other: Solution, best: Solution) -> bool:
-    """Whether C in another minimum differs from the best one by more than a standard deviation."""
-    return abs(other.values["tire_C"] - best.values["tire_C"]) > best.std["tire_C"]
 
 
 def _shape_factor(name: str, curve: FittedCurve) -> Estimate:

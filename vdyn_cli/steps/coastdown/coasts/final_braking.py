@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Mask
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -35,7 +34,7 @@ def without_final_braking(
         lost = 0.0
         while not any(a <= end <= b for a, b in held) and (drop := _lost_speed(one)):
             lost += drop
-            one = one.rows(_before_last(one))
+            one = one.rows(one.log.time < one.log.time[-1] - LAST)
         found.append(one)
         if lost:
             begin = float(one.log.time[-1])
@@ -45,11 +44,6 @@ def without_final_braking(
             )
             rejected.append(RejectedSegment(segment.name, begin, end, why))
     return found, rejected
-
-
-def _before_last(segment: CoastSegment) -> Mask:
-    time = segment.log.time
-    return np.asarray(time < time[-1] - LAST)
 
 
 def _lost_speed(segment: CoastSegment) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference.smoothed_slope import smoothed_slope
-from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled
+from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled, net_change
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
@@ -80,8 +80,7 @@ def _climb(log: Log) -> float:
     """Height gained from start to end by the logged elevation, m; 0 without one, or with a logged grade."""
     if "elevation" not in log or "grade" in log:
         return 0.0
-    there = log["elevation"][np.isfinite(log["elevation"])]
-    return float(there[-1] - there[0]) if there.size else 0.0
+    return net_change(log["elevation"])
 
 
 def _once(along: Array, values: Array) -> tuple[Array, Array]:
