@@ -26,8 +26,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-
 MERGED = 4  # smallest number of similar errors that are merged into one line
 
 

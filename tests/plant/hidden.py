@@ -1,5 +1,7 @@
 """Test days with something hidden in them, and how strongly their logs could show it at best.
 
+The equations of the hidden effects are in the simulations of each step: coast_motion, drive_motion, half_car and so on.
+
 A ``Scenario`` is a random vehicle's campaign of one step with effects hidden in it. ``strength`` is its Cramer-Rao t:
 the size of each hidden effect over the least standard deviation that any estimator could give it, the step's
 parameters and nuisances being unknown as well, noise and priors known; ``rivals`` is the same with one rival's size
