@@ -16,6 +16,10 @@ from vdyn_cli.quantities.result_schema import ComparisonDocument
 def run_compare(old: Path, new: Path, as_json: bool) -> tuple[str, int]:
     """The comparison as text, and the exit code: 0 no parameter changed, 1 at least one did.
 
+    Parameters
+    ----------
+    old, new : parameter files. as_json : the comparison as JSON instead of text.
+
     Raises
     ------
     InputError : a file cannot be read or is not a parameter file, or the files have no parameter in common.

@@ -32,7 +32,12 @@ def causes(
     amplitudes: Mapping[str, Estimate],
     sizes: Mapping[str, Size],
 ) -> tuple[Cause, ...]:
-    """The named effects, and those by which the model was extended unless they are one of several answers."""
+    """The named effects, and those by which the model was extended unless they are one of several answers.
+
+    Parameters
+    ----------
+    amplitudes : of the effects, by unknown. sizes : of the finding that each effect is, by effect.
+    """
     named = judgment.answer.effects if judgment.answer else ()
     found = []
     for name in dict.fromkeys([*named, *(() if extension.open else extension.effects)]):

@@ -63,7 +63,12 @@ def in_groups(derivatives: Array, directions: int, width: int) -> Array:
 
 
 def from_groups(rows: Array, readings: int, directions: int, width: int) -> Array:
-    """Rows (n, readings K) arranged in groups, as derivatives (readings, n, K)."""
+    """Rows (n, readings K) arranged in groups, as derivatives (readings, n, K).
+
+    Parameters
+    ----------
+    directions : K, number of tangent directions. width : of a group, which divides K.
+    """
     n = rows.shape[0]
     apart = rows.reshape(n, directions // width, readings, width)
     return apart.transpose(2, 0, 1, 3).reshape(readings, n, directions)

@@ -213,7 +213,12 @@ def _prepared(step: Step, spec: Description, data: Any, known: Parameters, sourc
 
 
 def placed(finding: Finding, spec: Description, source: YamlSource, logs: Sequence[Log]) -> Finding:
-    """The finding with file and line if its place is a key of the description, such as ``settings.step``."""
+    """The finding with file and line if its place is a key of the description, such as ``settings.step``.
+
+    Parameters
+    ----------
+    source : of the description, with its lines. logs : whose names may be places, too.
+    """
     if re.search(r":\d+$", finding.where):
         return finding
     location = tuple(finding.where.split("."))

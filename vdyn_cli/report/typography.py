@@ -153,7 +153,12 @@ def unit(text: str) -> str:
 
 
 def quantity(value: float, unit_text: str, digits: int) -> str:
-    """A number with its unit: ``0.0312 m/s``."""
+    """A number with its unit: ``0.0312 m/s``.
+
+    Parameters
+    ----------
+    unit_text : as in the JSON, such as ``m/s^2``. digits : significant ones.
+    """
     shown = unit(unit_text)
     return significant(value, digits) + ("" if not shown else NARROW + shown)
 

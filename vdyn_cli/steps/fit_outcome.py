@@ -51,7 +51,12 @@ def fit_summary(
 
 
 def scatter(solution: Solution, name: str, unit: str) -> Contribution:
-    """The contribution of the data's scatter to the budget of an estimate, whose slope is one."""
+    """The contribution of the data's scatter to the budget of an estimate, whose slope is one.
+
+    Parameters
+    ----------
+    name : of the unknown. unit : of its value.
+    """
     return Contribution(
         "scatter_of_the_data", solution.values[name], solution.std[name], unit, 1.0, solution.degrees[name]
     )

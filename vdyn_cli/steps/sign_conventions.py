@@ -33,5 +33,10 @@ class WrongSign(Finding):
 
 
 def wrong_sign(log: str, channel: str, what: str, got: str = "", remedy: str = REMEDY) -> Finding:
-    """The finding of a channel whose sign contradicts physics, with the line of the description that corrects it."""
+    """The finding of a channel whose sign contradicts physics, with the line of the description that corrects it.
+
+    Parameters
+    ----------
+    log, channel : their names. what : the contradiction. got : the number that shows it.
+    """
     return WrongSign(f"{log}, {channel}", what, got, remedy, log=log, channel=channel)

@@ -84,7 +84,12 @@ def p_value(model: FullModel, at: FittedModel, found: Scores, names: Sequence[st
 
 
 def is_testable(model: FullModel, found: Scores, name: str) -> bool:
-    """Whether these data would show the candidate at a plausible amplitude."""
+    """Whether these data would show the candidate at a plausible amplitude.
+
+    Parameters
+    ----------
+    found : scores of the candidates beside a fit. name : of the candidate.
+    """
     return obstacle(model, found, name) is None
 
 
@@ -108,7 +113,12 @@ def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
 
 
 def reachable_t(model: FullModel, found: Scores, name: str) -> float:
-    """Largest score statistic t of the candidate, in standard errors, at the edge of its range; 0 if invisible."""
+    """Largest score statistic t of the candidate, in standard errors, at the edge of its range; 0 if invisible.
+
+    Parameters
+    ----------
+    found : scores of the candidates beside a fit. name : of the candidate.
+    """
     effect = model.setup.candidates[name]
     spread: Sequence[float] = found.spread[name].tolist()
     each = zip(model.amplitudes(name), spread, strict=True)

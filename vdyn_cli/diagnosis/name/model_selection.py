@@ -92,7 +92,12 @@ def _one_profile_suffices(strategy: Strategy) -> bool:
 
 
 def best_beyond_range(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection) -> CandidateModel | None:
-    """The best effect that would suffice if its amplitude were not beyond its plausible range; None without any."""
+    """The best effect that would suffice if its amplitude were not beyond its plausible range; None without any.
+
+    Parameters
+    ----------
+    tried : the candidate models of one effect within their ranges. found : scores beside the baseline.
+    """
     return best_fit([t for t in singles_beyond_range(strategy, tried, found, own=True) if t.sufficient])
 
 

@@ -51,7 +51,13 @@ def published_size(found: FindingSize | None, base: Result, last: Result | None,
 def effect_sizes(
     strategy: Strategy, judgment: Judgment, base: Result, last: Result | None, unit: str
 ) -> dict[str, Size]:
-    """The size of each effect of the answer, with its other effects in the model."""
+    """The size of each effect of the answer, with its other effects in the model.
+
+    Parameters
+    ----------
+    base, last : results without and with the answer; ``last`` is None where the model was not extended by it.
+    unit : of the main channel.
+    """
     answer = judgment.answer
     if answer is None:
         return {}

@@ -75,7 +75,13 @@ def ways_to_quote(lines: Sequence[str], delimiter: str) -> list[list[CsvRow]]:
 def table_with_header(
     delimiter: str, records: list[CsvRow], encoding: str, wanted: Sequence[str], options: ReadOptions
 ) -> CsvTable | None:
-    """The table that results with this delimiter; None if there is none."""
+    """The table that results with this delimiter; None if there is none.
+
+    Parameters
+    ----------
+    records : split at the delimiter. wanted : names of the mapped columns, by which the header is found.
+    options : of the reading, such as the line of the header.
+    """
     cells = [_names(r.fields, encoding, wanted) for r in records]
     hits = [len(set(wanted).intersection(row)) for row in cells]
     if options.header_row is not None:

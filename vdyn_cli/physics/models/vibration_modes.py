@@ -110,6 +110,10 @@ def cruise(
 ) -> SteadyState:
     """The vehicle at a steady speed (m/s) on a flat road: states, torque that holds the speed, eigenvalues.
 
+    Parameters
+    ----------
+    parameters : of the vehicle, SI. driven : axle, or both. differential : of the driven axle.
+
     Raises
     ------
     ResultError : the car cannot cruise at this speed.

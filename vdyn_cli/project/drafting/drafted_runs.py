@@ -50,7 +50,13 @@ class DraftedRuns:
 
 
 def runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder: Path) -> DraftedRuns:
-    """Runs with one log of each logger; logs that belong to none are left out."""
+    """Runs with one log of each logger; logs that belong to none are left out.
+
+    Parameters
+    ----------
+    logs : all that were given. found : the logs of each run, in the order of the loggers.
+    folder : of the description, to which the names of logs are relative.
+    """
     useful = [k for k, log in enumerate(found[0]) if len(log.columns()) > 1]
     useful.sort(key=lambda k: "speed" not in found[0][k].columns())  # others are resampled to the first
     keys = [_keys_of_loggers(run, found[0], useful) for run in found]
@@ -70,7 +76,13 @@ def runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder:
 def runs_of_one_logger(
     step: Step, logs: Sequence[GuessedLog], falling: str, drive: Sequence[str], folder: Path
 ) -> DraftedRuns:
-    """Runs of one log each, or of its coast-downs; logs that are not runs are left out."""
+    """Runs of one log each, or of its coast-downs; logs that are not runs are left out.
+
+    Parameters
+    ----------
+    falling : channel that falls in a coast-down. drive : channels of which a log has none in a coast-down.
+    folder : of the description, to which the names of logs are relative.
+    """
     falling = source_of(step, falling, logs[0])
     logs = [part for log in logs for part in split_coast_downs(log, falling, drive)]
     usual = reference_log(logs, channels_needed(step, logs))

@@ -40,6 +40,10 @@ class BumpData:
 def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData, tuple[Path, ...]]:
     """Read the bump's profile, if the description names one, and combine it with the runs.
 
+    Parameters
+    ----------
+    folder : of the description. logs : of the runs.
+
     Returns
     -------
     The data, and the paths that were read.

@@ -146,7 +146,12 @@ def mode_table(modes: Sequence[HalfCarMode]) -> Table:
 
 
 def crossing_table(replays: Sequence[Replay], fit: BumpFit, solution: Solution) -> Table:
-    """Table with a row for each run and axle: speed, position of the bump, loads, strokes and energy."""
+    """Table with a row for each run and axle: speed, position of the bump, loads, strokes and energy.
+
+    Parameters
+    ----------
+    replays : of the runs, simulated at the solution of the fit.
+    """
     static, rows = static_loads({**fit.known.values, **solution.values}), []
     for r in replays:
         for end in ENDS:

@@ -245,7 +245,12 @@ class LoadFit:
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
-        """Integrated balances (k,), and derivatives (k, j) by the simulators' unknowns and the pitch acceleration."""
+        """Integrated balances (k,), and derivatives (k, j) by the simulators' unknowns and the pitch acceleration.
+
+        Parameters
+        ----------
+        windows, inputs : of one run. theta : (u,), its local unknowns, SI: shared first.
+        """
         moments, turned, _ = self.simulators
         still, turning = simulated(moments, inputs.still, theta), simulated(turned, inputs.turning, theta)
         change = windows.change(inputs.pitch_rate)

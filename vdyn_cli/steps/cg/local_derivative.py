@@ -15,6 +15,10 @@ def local_derivative(values: Array, step: float, span: float, order: int = 2) ->
     """First or second derivative (n,) of a quintic fitted over ``span`` s to either side.
 
     0.06 s is accurate to some 5 Hz.
+
+    Parameters
+    ----------
+    values : (n,). step : s, between samples. order : 1 or 2.
     """
     half = max(round(span / step), 3)
     width = 2 * half + 1

@@ -44,7 +44,12 @@ def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
 def direction_findings(
     runs: Sequence[Run], logs: Sequence[Log], segments: Sequence[CoastSegment], use: AccelerometerUse
 ) -> tuple[Finding, ...]:
-    """Runs in one direction only, directions that the logged position contradicts, and an elevation not used."""
+    """Runs in one direction only, directions that the logged position contradicts, and an elevation not used.
+
+    Parameters
+    ----------
+    logs : one for each of the ``runs`` of the description. segments : that are fitted. use : of the accelerometer.
+    """
     found = []
     ways = {runs[s.run].direction for s in segments}
     if not ({"out", "back"} <= ways or use == "alone"):

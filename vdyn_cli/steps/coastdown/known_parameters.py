@@ -72,7 +72,12 @@ def assumptions(known: Parameters) -> tuple[Finding, ...]:
 
 
 def model_values(known: Mapping[str, Given], use: AccelerometerUse, drive: DriveSignal) -> dict[str, float]:
-    """A value for every parameter of the road load model, SI; start values of those that are estimated."""
+    """A value for every parameter of the road load model, SI; start values of those that are estimated.
+
+    Parameters
+    ----------
+    known : parameters with their standard deviations, SI. use : of the accelerometer. drive : the measured drive.
+    """
     names = ["mass", "rotating_mass", "air_density"]
     names += DRIVELINE if drive == "torque" else ()
     values = {n: known[n].value for n in names}

@@ -34,7 +34,12 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], origi
 
 
 def origin(answer: Budget, road: RoadInertia | None, pendulum: PendulumInertia | None) -> str:
-    """Sentence on the method of the published inertia, and on the agreement of two methods."""
+    """Sentence on the method of the published inertia, and on the agreement of two methods.
+
+    Parameters
+    ----------
+    answer : the published one. road, pendulum : the inertia by each method; None where it was not used.
+    """
     if road is None:
         main = f" {_label(answer)} contributes most to its uncertainty." if answer.main else ""
         return f"It was measured with the pendulum.{main}"

@@ -27,7 +27,12 @@ METHODS = (
 
 
 def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], sides: Sequence[ComparedStiffness]) -> str:
-    """The headline: stiffness and damping of each side, by which methods."""
+    """The headline: stiffness and damping of each side, by which methods.
+
+    Parameters
+    ----------
+    estimates : by parameter. sides : with a drawing, a bar or a log, and their values by method.
+    """
     parts = []
     for compared in sides:
         name, first, *others = compared.side.name, *compared.methods

@@ -169,7 +169,12 @@ class WhitenedDrives:
 
 
 def errors(setup: SimulationSetup, run: int, outcome: SimulatedSegment) -> dict[str, Array]:
-    """Simulated minus measured of every compared channel of a segment, each (n,)."""
+    """Simulated minus measured of every compared channel of a segment, each (n,).
+
+    Parameters
+    ----------
+    run : index of the segment. outcome : its simulation.
+    """
     measured = setup.segments[run].outputs
     return {n: outcome.values[n] - measured[n] for n in setup.sensors.channels if n in measured}
 
