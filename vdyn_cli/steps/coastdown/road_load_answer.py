@@ -23,6 +23,7 @@ from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import (
 )
 from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
+from vdyn_cli.steps.coastdown.doubts.drag_over_speed import DragOverSpeed, drag_over_speed
 from vdyn_cli.steps.coastdown.doubts.fit_quality import FitQuality
 from vdyn_cli.steps.coastdown.fit.lasting_force import adds_resistance, lasting_force
 from vdyn_cli.steps.coastdown.fit.reference_conditions import (
@@ -152,7 +153,7 @@ class RoadLoadAnswer:
     @cached_property
     def main(self) -> dict[str, Estimate]:
         """Rolling resistance and drag area, estimated or given."""
-        solution, found = self.fit.solution, {}
+        solution, found, changing = self.fit.solution, {}, changing_drag(self)
         for name in MAIN:
             value = self.fit.at[name]
             std, interval = solution.std.get(name, 0.0), solution.interval95.get(name, (value, value))
@@ -166,6 +167,9 @@ class RoadLoadAnswer:
                 std = float(np.hypot(std, shift / t_quantile(solution.degrees[name])))
                 low, high = one_sided(np.array([value]), 0.5 * np.diff(interval), np.array([shift]))
                 interval = float(low[0]), float(high[0])
+            if changing is not None:
+                half, interval = float(np.diff(interval)[0]), changing.widened(name, value, interval)
+                std *= float(np.diff(interval)[0]) / half
             found[name] = Estimate.of(name, value, std, interval, "given" if name in self.fixed else SOURCE)
         return found
 
@@ -189,6 +193,16 @@ class RoadLoadAnswer:
         """How well both main parameters are separated, as a sentence."""
         correlation = self.fit.solution.correlation.get(MAIN[0], {}).get(MAIN[1])
         return text.separation(None if self.fixed else correlation, *self.expected)
+
+
+def changing_drag(answer: RoadLoadAnswer) -> DragOverSpeed | None:
+    """The drag area over speed that is collinear with the accepted effects, where it differs from the estimate."""
+    fit = answer.fit
+    if not answer.coasting or answer.fixed or not any(adds_resistance(e) for e in answer.effects):
+        return None
+    found = drag_over_speed(answer.load, fit.speeds, fit.at["mass"], _air_density(fit))
+    half = 0.5 * float(np.diff(fit.solution.interval95["drag_area"])[0])
+    return found if found is not None and found.matters(fit.at["drag_area"], half) else None
 
 
 def _air_density(fit: RoadLoadFit) -> float:

@@ -12,7 +12,7 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
-from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
+from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer, changing_drag
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
@@ -45,6 +45,7 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
         what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
     found += _collinear_mass(answer)
+    found += [] if (changing := changing_drag(answer)) is None else [changing.finding()]
     return (*found, *answer.quality.findings(), *_outlying_runs(answer), *_contradicted_givens(answer))
 
 
