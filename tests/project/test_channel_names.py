@@ -25,7 +25,8 @@ OTHERS = {
     "m/s^2": "Centripetal acceleration|Gyro accel|Head acceleration|Seat acceleration|Hub acceleration|"
     "Radbeschleunigung|Pitch acceleration|Rear axle acceleration|Required acceleration|Unsprung accel|acc_norm|"
     "accel_magnitude|"
-    "acceleration derived|userAcceleration.x|vibration accel|Total acceleration|Querbeschleunigung",
+    "acceleration derived|Linear Acceleration x|userAcceleration.x|vibration accel|Total acceleration|"
+    "Querbeschleunigung",
     "%": "Battery Gradient|Steering gradient|Clutch slip|Torque Converter slip|Engine Load|Grade limit",
 }  # fmt: skip
 

@@ -119,9 +119,9 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "brake_torque": (("brake torque",), ""),
     "acceleration": (
         ("long accel", "ax", "a x", "long a", "long g", "g force x", "accel"),
-        # GPS: the derivative of a speed, which is no specific force
+        # GPS: the derivative of a speed; linear: a phone's acceleration without gravity. Neither is a specific force.
         "lat vert pedal angular ay az y z h down right left position total absolute abs combined magnitude norm gps "
-        "derived pitch roll yaw wheel hub seat head unsprung gyro gravity user object obj required "
+        "derived pitch roll yaw wheel hub seat head unsprung gyro gravity linear user object obj required "
         "centripetal vibration axle from speed torque",
     ),
     "vertical_acceleration": (("vert accel", "az", "vert g"), "pedal down"),
