@@ -206,6 +206,15 @@ def test_runs_all_one_way_name_what_does_not_turn_with_the_direction() -> None:
     assert verdict.answer.effects == ("wave",)
 
 
+def test_runs_all_one_way_do_not_name_what_a_slope_at_their_start_imitates(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Effect, "begins_with_run", property(lambda effect: effect.name == "wave"))
+    case, verdict = judged(Campaign(8, hidden={"wave": 5.0}, one_way=True))
+    assert verdict.verdict == "not_testable"
+    assert told(case, verdict).startswith("A wave would explain the misfit (p = ")
+    assert [one.effects for one in verdict.confounded] == [("wave",)]
+    assert judged(Campaign(8, hidden={"wave": 5.0}))[1].verdict == "named"
+
+
 def test_runs_all_one_way_without_an_error_are_not_called_adequate() -> None:
     case, verdict = judged(Campaign(8, one_way=True))
     assert verdict.verdict == "not_testable"

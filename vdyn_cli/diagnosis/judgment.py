@@ -66,8 +66,9 @@ class Judgment:
         then the candidate model that explains most, and ``immaterial_suffices`` says whether it would be an answer.
     absorbed : the candidate model with a sensor error that the baseline contains as a nuisance parameter, where that is
         significant but does not matter.
-    one_way_effects : labels of the wind or slope that would explain the misfit of runs in one direction; empty where no
+    one_way_effects : labels of the effects that would explain the misfit of runs in one direction; empty where no
         error is detected; None where the verdict does not depend on the direction.
+    confounded : the answers that suffice, but are confounded with others in runs of one direction.
     by_prior : most of the evidence is a contradiction between the baseline and a stated value, such as a drawing or a
         sensor zero; the answer then need not improve the prediction of an output.
     contradicted : the stated value that the baseline contradicts most, where one alone is contradicted.
@@ -88,6 +89,7 @@ class Judgment:
     immaterial_suffices: bool = False
     absorbed: CandidateModel | None = None
     one_way_effects: tuple[str, ...] | None = None
+    confounded: tuple[CandidateModel, ...] = ()
     by_prior: bool = False
     contradicted: str = ""
 
@@ -152,8 +154,8 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
     judgment = _named(strategy, judgment, answers, seen)
     judgment = _with_gain(strategy, judgment, focused) if judgment.answers else judgment
     named = [model.setup.candidates[name] for name in judgment.answer.effects] if judgment.answer else []
-    turning = any(effect.turns_with_heading for effect in named)
-    return _unless_one_way(judgment, model.setup) if turning else judgment
+    confounded = any(effect.turns_with_heading or effect.begins_with_run for effect in named)
+    return _unless_one_way(judgment, model.setup) if confounded else judgment
 
 
 def _insufficient(strategy: Strategy, found: Detection) -> str:
@@ -185,9 +187,8 @@ def _unless_one_way(judgment: Judgment, setup: DiagnosisSetup) -> Judgment:
     if not setup.one_way:
         return judgment
     named = [setup.candidates[name].label for answer in judgment.answers for name in answer.effects]
-    return replace(
-        judgment, verdict="not_testable", why=setup.one_way, one_way_effects=tuple(named), answers=(), gain=None
-    )
+    kept = replace(judgment, answers=(), gain=None, confounded=judgment.answers)
+    return replace(kept, verdict="not_testable", why=setup.one_way, one_way_effects=tuple(named))
 
 
 def _without_idle_effects(

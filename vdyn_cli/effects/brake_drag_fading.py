@@ -14,7 +14,7 @@ from vdyn_cli.engine.maths import exp
     signature="Every run slows down too fast in its first tens of seconds, in both directions.",
     alike=("extra_drag_area", "drag_area", "tire_warmup"),
     confirm="Do not touch the brakes for a minute before a run, or start coasts from different speeds.",
-    tags={"of_a_car", "test_only", "open_road", "wheel_spin"},
+    tags={"begins_with_run", "of_a_car", "test_only", "open_road", "wheel_spin"},
 )
 def brake_drag_fading(brake: Law, s: Signals, q: Signals) -> Number:
     """Pads that still rub after braking, and then release.

@@ -32,6 +32,7 @@ def with_open_answers(
 ) -> Result:
     """The result with intervals widened by the verdict.
 
+    * ``not_testable``: the answers that are confounded in runs of one direction, and the baseline.
     * ``adequate``: the mixture of the baseline with answers of one effect.
     * ``ambiguous``: all answers, and the baseline if it has a result and is not excluded.
     * ``unknown``: the baseline and the closest model, each with the bias by its unexplained residual.
@@ -48,9 +49,10 @@ def with_open_answers(
     result, answer, learned = extension.result or base, judgment.answer, strategy.model.setup.learned
     if not result.parameters:
         return _beside_others(result, list(extension.answers.values())[1:]) if extension.open else result
-    if judgment.verdict == "not_testable":
-        return result
     widening = _Widening(strategy, problem, base, result)
+    if judgment.verdict == "not_testable":
+        found, others = widening.published(judgment.confounded)
+        return widening.including([widening.baseline(), *found], others) if found else result
     if judgment.verdict == "adequate":
         decided = extension.result is not None or judgment.immaterial is not None
         return result if decided else widening.averaged(judgment.base)

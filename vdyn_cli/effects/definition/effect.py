@@ -21,6 +21,7 @@ PROPERTIES: Mapping[str, str] = MappingProxyType(
         "test_only": "belongs to the test, not to the vehicle: later steps and exports do not keep it",
         "between_runs": "is visible only as a difference between runs",
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
+        "begins_with_run": "acts at the beginning of every run: in runs of one direction a slope there imitates it",
         "daily": "has a different value on another day",
         "beside_drawing": "is visible only in comparison with a drawing of the part",
         "of_a_car": "its range holds for cars: it increases with the mass of a heavier vehicle",
@@ -106,6 +107,11 @@ class Effect:
     def turns_with_heading(self) -> bool:
         """Whether only runs in both directions separate it."""
         return "turns_with_heading" in self.tags
+
+    @property
+    def begins_with_run(self) -> bool:
+        """Whether a slope of the road where all runs begin imitates it, if they have one direction."""
+        return "begins_with_run" in self.tags
 
     @property
     def sensor(self) -> bool:
