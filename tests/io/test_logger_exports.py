@@ -540,3 +540,12 @@ def test_a_row_of_ranges_below_the_header_is_no_sample(tmp_path: Path) -> None:
     log = read_log(path, {"time": Column("Time", "s", "s"), "speed": Column("v", "km/h", "m/s")})
     assert log["speed"] == pytest.approx(SPEED / 3.6)
     assert any("row between header and numbers skipped" in f.what for f in log.findings)
+
+
+def test_a_counter_of_seconds_that_stops_early_is_no_clock_of_the_columns_after_it(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    lines = [f"{t:.2f},1,{t if t < 9.0 else ''},{v}" for t, v in zip(TIME, SPEED, strict=True)]
+    path.write_text("Time (s),Gear,Trip time (s),v [km/h]\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    assert [f.column for f in survey(path) if f.state == "clock"] == ["Time (s)"]
+    log = read_log(path, {"time": Column("Time (s)", "s", "s"), "speed": Column("v [km/h]", "km/h", "m/s")})
+    assert log["speed"] == pytest.approx(SPEED / 3.6)

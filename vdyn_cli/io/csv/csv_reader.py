@@ -21,7 +21,7 @@ from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
 from vdyn_cli.io.csv.run_rows import runs_as_columns
-from vdyn_cli.io.csv.tables_beside import TablesBeside, separate_clocks, tables_beside
+from vdyn_cli.io.csv.tables_beside import TablesBeside, are_complete, separate_clocks, tables_beside
 from vdyn_cli.io.formats.split_times import split_instants
 from vdyn_cli.io.formats.stored_channels import read_stored, recorded
 from vdyn_cli.io.reader import (
@@ -74,7 +74,8 @@ class CsvReader:
             timed,
             key=lambda i: (not has_usual_rate(columns[i], units[i]), not is_clock(names[i]), _is_coarse(columns[i])),
         )
-        if beside := separate_clocks(layout.header, {i: numbers.columns[i] for i in timed}):
+        beside = separate_clocks(layout.header, {i: numbers.columns[i] for i in timed})
+        if beside and are_complete(beside, numbers.columns):
             yield from recorded(TablesBeside(layout, numbers, beside, text))
             return
         clocks = [i for i in order if rises(numbers.columns[i])]

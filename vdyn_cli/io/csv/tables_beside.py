@@ -82,6 +82,15 @@ def separate_clocks(names: Sequence[str], columns: Mapping[int, Array]) -> tuple
     return tuple(found) if len(found) > 1 else ()
 
 
+def are_complete(clocks: Sequence[int], columns: Mapping[int, Array]) -> bool:
+    """Whether no column (n,) goes on after the clock of its table has ended, as beside a counter that stops early."""
+    for i, values in columns.items():
+        clock = columns[max((c for c in clocks if c <= i), default=clocks[0])]
+        if np.isfinite(values[~np.isfinite(clock)]).any():
+            return False
+    return True
+
+
 def _ends(time: Array) -> int:
     """The number of rows up to the last time; that of the column if times are missing before."""
     rows = int(np.count_nonzero(np.isfinite(time)))
@@ -112,4 +121,4 @@ def tables_beside(path: Path, wanted: Sequence[str], options: ReadOptions, name:
     with open_source(path, options.encoding) as source:
         numbers = read_numbers(source.blocks, layout, every, source.encoding, name)
     text = frozenset(c.column for c in numbers.bad if c.column not in clocks)
-    return TablesBeside(layout, numbers, clocks, text)
+    return TablesBeside(layout, numbers, clocks, text) if are_complete(clocks, numbers.columns) else None
