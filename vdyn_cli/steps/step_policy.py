@@ -504,6 +504,15 @@ class StepPolicy:
         5.0, "standard errors", "that this difference must also exceed",
         "With twelve blocks a correct drive exceeds that once in 2500. Of 52 clean drives the largest was 3.1.",
     )  # fmt: skip
+    road_between: float = threshold(
+        0.001, "", "standard deviation of the mean slope of drives on one road, and of wind and rolling likewise",
+        "Drives turn around at other places of a road that undulates by 0.1 % rms; wind that differs by 0.3 m/s "
+        "changes the drag of a car at 15 m/s by 0.03 % of its weight, 1 % of the rolling resistance is 0.01 %.",
+    )  # fmt: skip
+    slope_between: float = threshold(
+        0.003, "", "standard deviation of the mean slope of drives whose directions are not stated",
+        "As the default of settings.drives.slope.",
+    )  # fmt: skip
     ratio_evidence: float = threshold(
         9.0, "log likelihood", "for each change of the acceleration per torque over a change of force, to be a gear or "
         "a gain",

@@ -40,7 +40,7 @@ def test_equal_drives_are_no_finding(seed: int) -> None:
 @pytest.mark.parametrize(("mass", "scale", "share"), [(1.15, 1.0, 15.0), (0.85, 1.0, -15.0), (1.0, 1.356, 35.6)])
 def test_a_load_or_another_unit_in_two_of_six_drives_is_found(mass: float, scale: float, share: float) -> None:
     drives = [drive(k) for k in range(4)] + [drive(k, mass * MASS, scale) for k in (4, 5)]
-    found = list(unequal_drives([f"{k}.csv" for k in range(6)], drives))
+    found = list(unequal_drives([f"{k}.csv" for k in range(6)], drives).values())
     assert [f.where for f in found] == ["4.csv", "5.csv"]
     for finding in found:
         words = finding.what.split()

@@ -28,7 +28,8 @@ reaction of the drive torque, and of the torque that accelerates the motor (``mo
 ``model: road_load`` is a mass on a road, for cars with known mass, radius, ratio and road load (rolling_resistance and
 drag_area, or road_load_f0, f1, f2) only; it leaves out braked parts, and parts in which the acceleration per torque
 changes (another gear, or the gain of a channel). A speed that is 0.4 s or more late or early against the torque is
-shifted to its clock, with a warning. ``windows`` cuts long trips into short windows and
+shifted to its clock, with a warning. A whole drive whose acceleration per torque (a load, a trailer) or resistance (a
+dragging brake) differs from the others is left out, too. ``windows`` cuts long trips into short windows and
 states the error of the speed at the end of each; ``powered`` uses only windows with the torque above zero throughout,
 since the brakes are released then. Where a drive of more than 100 s is missed as a whole, though the car follows its
 torque, and no candidate effect gives a result, powered windows of 20 s answer instead, with both errors stated.

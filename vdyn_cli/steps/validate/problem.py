@@ -338,7 +338,7 @@ def stated_motion(known: Parameters) -> StatedMotion | None:
     else:
         rolling = known.value("rolling_resistance", USUAL_ROLLING) * mass * GRAVITY
         drag = 0.5 * known.value("air_density", USUAL_DENSITY) * known.value("drag_area", USUAL_DRAG)
-    return StatedMotion(force / inertia, -rolling / inertia, -drag / inertia)
+    return StatedMotion(force / inertia, -rolling / inertia, -drag / inertia, inertia)
 
 
 def _by_wheel(spec: ValidateSpec) -> bool:

@@ -44,12 +44,13 @@ class StatedMotion:
 
     Parameters
     ----------
-    ratio : a, 1/(kg m). constant : b, m/s^2. drag : c, 1/m.
+    ratio : a, 1/(kg m). constant : b, m/s^2. drag : c, 1/m. inertia : mass with that of the rotating parts, kg.
     """
 
     ratio: float
     constant: float
     drag: float
+    inertia: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

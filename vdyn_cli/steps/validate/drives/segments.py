@@ -20,6 +20,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, StatedMotion, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
+from vdyn_cli.steps.validate.drives.unequal_resistance import other_resistance, resistance_finding
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
 from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
 
@@ -158,11 +159,13 @@ def drive_segments(
     unlogged = _unlogged([whole for whole, _ in drives], cut)
     driven = [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
     changes = _ratio_changes(driven, cut)
-    steady = [k for k, change in enumerate(changes) if not change.spans]
-    findings += unequal_drives([logs[k].name for k in steady], [driven[k] for k in steady])
+    odd, said = _odd_drives(logs, [HEADING[n.direction] for n in notes], driven, changes, cut)
+    findings += said
     for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
         findings += [*doubts, *braked.finding(log.name), *changes[k].finding(log.name)]
         top = float(np.nanmax(np.abs(whole["speed"])))
+        if k in odd:
+            continue
         parts = _parts(whole, cut, top, braked.braked | changes[k].other) if top > MOVING else []
         made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
@@ -173,6 +176,34 @@ def drive_segments(
             what = "no segment of this run can be simulated: too slow, braked or too short"
             findings.append(Finding(log.name, what, remedy="leave the run out, or log its friction brakes"))
     return found, findings
+
+
+def _odd_drives(
+    logs: Sequence[Log],
+    headings: Sequence[float],
+    driven: Sequence[Driven],
+    changes: Sequence[RatioChange],
+    cut: Segmentation,
+) -> tuple[frozenset[int], list[Finding]]:
+    """Whole drives of a mass on a road that are left out, since they differ from the others; and findings on them.
+
+    With them, the fit of all drives would show a slope or a gain that none of them has.
+    """
+    steady = [k for k, change in enumerate(changes) if not change.spans]
+    motion = cut.motion
+    named = [logs[k].name for k in steady]
+    unequal = unequal_drives(named, [driven[k] for k in steady], motion.ratio if motion else None)
+    if cut.model != "road_load" or cut.length is not None:
+        return frozenset(), list(unequal.values())
+    findings = [replace(f, what=f"{f.what}; this drive is left out") for f in unequal.values()]
+    odd = {steady[k] for k in unequal}
+    rest = [k for k in steady if k not in odd]
+    if motion is not None:
+        other = other_resistance([driven[k] for k in rest], [headings[k] for k in rest], motion.constant)
+        if other is not None:
+            odd.add(rest[other.drive])
+            findings.append(resistance_finding(logs[rest[other.drive]].name, other, motion.inertia))
+    return frozenset(odd), findings
 
 
 def _problems(log: Log) -> list[Finding]:

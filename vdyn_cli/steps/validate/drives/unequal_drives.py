@@ -7,7 +7,7 @@ is estimated from all drives would take their misfit for hills.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -19,27 +19,29 @@ from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
 LEAST_DRIVEN = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
-FEWEST_OTHERS = 2  # fewest other drives, so that a median is not the value of a single one
+FEWEST_OTHERS = 2  # fewest other drives, so that the usual value is not that of a single one
 MEDIAN = np.pi / 2.0  # variance of a median over that of a mean, of a normal distribution
 
 
 def unequal_drives(
-    names: Sequence[str], drives: Sequence[tuple[Array, Mapping[str, Array], Array]]
-) -> Iterator[Finding]:
-    """A finding for each drive whose acceleration per drive torque differs from the median of the other drives.
+    names: Sequence[str], drives: Sequence[tuple[Array, Mapping[str, Array], Array]], stated: float | None = None
+) -> dict[int, Finding]:
+    """By index, a finding for each drive whose acceleration per drive torque differs from that of the usual drives.
 
     Parameters
     ----------
     names : of the logs. drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m)
-        and, if logged, grade; drive torque (n,) N m.
+        and, if logged, grade; drive torque (n,) N m. stated : acceleration per drive torque of the car, 1/(kg m).
     """
-    found = [_acceleration_per_torque(*drive) for drive in drives]
-    for k, (name, own) in enumerate(zip(names, found, strict=True)):
-        others = np.array([other for j, other in enumerate(found) if j != k and other is not None])
-        if own is None or len(others) < FEWEST_OTHERS:
+    known = {k: a for k, drive in enumerate(drives) if (a := _acceleration_per_torque(*drive)) is not None}
+    if len(known) <= FEWEST_OTHERS:
+        return {}
+    usual, found = _usual(known, stated), {}
+    for k, own in known.items():
+        others = np.array([known[j] for j in usual if j != k])
+        if not len(others):
             continue
-        usual = float(np.median(others[:, 0]))
-        ratio, common = usual / own[0], MEDIAN * np.mean(others[:, 1] ** 2) / len(others)
+        ratio, common = float(np.median(others[:, 0])) / own[0], MEDIAN * np.mean(others[:, 1] ** 2) / len(others)
         share, error = ratio - 1.0, float(np.sqrt((ratio * own[1]) ** 2 + common)) / own[0]
         if abs(share) > max(STEP_POLICY.unequal_t * error, STEP_POLICY.unequal_share):
             what = (
@@ -47,7 +49,18 @@ def unequal_drives(
                 f"{'larger' if share > 0 else 'smaller'} than in the other drives: another load, gear, tire or unit"
             )
             remedy = "validate this drive in a description of its own, with its mass and gear_ratio"
-            yield Finding(name, what, "", remedy, doubt=True)
+            found[k] = Finding(names[k], what, "", remedy, doubt=True)
+    return found
+
+
+def _usual(known: Mapping[int, tuple[float, float]], stated: float | None) -> list[int]:
+    """The drives that agree on an acceleration per torque: on the stated one if several do, else most of them."""
+
+    def alike(a: float) -> list[int]:
+        return [k for k, one in known.items() if abs(one[0] / a - 1.0) <= STEP_POLICY.unequal_share]
+
+    as_stated = alike(stated) if stated else []
+    return as_stated if len(as_stated) >= FEWEST_OTHERS else max((alike(a) for a, _ in known.values()), key=len)
 
 
 def _acceleration_per_torque(time: Array, channels: Mapping[str, Array], torque: Array) -> tuple[float, float] | None:
