@@ -12,7 +12,15 @@ from tests.plant.vehicle import GRAVITY, REFERENCE, Vehicle, random_vehicle
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.physics.laws.road import half_sine, haversine, straight_lines
-from vdyn_cli.physics.models.half_car import BODY, SOUGHT, half_car, half_car_on_profile, sprung_body
+from vdyn_cli.physics.models.half_car import (
+    BODY,
+    LONGITUDINAL,
+    ROLLING,
+    SOUGHT,
+    half_car,
+    half_car_on_profile,
+    sprung_body,
+)
 from vdyn_cli.steps.bump.crossing import at_limit
 from vdyn_cli.steps.bump.half_car_modes import half_car_matrices, natural_modes
 from vdyn_cli.steps.bump.known_car import usual_car
@@ -26,7 +34,13 @@ COLUMNS = dict(zip(CHANNELS, plant.SENSORS, strict=True))
 
 def values(vehicle: Vehicle, **changed: float) -> dict[str, float]:
     found = {n: float(getattr(vehicle, n)) for n in (*SOUGHT, *GIVEN)}
-    found |= {"bump_height": 0.07, "bump_width": 0.48, "antenna_offset": 0.0, "outboard_mass": 0.0}
+    found |= {
+        "bump_height": 0.07,
+        "bump_width": 0.48,
+        "antenna_offset": 0.0,
+        "outboard_mass": 0.0,
+        **dict.fromkeys(LONGITUDINAL, 0.0),
+    }
     return found | {"distance_front": 3.0, "speed_scale": 0.0, "speed_ramp": 0.0} | changed
 
 
@@ -197,3 +211,38 @@ def test_every_run_may_begin_in_motion() -> None:
     )
     assert moving.states["wheel_front"][0] == pytest.approx(1e-2 * share)
     assert set(BODY) <= set(moving.states)
+
+
+def test_the_slope_of_the_road_brakes_the_car_and_pitches_it_and_keeps_its_energy() -> None:
+    """Rigid hubs, no dampers: the work of the slope is all the energy that heave, pitch and axles have after it."""
+    free = {"suspension_damping_front": 0.0, "suspension_damping_rear": 0.0}
+    time = np.arange(0.0, 2.2, 5e-4)
+    speed, lever = 4.5, 0.35
+    drive = Drive(time, {"speed": speed, "elapsed": 0.0}, {"position": 0.0})
+    at = values(REFERENCE, distance_front=1.0, bump_height=0.01, longitudinal_lever=lever, **free)
+    found = Simulator(half_car(), at, substeps=2)(drive, states=True)
+    past = found.states["position"] - 1.0 + lever * found.states["pitch"]
+    height = lambda x: np.where((x > 0) & (x < 0.48), 0.005 * (1 - np.cos(2 * np.pi * x / 0.48)), 0.0)  # noqa: E731
+    work = 0.0
+    for end, x in (("front", past), ("rear", past - REFERENCE.wheelbase)):
+        slope = (height(x + 1e-4) - height(x - 1e-4)) / 2e-4
+        pace = speed + lever * found.states["pitch_rate"]
+        work += float(np.trapezoid(found.outputs[f"{end}_load"] * slope * pace, time))
+    mass, _, stiffness = half_car_matrices(at)
+    where = np.array([found.states[n][-1] for n in ("heave", "pitch", "wheel_front", "wheel_rear")])
+    rate = np.array([found.states[n][-1] for n in ("heave_rate", "pitch_rate", "wheel_rate_front", "wheel_rate_rear")])
+    energy = (where @ stiffness @ where + rate @ mass @ rate) / 2
+    assert energy == pytest.approx(work, rel=0.05)
+
+
+def test_soft_hubs_move_back_on_the_rising_slope() -> None:
+    """At a low pace e = -b Fz u' / m, the static deflection of the bushings."""
+    time = np.arange(0.0, 4.0, 1e-3)
+    compliance, pace = 1.2e-4, 0.3
+    drive = Drive(time, {"speed": pace, "elapsed": 0.0}, {"position": 0.7})
+    at = values(REFERENCE, distance_front=1.0, bump_height=0.02, hub_compliance_front=compliance)
+    found = Simulator(half_car(), at, substeps=2)(drive, states=True)
+    x = found.states["position"] - 1.0
+    slope = np.where((x > 0) & (x < 0.48), 0.01 * 2 * np.pi / 0.48 * np.sin(2 * np.pi * x / 0.48), 0.0)
+    expected = -compliance * found.outputs["front_load"] * slope / (ROLLING * REFERENCE.unsprung_mass_front)
+    assert np.max(np.abs(found.states["hub_front"] - expected)) < 0.12 * np.max(np.abs(expected))

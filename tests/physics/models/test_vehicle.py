@@ -9,7 +9,7 @@ from tests.physics.models.vehicle_cases import CONTEXT, CORNERS, Array, drive, p
 from tests.physics.models.vehicle_energy import Account
 from tests.plant.vehicle import GRAVITY, REFERENCE
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.physics.models.half_car import GIVEN, SOUGHT, half_car
+from vdyn_cli.physics.models.half_car import GIVEN, LONGITUDINAL, SOUGHT, half_car
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.physics.models.wheel_spin import WHEEL_SPIN
@@ -110,7 +110,12 @@ def bumped() -> Simulated:
 
 def test_over_a_straight_bump_it_is_the_half_car(bumped: Simulated) -> None:
     values = {n: float(getattr(REFERENCE, n)) for n in (*SOUGHT, *GIVEN) if hasattr(REFERENCE, n)}
-    values |= {"sprung_pitch_inertia": REFERENCE.pitch_inertia, "antenna_offset": 0.0, "outboard_mass": 0.0}
+    values |= {
+        "sprung_pitch_inertia": REFERENCE.pitch_inertia,
+        "antenna_offset": 0.0,
+        "outboard_mass": 0.0,
+        **dict.fromkeys(LONGITUDINAL, 0.0),
+    }
     values |= {"bump_height": 0.07, "bump_width": 0.48, "distance_front": 1.0, "speed_scale": 0.0, "speed_ramp": 0.0}
     run = Drive(bumped.time, {"speed": 15 / 3.6, "elapsed": 0.0}, {"position": 0.0})
     half = Simulator(half_car(), values)(run)

@@ -185,7 +185,9 @@ def test_the_nearer_of_two_bumps_is_used_if_its_distance_is_stated() -> None:
         time = np.concatenate([log.time, log.time + step])
         twice.append(Log(log.name, time, {n: np.concatenate([log[n], log[n]]) for n in log.channels}))
     length = np.array([np.trapezoid(log["speed"], log.time) for log in LOGS])
-    second = run(tuple(twice), spec(runs={"distance_front": float(np.mean(length)) + 3.0}))
+    stated = [{"log": log.name, "distance_front": way + 3.0} for log, way in zip(LOGS, length.tolist(), strict=True)]
+    size = {"height": 0.07, "width": 0.48}
+    second = run(tuple(twice), BumpSpec.model_validate({"test": "bump", "bump": size, "runs": stated}))
     places = np.array([run["distance_front"] for run in second.extra["crossings"]])
     assert np.allclose(places - length, 3.0, atol=0.2)
 

@@ -10,6 +10,7 @@ from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.road import Shape, half_sine, haversine, road, straight_lines
 from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.physics.laws.tire_vertical import tire_vertical
+from vdyn_cli.physics.models.longitudinal_hubs import Hub, LongitudinalMotion, hub_states
 from vdyn_cli.quantities.constants import GRAVITY
 
 SOUGHT = (
@@ -19,12 +20,18 @@ SOUGHT = (
     "suspension_damping_rear",
     "tire_vertical_stiffness",
 )
+LONGITUDINAL = (
+    *("longitudinal_lever", "hub_compliance_front", "hub_compliance_rear"),
+    *("support_slope_front", "support_slope_rear"),
+)
 GIVEN = (
     *("mass", "sprung_pitch_inertia", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_mass_rear"),
     *("bump_height", "bump_width", "antenna_offset", "outboard_mass"),
+    *LONGITUDINAL,
 )
 CROSSING = ("distance_front", "speed_scale", "speed_ramp")
 BODY = ("heave", "heave_rate", "pitch", "pitch_rate")
+ROLLING = 1.28  # the wheels, 1.1 kg m^2 and 0.31 m, turn as their hubs move: 11.5 kg beside the 41 kg of a corner
 SLOPE_STEP = 5e-4  # m, difference step for the slope of the road
 
 Points = tuple[tuple[float, float], ...]
@@ -50,10 +57,11 @@ BODY_OF = ("mass", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_
 def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
     """Heave and pitch of the body and two axles, with tires that lift off, relative to rest.
 
-    Ms z'' = -Sf - Sr,   Is th'' = -lf Sf + lr Sr,   mf zf'' = Sf + Fzf - F0f,   mr zr'' = Sr + Fzr - F0r
+    Ms z'' = -Sf - Sr,   Is th'' = -lf Sf + lr Sr + s Ms V',   mf zf'' = Sf + Fzf - F0f,   mr zr'' = Sr + Fzr - F0r
 
     with th nose-up; Sf = spring + damper over the stroke z + lf th - zf, Sr over z - lr th - zr; Fz the load between
-    tires and road, F0 that at rest.
+    tires and road, F0 that at rest. The slope of the road brakes the car (V' of the body) and pushes the hubs fore and
+    aft (``longitudinal_hubs``); their forces meet the body s = ``longitudinal_lever`` m below its center.
 
     Returns
     -------
@@ -67,7 +75,9 @@ def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
     ``mass`` and ``cg_to_front`` are the whole car's, ``sprung_pitch_inertia`` is that of the body about its center,
     which is lf behind the front axle (``sprung_body``). ``outboard_mass`` is the mass of an axle's wheels
     outside the load sensors: 0 where the loads are those on the road, else a sensor reads Fz - m (g + z'').
-    Assumes small angles, vertical motion independent of the longitudinal one, equal wheels of an axle.
+    s is the height of the body's center above the wheels' centers, less what the support angles of the suspension
+    (anti-dive, anti-squat) take off. Assumes small angles, wheels that roll freely or
+    at constant torque, equal wheels of an axle.
     Source: doi:10.4271/2017-01-1574, equations (8) to (15).
     """
     return _model({"haversine": haversine, "half_sine": half_sine}[shape], 1.0)
@@ -91,12 +101,15 @@ def _model(shape: Shape, length: float) -> Model:
         speed = e("speed", value=u.speed) * (1.0 + p.speed_scale) + p.speed_ramp * u.elapsed
         sprung, to_front = sprung_body(*(getattr(p, name) for name in BODY_OF))
         share = p.cg_to_front / p.wheelbase
-        past = x - p.distance_front
-        front = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), (past, speed), bump, 1.0 - share)
+        ahead = x - p.distance_front + p.longitudinal_lever * pitch, speed + p.longitudinal_lever * turn
+        front, hub = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), ahead, bump, 1.0 - share)
         arm = to_front - p.wheelbase
-        rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), (past - p.wheelbase, speed), bump, share)
+        behind = ahead[0] - p.wheelbase, ahead[1]
+        rear, hub_rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), behind, bump, share)
+        motion = LongitudinalMotion(sprung, p.sprung_pitch_inertia, p.longitudinal_lever, (hub, hub_rear))
         heave_acceleration = -(front + rear) / sprung
-        pitch_acceleration = -(to_front * front + arm * rear) / p.sprung_pitch_inertia
+        pitch_acceleration = motion.pitch_acceleration(-(to_front * front + arm * rear))
+        motion.integrate(e, pitch_acceleration)
         e.integrate(heave=w, heave_rate=heave_acceleration, pitch=turn, pitch_rate=pitch_acceleration, position=speed)
         e.sensor("vertical_acceleration", heave_acceleration + p.antenna_offset * pitch_acceleration, rest=0.0)
         e.sensor("pitch_rate", turn, pitch_acceleration, rest=0.0)
@@ -111,9 +124,10 @@ def _axle(
     crossing: tuple[Number, Number],
     bump: tuple[Shape, float],
     share: Number,
-) -> Number:
-    """Add one axle's motion and load; returns the downward force of springs and dampers on the body, N."""
-    past, speed = crossing  # m beyond the start of the bump, m/s
+) -> tuple[Number, Hub]:
+    """Add one axle; returns its hubs, and the downward force of springs and dampers on the body, N."""
+    offset, rate = hub_states(e, end)
+    past, speed = crossing[0] + offset, crossing[1] + rate  # m beyond the start of the bump, m/s
     shape, length = bump  # length in bump widths
     p, at = e.p, f"_{end}"
     stiffness, damping = getattr(p, f"suspension_stiffness{at}"), getattr(p, f"suspension_damping{at}")
@@ -127,7 +141,7 @@ def _axle(
         size = {"height": p.bump_height, "width": p.bump_width, "length": length * p.bump_width}
         return e(road, at, position=position, shape=shape, **size)
 
-    rise = (level(past + SLOPE_STEP) - level(past - SLOPE_STEP)) / (2 * SLOPE_STEP) * speed
+    slope = (level(past + SLOPE_STEP) - level(past - SLOPE_STEP)) / (2 * SLOPE_STEP)
     static = p.mass * GRAVITY * share
     load = e(
         tire_vertical,
@@ -136,13 +150,15 @@ def _axle(
         stiffness=rigid,
         damping=0.0,
         compression=level(past) - y,
-        compression_rate=rise - v,
+        compression_rate=slope * speed - v,
         share=1.0,
     )
     strut = e(spring, at, stiffness=stiffness, stroke=body[0] - y, share=1.0)
     strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v, share=1.0)
+    hub = Hub(offset, rate, ROLLING * mass, getattr(p, f"hub_compliance{at}"), load * slope)
+    strut = strut - getattr(p, f"support_slope{at}") * hub.backward
     acceleration = (strut + load - static) / mass
     e.integrate(**{f"wheel{at}": v, f"wheel_rate{at}": acceleration})
     outboard = p.outboard_mass * GRAVITY
     e.sensor(f"{end}_load", load - outboard - p.outboard_mass * acceleration, rest=static - outboard)
-    return strut
+    return strut, hub

@@ -198,6 +198,19 @@ def on_its_road(fit: BumpFit) -> BumpFit:
     return found
 
 
+def with_soft_hubs(fit: BumpFit) -> BumpFit:
+    """The fit with the fore-aft compliance of the hubs as unknowns; the same fit where that is not a real car's.
+
+    An estimate at the end of its range stands for another error, such as that of a tire that averages the road.
+    """
+    soft = replace(fit, known=fit.known.with_soft_hubs())
+    try:
+        soft.solve()
+    except ResultError:
+        return fit
+    return soft
+
+
 def _with_effects_fixed(fit: BumpFit) -> Solution | None:
     """The fit of the car with effects fixed at their start values; None where these are zero, or the fit fails.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.half_car import BODY_OF, sprung_body
+from vdyn_cli.physics.models.longitudinal_hubs import moving_pitch_inertia
 from vdyn_cli.quantities.arrays import Array
 
 MODES = ("bounce", "pitch", "wheel hop front", "wheel hop rear")
@@ -39,7 +40,10 @@ def half_car_matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]
     v = values
     sprung, to_front = sprung_body(*(v[name] for name in BODY_OF))
     strokes = np.array([[1.0, to_front, -1.0, 0.0], [1.0, to_front - v["wheelbase"], 0.0, -1.0]])
-    mass = np.diag([sprung, v["sprung_pitch_inertia"], v["unsprung_mass_front"], v["unsprung_mass_rear"]])
+    inertia = moving_pitch_inertia(
+        sprung, v["mass"] - sprung, v["sprung_pitch_inertia"], v.get("longitudinal_lever", 0.0)
+    )
+    mass = np.diag([sprung, inertia, v["unsprung_mass_front"], v["unsprung_mass_rear"]])
     stiffness, damping = (
         strokes.T @ np.diag([v[f"suspension_{kind}_{end}"] for end in ("front", "rear")]) @ strokes
         for kind in ("stiffness", "damping")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,8 +17,19 @@ from vdyn_cli.steps.bump.crossing import LOADS
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
+ENDS = ("front", "rear")
 LEAST_SPRUNG = 0.3  # share of the mass; cars have 0.8 to 0.95, and less than a third means a wrong unit
 USUAL_LEVER = Given(0.30, 0.08)  # m, height of the center of gravity above the wheel centers: 0.45 to 0.7 minus 0.3
+# m, standard deviation of the lever of longitudinal forces: support angles (anti-dive, anti-squat) of up to 10 degrees
+# at half a wheelbase of 1.3 m take off up to 0.23 m, and a truck's center is higher than a car's.
+LEVER_STD = 0.3
+LEVER_RANGE = (-0.5, 2.0)  # m
+# s^2, mass over fore-aft stiffness of an axle's hubs: natural frequencies of 12 to 20 Hz, and stiff ones (0)
+USUAL_COMPLIANCE = Given(1.1e-4, 0.8e-4)
+COMPLIANCE_RANGE = (-1e-4, 3.1e-4)  # s^2: below 9 Hz a hub would move by more than 10 mm when braking
+# slope of the path of an axle's hubs: support angles of up to 10 degrees are two deviations
+USUAL_SUPPORT = Given(0.0, 0.1)
+SUPPORT_RANGE = (-0.5, 0.5)  # 27 degrees
 USUAL_INDEX = (0.4, 1.6)  # Is / (Ms lf lr): half and twice that of cars, which is between 0.7 and 1
 
 
@@ -37,10 +48,19 @@ class KnownCar:
     zeros: Mapping[str, float]
     speed_scale: float
 
+    def with_soft_hubs(self) -> KnownCar:
+        """The car whose hubs move fore and aft as those of usual cars do, to be estimated."""
+        names = [f"hub_compliance_{end}" for end in ENDS]
+        values = {**self.values, **dict.fromkeys(names, USUAL_COMPLIANCE.value)}
+        return replace(self, values=values, std={**self.std, **dict.fromkeys(names, USUAL_COMPLIANCE.std)})
+
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Physical ranges of the uncertain numbers, SI."""
         found = {n: (PARAMETERS[n].lower, PARAMETERS[n].upper) for n in self.std if n in PARAMETERS}
-        return found | {n: (0.2 * self.values[n], 5 * self.values[n]) for n in self.std if n not in PARAMETERS}
+        found |= {"longitudinal_lever": LEVER_RANGE}
+        found |= {f"hub_compliance_{end}": COMPLIANCE_RANGE for end in ENDS}
+        found |= {f"support_slope_{end}": SUPPORT_RANGE for end in ENDS}
+        return found | {n: (0.2 * self.values[n], 5 * self.values[n]) for n in self.std if n not in found}
 
 
 def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Finding, ...]]:
@@ -55,12 +75,16 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
     # These two scale a measured profile.
     numbers["bump_height"], numbers["bump_width"] = bump.height or Given(1.0), bump.width or Given(1.0)
     numbers["outboard_mass"] = Given(0.0)
+    stated = {n: Given(e.value, e.std) for n, e in known.items()}
+    numbers["longitudinal_lever"] = Given(_lever(stated, numbers).value, LEVER_STD)
     if settings.load_sensor == "hub":
         known.require("wheel_mass", where="bump")
         wheel = known["wheel_mass"]
         numbers["outboard_mass"] = Given(2 * wheel.value, 2 * wheel.std)
     zeros = dict.fromkeys(LOADS, settings.load_zero.value * 2**0.5)  # two wheels an axle
     zeros |= {"vertical_acceleration": settings.acceleration_zero.value, "pitch_rate": settings.pitch_rate_zero.value}
+    numbers |= {f"hub_compliance_{end}": Given(0.0) for end in ENDS}
+    numbers |= {f"support_slope_{end}": USUAL_SUPPORT for end in ENDS}
     values = {n: g.value for n, g in numbers.items()}
     std = {n: g.std for n, g in numbers.items() if g.std > 0}
     return KnownCar(values, std, zeros, settings.speed_scale.value), findings
@@ -137,11 +161,8 @@ def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> t
         return stated["sprung_pitch_inertia"], ()
     whole = stated["pitch_inertia"]
     findings: tuple[Finding, ...] = ()
-    if "cg_height" in stated and "wheel_radius" in stated:
-        height, radius = stated["cg_height"], stated["wheel_radius"]
-        lever = Given(height.value - radius.value, float(np.hypot(height.std, radius.std)))
-    else:
-        lever = USUAL_LEVER
+    lever = _height_above_wheels(stated)
+    if lever is USUAL_LEVER:
         what = "pitch_inertia is assumed to be that of the whole car; the share of the axles is that of a typical car"
         findings = (Finding("bump", what, "", "give cg_height and wheel_radius, or sprung_pitch_inertia"),)
     mass = found["mass"].value
@@ -149,6 +170,22 @@ def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> t
     factor = unsprung * mass / (mass - unsprung)
     std = float(np.hypot(whole.std, 2 * factor * lever.value * lever.std))
     return Given(whole.value - factor * lever.value**2, std), findings
+
+
+def _height_above_wheels(stated: Mapping[str, Given]) -> Given:
+    """Height of the car's center of gravity above the wheels' centers, m; that of a typical car if not stated."""
+    if "cg_height" not in stated or "wheel_radius" not in stated:
+        return USUAL_LEVER
+    height, radius = stated["cg_height"], stated["wheel_radius"]
+    return Given(height.value - radius.value, float(np.hypot(height.std, radius.std)))
+
+
+def _lever(stated: Mapping[str, Given], found: Mapping[str, Given]) -> Given:
+    """Height of the sprung body's center above the wheels' centers, m: M (h - r) / Ms."""
+    sprung, _ = sprung_body(*(found[n].value for n in BODY_OF))
+    height = _height_above_wheels(stated)
+    factor = found["mass"].value / sprung
+    return Given(factor * height.value, factor * height.std)
 
 
 def static_loads(values: Mapping[str, float]) -> dict[str, float]:

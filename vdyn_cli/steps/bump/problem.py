@@ -16,7 +16,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump import text
 from vdyn_cli.steps.bump.crossing import CHANNELS
-from vdyn_cli.steps.bump.half_car_fit import BumpFit, on_its_road
+from vdyn_cli.steps.bump.half_car_fit import BumpFit, on_its_road, with_soft_hubs
 from vdyn_cli.steps.bump.known_car import known_car
 from vdyn_cli.steps.bump.measured_profile import BumpData
 from vdyn_cli.steps.bump.noise import ChannelWeights
@@ -109,7 +109,7 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     rear_weight = spec.settings.rear_weight
     weights = ChannelWeights(dict.fromkeys(channels, 1.0), rear_weight.value if rear_weight else None)
     of_logs = (f for log in data.runs for f in log.findings)
-    fit = on_its_road(BumpFit(crossings, model, car, weights))
+    fit = with_soft_hubs(on_its_road(BumpFit(crossings, model, car, weights)))
     findings = (*doubtful_car, *data.findings, *doubtful_runs, *of_logs, *text.uneven_road(fit))
     return BumpProblem(fit, width, findings)
 

@@ -9,7 +9,7 @@ from math import hypot
 from typing import Any
 
 from vdyn_cli.inference import Solution, Unknown
-from vdyn_cli.physics.models.half_car import GIVEN, SOUGHT
+from vdyn_cli.physics.models.half_car import GIVEN, LONGITUDINAL, SOUGHT
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.bump import figures, text
@@ -22,7 +22,11 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import fit_summary, fitted_parameters
 from vdyn_cli.steps.known_sensitivity import slopes_by_known
 
-NOT_LISTED = ("antenna_offset", "outboard_mass")  # zero in most tests, so that a relative change has no meaning
+NOT_LISTED = (
+    "antenna_offset",
+    "outboard_mass",
+    *LONGITUDINAL,
+)  # zero in most tests, so that a relative change has no meaning
 
 
 def bump_result(fit: BumpFit, solution: Solution, findings: Sequence[Finding]) -> Result:

@@ -43,10 +43,13 @@ METHODS = (
     "sensitivities and compared with axle loads, vertical acceleration and pitch rate of all runs at once. Each "
     "channel is weighted by the white noise of its third differences, or by its residual where that is larger; where "
     "the channels before the bump show an uneven road, a Kalman filter of the car on such a road whitens them. A "
-    "matched filter with the response of a typical car locates the bump in each log. The bump's position, scale and "
-    "slope of the smoothed speed, the body's motion before the bump and each sensor's zero are unknowns of each run, "
-    "with priors. Known numbers with a standard deviation are unknowns with that prior, so the intervals include their "
-    "uncertainty. Intervals follow from the scatter of blocks of equal information within the runs."
+    "matched filter with the response of a typical car locates the bump in each log. The bump brakes the car and "
+    "pushes the axles back: the lever of these forces about the body, the slope of the axles' paths and, where "
+    "the data agree with a usual car's, the fore-aft compliance are unknowns with priors. The bump's position, "
+    "scale and slope of the smoothed speed, the body's motion before the bump and each sensor's zero are "
+    "unknowns of each run, with priors. Known numbers with a standard deviation are unknowns with that prior, so the "
+    "intervals include their uncertainty. Intervals follow from the scatter of blocks of equal information within the "
+    "runs."
 )
 KNOWN_NUMBERS = {
     "mass": "mass",
