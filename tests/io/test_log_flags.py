@@ -118,6 +118,15 @@ def test_a_slow_torque_in_coarse_steps_is_no_rounded_line(values: tuple[float, .
     assert rounded_line((0.1 * rows, rows), filled, 0.5)
 
 
+def test_a_steady_speed_of_coarse_resolution_is_no_gap() -> None:
+    """A bus: steps of 0.1 km/h, held for two samples, without noise; the cruise of 30 s varies by two steps."""
+    time = 0.1 * np.arange(2000)
+    cruise, town = 5.0 + 0.02 * np.sin(0.4 * time), 5.0 + 3.0 * np.sin(0.5 * time) + np.sin(1.3 * time)
+    held = np.where((time > 60.0) & (time < 90.0), cruise, town)[(np.arange(time.size) // 2) * 2]
+    step = 0.1 / 3.6
+    assert not flags(Log("bus.csv", time, {"speed": np.round(held / step) * step})).faults
+
+
 def test_a_parked_car_is_at_rest_and_not_frozen() -> None:
     channels = day()
     channels["speed"][2000:] = channels["wheel_speed_fl"][2000:] = 0.0

@@ -109,6 +109,12 @@ class _Sampled:
         steps = np.abs(np.diff(self.values))
         return float(np.quantile(steps[steps > 0.0], 0.99)) if np.any(steps) else 0.0
 
+    @cached_property
+    def usual_bend(self) -> float:
+        """Median magnitude of x_k - 2 x_k-1 + x_k-2 where the car moves: 1.65 standard deviations of white noise."""
+        bends = np.abs(np.diff(self.values, 2))[self.moving[2:]]
+        return float(np.median(bends)) if bends.size else 0.0
+
     def breaks_off(self, a: int, b: int) -> bool:
         """Whether the channel has noise outside of a segment, or the segment ends with a jump."""
         elsewhere = int(self._flickers[-1] - self._flickers[b] + self._flickers[a])
@@ -371,13 +377,37 @@ def _longest_rest(channel: _Sampled, judged: Mask, first: int, stop: int) -> flo
 
 
 def _on_chord(channel: _Sampled, a: int, b: int) -> bool:
-    """Whether most of a segment lies on one chord: it may bend once, at a true value among interpolated ones."""
-    v = channel.values[a:b]
+    """Whether a segment lies on one chord, or on two that meet at a true value among interpolated ones.
+
+    A steady or slowly changing reading of coarse resolution does, too: of a parabola with the rise R, a chord is up to
+    R / 4 away and two are up to R / 16. So the segment must rise by more quanta than that allows, unless the channel
+    is so noisy that it is never that smooth.
+    """
+    values = channel.values[a:b]
+    rise = float(np.ptp(values)) / channel.resolution
+    steady = 0.0 if channel.usual_bend > 4.0 * channel.resolution else 4.0
     for place in channel.places(a, b):
-        line = v[0] + (place - place[0]) / (place[-1] - place[0]) * (v[-1] - v[0])
-        if np.mean(np.abs(v - line) <= 2.0 * channel.resolution) > 0.5:
+        off = np.abs(values - _chord(place, values))
+        at = int(np.argmax(off))
+        if rise > steady and _near(off, channel.resolution):
             return True
-    return bool(np.ptp(v) < 4.0 * channel.resolution)
+        if rise > 16.0 and 0 < at < off.size - 1:
+            both = [
+                np.abs(v - _chord(x, v)) for x, v in ((place[: at + 1], values[: at + 1]), (place[at:], values[at:]))
+            ]
+            if _near(np.concatenate(both), channel.resolution):
+                return True
+    return False
+
+
+def _chord(place: Array, values: Array) -> Array:
+    """The line between the first and the last of values (n,) at these places (n,)."""
+    return np.asarray(values[0] + (place - place[0]) / (place[-1] - place[0]) * (values[-1] - values[0]))
+
+
+def _near(off: Array, resolution: float) -> bool:
+    """Whether a segment's distances (n,) from its line are those of rounding; its ends may lie beside the line."""
+    return bool(np.mean(off <= resolution) >= 1.0 - QUALITY.line_bends)
 
 
 def _extreme(channel: _Sampled, at: int) -> bool:
