@@ -193,6 +193,7 @@ def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> No
         ("电机转矩(N·m)", "drive_torque", "N·m"),
         ("Couple moteur (N-m)", "drive_torque", "Nm"),
         ("DISTANCE_MILE", "position", "mile"),
+        ("Torque_kNm", "drive_torque", "kNm"),
         # what is not the motion itself
         ("gnss_posTime", "", ""),
         ("Acceleration Sensor(Total)(g)", "", ""),

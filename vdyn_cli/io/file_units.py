@@ -23,6 +23,7 @@ _OTHER_WORDS = {
 _NAME_ENDS = {  # units as the last word of a name
     **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
     **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
+    **{"knm": "kN m", "pct": "%", "percent": "%"},
     **{"kg": "kg", "lbs": "lbs", "n": "N", "m": "m", "mm": "mm", "km": "km", "ft": "ft", "s": "s", "ms": "ms"},
     **dict.fromkeys(("mile", "miles"), "mile"),
 }
@@ -30,6 +31,8 @@ _NAME_ENDS = {  # units as the last word of a name
 _IN_WORDS = (
     (re.compile(r"(?<![^\W_])(m|rad|deg)[_ ]s(?:[_ ]?(2))?$", re.IGNORECASE), r"\1ps\2"),
     (re.compile(r"(?<![^\W_])(km|n)[_ ]([hm])$", re.IGNORECASE), r"\1\2"),
+    (re.compile(r"kN$"), "kn"),  # not a name that ends with k, in N
+    (re.compile(r"kN[_ ]?m$"), "knm"),
     (re.compile(r"kilomet(er|re)s?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "kmh"),
     (re.compile(r"met(er|re)s?[ _]?per[ _]?s(ec(ond)?)?$", re.IGNORECASE), "mps"),
     (re.compile(r"miles?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "mph"),

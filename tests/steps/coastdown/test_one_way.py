@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import pytest
 
+from tests.bench import cases
 from tests.messy_cases import prepared
-from tests.plant import messy_day
+from tests.plant import coast, messy_day
+from tests.plant.vehicle import random_vehicle
+from vdyn_cli.project.execute import execute
 
 
 @pytest.fixture(scope="module")
@@ -38,3 +41,15 @@ def test_runs_there_and_back_are_as_before():
     found = prepared(case, False).problem.publish()
     low, high = found.parameters["rolling_resistance"].interval95
     assert 0.5 * (high - low) < 0.002
+
+
+def test_three_runs_in_a_wind_hold_the_truth(tmp_path):
+    vehicle = random_vehicle(1)
+    path = cases.coast_downs(vehicle, 1, tmp_path, coast.WIDE.but(rate=5.0, runs=3), False, {"headwind": 1.5})
+    found = execute("coastdown", path, level=None).result
+    (warned,) = [f for f in found.findings if "do not cancel" in f.what]
+    assert warned.what.startswith("2 out and 1 back")
+    assert warned.remedy == "drive 1 more back"
+    for name in ("rolling_resistance", "drag_area"):
+        low, high = found.parameters[name].interval95
+        assert low < getattr(vehicle, name) < high

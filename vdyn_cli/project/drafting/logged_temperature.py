@@ -11,7 +11,7 @@ from vdyn_cli.quantities.quantity import UnitError, from_si, to_si
 # An intake, a battery or a cabin is not the air: only names that say so count.
 _NAME = re.compile(
     r"\b(amb(ient)?|outside|outdoor|exterior|external)\b.*\btemp(erature)?\b"
-    r"|\btemp(erature)?\b.*\b(amb(ient)?|outside|outdoor)\b|\bau(ss|ß)entemperatur\b",
+    r"|\btemp(erature)?\b.*\b(amb(ient)?|outside|outdoor)\b|\bau(ss|ß)entemperatur\b|\b(t|temp) (au(ss|ß)en|amb|out)\b",
     re.IGNORECASE,
 )
 _INSIDE = re.compile(r"cabin|battery|intake|coolant|heat|interior|set ?point", re.IGNORECASE)

@@ -15,8 +15,10 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 _DEVICE = r"(?:(?:gps|gnss|ins|true)[ _.]*)*"
 _NO_MOTION = r"(?![a-z])(?![ _.]*(?:acc|g\b|vel|speed|rate|force|offset|error|std))"
 _HEADING = re.compile(f"{_DEVICE}(?:heading|hdg|course|cog|bearing|kurs|track angle){_NO_MOTION}", re.IGNORECASE)
-_LATITUDE = re.compile(f"{_DEVICE}lat(?:itude)?{_NO_MOTION}", re.IGNORECASE)
-_LONGITUDE = re.compile(f"{_DEVICE}(?:longitude|long|lon|lng){_NO_MOTION}", re.IGNORECASE)
+_LATITUDE = re.compile(f"{_DEVICE}(?:lat(?:itude)?|(?:geogr?[ _.]*)?breite(?:ngrad)?){_NO_MOTION}", re.IGNORECASE)
+_LONGITUDE = re.compile(
+    f"{_DEVICE}(?:longitude|long|lon|lng|(?:geogr?[ _.]*)?l(?:ae|ä)nge(?:ngrad)?){_NO_MOTION}", re.IGNORECASE
+)
 _STRAIGHT = 0.9  # least length of the mean of unit vectors: headings within some 25 degrees of their mean
 _WITHIN = 30.0  # degrees about one direction, or the opposite one, for all runs on a straight track
 _SHORTEST_WAY = 100.0  # m between the ends of a run, below which positions give no direction

@@ -27,6 +27,9 @@ Where only a wheel's speed is logged (rad/s or rpm), V = om r: a free-rolling wh
 is part of the effective radius. The radius' standard deviation is a scale error of the speed, which the intervals
 include. Likewise a motor's current times its torque constant is a drive torque.
 
+Where a position is logged, its distance over the integral of the speed measures the gain of the speed: a wrong gain is
+then no open answer, unless the position may be the integral of that speed.
+
 The mean wind of a run, measured beside the track, is the run's ``wind_speed`` (against the motion) where no channel of
 this name is logged; the remaining wind is estimated as a headwind. A crosswind adds drag that acts like rolling
 resistance: the intervals extend to the load without it. State it as ``crosswind`` of each run, or ``settings:

@@ -22,7 +22,7 @@ from vdyn_cli.steps.coastdown.doubts.agreement import (
     widened_to_include,
 )
 from vdyn_cli.steps.coastdown.doubts.changed_runs import ChangedRuns, changed_runs
-from vdyn_cli.steps.coastdown.doubts.one_way import widened_if_one_way
+from vdyn_cli.steps.coastdown.doubts.one_way import unbalanced_finding, widened_if_one_way, widened_if_unbalanced
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
@@ -85,7 +85,14 @@ class FitQuality:
         changed = (
             () if self.change is None else (self.change.finding(self.fit.campaign.runs[self.change.step.run].name),)
         )
-        return (*self._noise(), *self._road(), *self._disagreement(), *changed, *self._runs())
+        return (
+            *self._noise(),
+            *self._road(),
+            *self._disagreement(),
+            *changed,
+            *unbalanced_finding(self.fit),
+            *self._runs(),
+        )
 
     def _noise(self) -> list[Finding]:
         found = []
@@ -210,6 +217,7 @@ def quality_of(fit: RoadLoadFit) -> FitQuality:
     if (change := changed_runs(fit)) is not None:
         fit = replace(fit, solution=change.widened(fit.solution))
     fit = replace(fit, solution=widened_if_one_way(fit))
+    fit = replace(fit, solution=widened_if_unbalanced(fit))
     return FitQuality(fit, local, ratio, shared_force(fit), influence(fit), change)
 
 
