@@ -53,35 +53,35 @@ def _bell(x: Any, center: Any, width: Any) -> Any:
 
 
 LAW_FORMS: Mapping[str, LawForm] = {
-    "line": LawForm(("slope",), ("value/x",), "slope x", lambda x, s, d: x),
-    "step": LawForm(("amplitude",), ("value",), "amplitude sign(x)", lambda x, s, d: _sense(x, d)),
+    "line": LawForm(("slope",), ("value/x",), "slope * x", lambda x, s, d: x),
+    "step": LawForm(("amplitude",), ("value",), "amplitude * sign(x)", lambda x, s, d: _sense(x, d)),
     "saturation": LawForm(
-        ("amplitude", "width"), ("value", "x"), "amplitude tanh(x / width)", lambda x, s, d: tanh(x / s[0])
+        ("amplitude", "width"), ("value", "x"), "amplitude * tanh(x / width)", lambda x, s, d: tanh(x / s[0])
     ),
     "power": LawForm(
-        ("amplitude", "exponent"), ("value", ""), "amplitude sign(x) |x / reference|^exponent",
+        ("amplitude", "exponent"), ("value", ""), "amplitude * sign(x) * |x / reference|^exponent",
         lambda x, s, d: _sense(x, d) * _power(x, s[0], d),
     ),
     "even_power": LawForm(
-        ("amplitude", "exponent"), ("value", ""), "amplitude |x / reference|^exponent",
+        ("amplitude", "exponent"), ("value", ""), "amplitude * |x / reference|^exponent",
         lambda x, s, d: _power(x, s[0], d),
     ),
     "knee": LawForm(
-        ("slope", "onset"), ("value/x", "x"), "slope sign(x) max(|x| - onset, 0)",
+        ("slope", "onset"), ("value/x", "x"), "slope * sign(x) * max(|x| - onset, 0)",
         lambda x, s, d: _sense(x, d) * fmax(fabs(x) - s[0], 0.0),
     ),
     "hinge_up": LawForm(
-        ("slope", "onset"), ("value/x", "x"), "slope max(x - onset, 0)", lambda x, s, d: fmax(x - s[0], 0.0)
+        ("slope", "onset"), ("value/x", "x"), "slope * max(x - onset, 0)", lambda x, s, d: fmax(x - s[0], 0.0)
     ),
     "hinge_down": LawForm(
         ("slope", "onset"), ("value/x", "x"), "slope min(x - onset, 0)", lambda x, s, d: -fmax(s[0] - x, 0.0)
     ),
     "bump": LawForm(
-        ("amplitude", "center", "width"), ("value", "x", "x"), "amplitude exp(-((x - center) / width)^2)",
+        ("amplitude", "center", "width"), ("value", "x", "x"), "amplitude * exp(-((x - center) / width)^2)",
         lambda x, s, d: _bell(x, s[0], s[1]) - (_bell(0.0, s[0], s[1]) if d.anchored else 0.0),
     ),
     "periodic": LawForm(
-        ("amplitude", "length", "shift"), ("value", "x", "x"), "amplitude sin(2 pi (x - shift) / length)",
+        ("amplitude", "length", "shift"), ("value", "x", "x"), "amplitude * sin(2 pi (x - shift) / length)",
         lambda x, s, d: sin(2 * np.pi * (x - s[1]) / s[0]) - (sin(-2 * np.pi * s[1] / s[0]) if d.anchored else 0.0),
     ),
 }  # fmt: skip
@@ -137,7 +137,8 @@ def unit_of(curve: CurveDefinition, k: int) -> str:
     """The unit of the k-th unknown of a curve."""
     if curve.form == "table":
         return curve.unit
-    slope = f"{curve.unit}/({curve.coordinate_unit})" if curve.coordinate_unit else curve.unit
+    below = curve.coordinate_unit
+    slope = f"{curve.unit}/({below})" if set(below) & set("/ ") else f"{curve.unit}/{below}" if below else curve.unit
     kinds = {"value": curve.unit, "x": curve.coordinate_unit, "value/x": slope, "": ""}
     return kinds[LAW_FORMS[curve.form].units[k]]
 

@@ -24,7 +24,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 CHANGED = (  # the remedy
     "check what changed before this run (load, trailer, tire pressure, roof box, windows, wet road); if something did, "
-    "describe the runs before and after the change in two files"
+    "describe the runs before and after the change in two files, each with at least 4 runs, 2 in either direction"
 )
 UNITS = {"rolling_resistance": "", "drag_area": " m^2"}
 
