@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from vdyn_cli.description.description_model import Description
-from vdyn_cli.description.spec_loading import load_spec
+from vdyn_cli.description.spec_loading import load_partial, load_spec
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps import load_step
 
 GOOD = """test: coastdown
 vehicle: vehicle.yaml
@@ -136,3 +137,9 @@ def test_a_folder_is_answered_with_its_descriptions(tmp_path: Path) -> None:
     (tmp_path / "coast.yaml").write_text(GOOD)
     with pytest.raises(InputError, match=r"is a folder\n    -> name a description in it, such as '.*coast.yaml'"):
         load_spec(tmp_path, Description)
+
+
+def test_a_wrong_value_is_not_also_reported_as_missing(tmp_path: Path) -> None:
+    (tmp_path / "test.yaml").write_text("test: bump\nbump: {height: 0.06 mm, width: 500 mm}\n")
+    (said,) = load_partial(tmp_path / "test.yaml", load_step("bump").spec).problems
+    assert said.what.startswith("'bump.height' is outside the physical range")

@@ -68,7 +68,7 @@ def load_partial(path: Path, model: type[S]) -> PartialSpec[S]:
         try:
             spec = validate(replace(source, data=data), model)
         except InvalidSpecError as error:
-            problems += [f for at, f in error.places if not any(at[: len(d)] == d for d in dropped)]
+            problems += [f for at, f in error.places if not any(_follows(at, f, d) for d in dropped)]
             wrong = {_droppable(data, at) for at, _ in error.places}
             if () in wrong:
                 break
@@ -77,6 +77,16 @@ def load_partial(path: Path, model: type[S]) -> PartialSpec[S]:
         else:
             return PartialSpec(spec, source, tuple(dict.fromkeys(problems)), frozenset(dropped))
     return PartialSpec(None, source, tuple(dict.fromkeys(problems)), frozenset(dropped))
+
+
+def _follows(at: Location, finding: Finding, dropped: Location) -> bool:
+    """Whether an error may only follow from a removed key: it is within the key, or concerns a mapping that had it.
+
+    An error of the whole description concerns the keys that it names.
+    """
+    if at:
+        return at[: len(dropped)] == dropped or dropped[: len(at)] == at
+    return bool(dropped) and f"'{dropped[0]}'" in finding.what
 
 
 def _droppable(data: Any, at: Location) -> Location:
