@@ -76,8 +76,9 @@ def test_a_force_over_speed_that_no_law_has_is_found_as_the_resistance(tmp_path:
     assert "resistance to motion" in diagnosis["sentence"]
 
 
-@pytest.mark.slow  # half a minute of diagnosis each
-@pytest.mark.parametrize("axles", [("rear",), pytest.param(("front", "rear"), marks=pytest.mark.thorough)])
+@pytest.mark.slow  # more than a minute of diagnosis each
+@pytest.mark.thorough
+@pytest.mark.parametrize("axles", [("rear",), ("front", "rear")])
 def test_dry_friction_of_another_shape_is_found_in_its_damper(tmp_path: Path, axles: tuple[str, ...]) -> None:
     law = other_laws.friction_tanh(290.0)
     hidden = other_laws.Hidden({("damper", axle): law for axle in axles})
