@@ -244,7 +244,7 @@ def _surroundings() -> Iterator[Case]:
                lambda f: shutil.copy(f / "configs/area.yaml", f / "configs" / latin) and None,
                ["area", latin, "-o", "../out"], 0)  # fmt: skip
     yield Case(group, "header with escape sequences", with_quotes(0), step("cg"), 2, after=_no_escape)
-    yield Case(group, "output folder is a file", replaced("out", b"x"), step("area"), 2, "cannot be written")
+    yield Case(group, "output folder is a file", replaced("out", b"x"), step("area"), 2, "is a file, not a folder")
 
 
 def _same_page(folder: Path) -> None:

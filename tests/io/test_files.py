@@ -34,7 +34,7 @@ def test_equal_file_names_are_reported_with_their_folders() -> None:
 
 def test_an_unwritable_place_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="file: is a file, not a folder"):
         write_whole(tmp_path / "file" / "below.json", "x")
 
 

@@ -25,6 +25,7 @@ from vdyn_cli.report.typography import RoundedEstimate
         (7.93e10, 7.9e10, 7.96e10, RoundedEstimate("7.930", "0.030", "0.030", "7.900", "7.960", 10)),
         (0.0, -1.0, 1.0, RoundedEstimate("0.0", "1.0", "1.0", "−1.0", "1.0")),
         (-0.001, -1.0, 1.0, RoundedEstimate("0.0", "1.0", "1.0", "−1.0", "1.0")),
+        (0.0, -6e-6, 0.592, RoundedEstimate("0.000", "0.592", "0.000", "0.000", "0.592")),
         (5.0, -math.inf, 7.0, RoundedEstimate("5.0", "2.0", "–", "–", "7.0")),
         (9.97, 9.97 - 0.996, 9.97 + 0.996, RoundedEstimate("10.0", "1.0", "1.0", "9.0", "11.0")),
         (math.nan, 0.0, 1.0, RoundedEstimate("–")),

@@ -71,12 +71,22 @@ def write_together(files: Mapping[Path, str | bytes]) -> None:
             staged[path].replace(path)
             del staged[path]
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        finding = Finding(str(path), f"cannot be written: {why}", remedy="choose another folder with -o")
-        raise InputError(finding) from None
+        raise InputError(not_written(path, error)) from None
     finally:
         for temporary in staged.values():
             temporary.unlink(missing_ok=True)
+
+
+def not_written(path: Path, error: OSError | ValueError) -> Finding:
+    """The finding that a file, or a folder for results, cannot be written, with the reason.
+
+    A file in place of a folder is named, as the system only says that it exists.
+    """
+    remedy = "choose another folder with -o"
+    blocking = next((p for p in (path, *path.parents) if p.is_file()), None)
+    if isinstance(error, FileExistsError | NotADirectoryError) and blocking is not None:
+        return Finding(str(blocking), "is a file, not a folder", remedy=remedy)
+    return Finding(str(path), f"cannot be written: {getattr(error, 'strerror', None) or error}", remedy=remedy)
 
 
 def _stage(path: Path, data: bytes, staged: dict[Path, Path]) -> None:

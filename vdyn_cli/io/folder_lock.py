@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from vdyn_cli.io.files import not_written
 from vdyn_cli.quantities.errors import Finding, InputError
 
 
@@ -71,9 +72,7 @@ def _opened(folder: Path) -> Iterator[int]:
         folder.mkdir(parents=True, exist_ok=True)
         number = -1 if sys.platform == "win32" else os.open(folder, os.O_RDONLY)
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        finding = Finding(str(folder), f"cannot be written: {why}", remedy="choose another folder with -o")
-        raise InputError(finding) from None
+        raise InputError(not_written(folder, error)) from None
     try:
         yield number
     finally:

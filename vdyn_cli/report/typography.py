@@ -88,7 +88,7 @@ def superscript(power: int) -> str:
 
 
 def rounded(value: float, low: float = math.nan, high: float = math.nan) -> RoundedEstimate:
-    """A value and its interval, rounded to two significant digits of the narrower half-width."""
+    """A value and its interval, rounded to two significant digits of the narrower half-width, or three of the wider."""
     if not math.isfinite(value):
         return RoundedEstimate(DASH)
     above, below = high - value, value - low
@@ -101,7 +101,8 @@ def rounded(value: float, low: float = math.nan, high: float = math.nan) -> Roun
     exponent = _exponent(largest)
     scale = 10.0**-exponent
     # More than nine significant digits would show rounding errors.
-    decimals = 1 - magnitude(max(min(halves), largest * 1e-9) * scale, 2)
+    finest = max(min(halves), 0.1 * max(halves), largest * 1e-9)
+    decimals = 1 - magnitude(finest * scale, 2)
 
     def shown(x: float) -> str:
         return fixed(x * scale, decimals) if math.isfinite(x) else DASH
@@ -132,7 +133,8 @@ def estimate_text(estimate: Estimate) -> str:
         return f"{r.value}{power} {shown}".rstrip()
     spread = f"± {r.plus}" if r.symmetric else f"+{r.plus} {MINUS}{r.minus}"
     number = f"({r.value} {spread}){power}" if power else f"{r.value} {spread}"
-    return f"{number} {shown}".rstrip() + f"  ({relative(estimate.value, *estimate.interval95)} %)"
+    share = relative(estimate.value, *estimate.interval95)
+    return f"{number} {shown}".rstrip() + ("" if share == DASH else f"  ({share} %)")
 
 
 def relative(value: float, low: float, high: float) -> str:
