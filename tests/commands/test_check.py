@@ -121,7 +121,11 @@ def test_a_position_that_contradicts_the_direction_is_a_note(tmp_path: Path) -> 
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:
     path = campaign(tmp_path, frozen(40.0, 44.0))
     text = path.read_text().replace("speed: {column", "wheel_speed: {column").replace("unit: km/h", "unit: rad/s")
-    path.write_text(text.replace("frontal_area", "wheel_radius: 0.3 m, frontal_area"))
+    path.write_text(
+        text.replace("frontal_area", "wheel_radius: 0.3 m, frontal_area").replace("GPS Speed [km/h]", "Wheel")
+    )
+    for log in tmp_path.glob("*.csv"):
+        log.write_text(log.read_text().replace("GPS Speed [km/h]", "Wheel"))
     notes = {r["run"]: r["why"] for r in checked(path, tmp_path, 0)["runs"]}
     assert any("wheel_speed" in why for why in notes["coast_2.csv"])
 
@@ -213,7 +217,9 @@ def test_a_sign_that_the_step_refuses_is_said_at_the_track(tmp_path: Path) -> No
         "test: tire\nchannels:\n  time: {column: t, unit: s}\n  slip: {column: s, unit: '1'}\n"
         "  force_x: {column: Fx, unit: N}\n  force_z: {column: Fz, unit: N}\nruns:\n  - {log: sweep.csv}\n"
     )
-    document = checked(path, tmp_path / "out", 0)
+    document = checked(path, tmp_path / "out", 1)
+    assert document["sentence"].startswith("Correct the description first: vdyn tire refuses sweep.csv, force_z: Fz is")
+    assert document["runs"][0]["verdict"] == "correct"
     assert "vdyn tire refuses it: Fz is negative" in document["runs"][0]["why"][0]
     assert document["findings"][0]["remedy"] == "add 'sign: -1' to its channel"
 
@@ -242,9 +248,12 @@ def test_one_error_of_many_lines_is_said_once(tmp_path: Path) -> None:
 def test_a_wrong_unit_of_the_description_is_no_reason_to_drive_again(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     path.write_text(path.read_text().replace("unit: km/h", "unit: m/s"))
-    document = checked(path, tmp_path, 0)
-    assert document["sentence"].startswith("Correct the description first: channel 'speed' is read in 'm/s'")
-    assert [(run["verdict"], len(run["why"])) for run in document["runs"]] == [("keep", 1)] * RUNS
+    document = checked(path, tmp_path, 1)
+    said = document["sentence"]
+    assert said.startswith("Correct the description first: channel 'speed' is read in 'm/s'")
+    assert "correct the unit in the description" in said
+    assert "repeated" not in said
+    assert [(run["verdict"], len(run["why"])) for run in document["runs"]] == [("correct", 1)] * RUNS
     with pytest.raises(ResultError) as refused:
         write_step("coastdown", path, (), tmp_path / "out", None)
     assert "the file states another unit 'km/h'" in refused.value.findings[0].what

@@ -17,7 +17,7 @@ from vdyn_cli.report.typography import run_name
 
 
 def run_check(path: Path, known_files: tuple[Path, ...], output: str, tell: Tell) -> int:
-    """Check a test, print the result, and return the exit code: 0 all runs are good, 1 at least one must be repeated.
+    """Check a test, print the result, and return the exit code: 0 all runs are good, 1 a run or the description is not.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
     yield ""
     wide = max(len(run_name(run.run)) for run in document.runs)
     for run in document.runs:
-        yield f"  {run.verdict:<6}  {run_name(run.run):<{wide}}  {'; '.join(run.why) or 'no fault found'}"
+        yield f"  {run.verdict:<7}  {run_name(run.run):<{wide}}  {'; '.join(run.why) or 'no fault found'}"
     if document.flags:
         yield "\nFlags"
         rows = [

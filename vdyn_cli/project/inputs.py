@@ -29,8 +29,16 @@ from vdyn_cli.project.checks.exchanged_columns import exchanged_columns
 from vdyn_cli.project.checks.paired_logs import with_pair_warnings
 from vdyn_cli.project.checks.repeated_runs import repeated_runs
 from vdyn_cli.project.checks.run_unit_checks import contradicted_units, other_units, with_run_signs
+from vdyn_cli.project.checks.speed_witnesses import contradicted_speed
 from vdyn_cli.project.checks.unread_keys import contradictory_keys, unread_keys
-from vdyn_cli.project.reading.channel_sources import Scaling, known_channels, logged_channels, scalings, unused_sources
+from vdyn_cli.project.reading.channel_sources import (
+    Scaling,
+    channel_maps,
+    known_channels,
+    logged_channels,
+    scalings,
+    unused_sources,
+)
 from vdyn_cli.project.reading.given_values import contradicted_values, given_air, given_parameters, read_known
 from vdyn_cli.project.reading.road_profile import road_findings, survey_note, surveyed_road
 from vdyn_cli.project.reading.run_parts import split_runs
@@ -130,6 +138,7 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
         problems += repeated_runs(logs, [source.where(("runs", i)) for i in read])
     if not unreadable:
         problems += [*_wrong_units(step, spec, logs), *road_findings(road, spec, logs)]
+        problems += _contradicted_speed(spec, source, logs, known)
     unsplit = cut
     there = [spec.runs[i] for i in read]
     if len(logs) == len(spec.runs):
@@ -175,6 +184,18 @@ def _wrong_units(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Fi
         return tuple(other_units(logs))
     stated = tuple(contradicted_units(logs, [run.units for run in spec.runs]))
     return stated or _exchanged(step, spec, logs) or tuple(other_units(logs))
+
+
+def _contradicted_speed(
+    spec: Description, source: YamlSource, logs: Sequence[Log], known: Parameters
+) -> Iterator[Finding]:
+    """Problems of a unit that related channels contradict in all runs."""
+    mapped = {
+        n: (source.where((*at, n)), c.unit)
+        for channels, at in channel_maps(spec)
+        for n, c in logged_channels(channels).items()
+    }
+    return contradicted_speed(logs, [run.direction for run in spec.runs], known, mapped)
 
 
 def _exchanged(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Finding, ...]:

@@ -18,8 +18,11 @@ class CheckedRun(Entry):
     """One run, and whether it must be driven again."""
 
     run: str = Field(description="name of the run's log")
-    verdict: Literal["keep", "repeat"] = Field(description="repeat: the run cannot be used for its step")
-    why: list[str] = Field(description="reasons for a repetition; for a run to keep: notes about it")
+    verdict: Literal["keep", "repeat", "correct"] = Field(
+        description="repeat: the run cannot be used for its step; correct: the description is wrong, so that the "
+        "run is not evaluated"
+    )
+    why: list[str] = Field(description="reasons for a repetition or correction; for a run to keep: notes about it")
     duration: float = Field(description="time from the first to the last sample, s")
     samples: int = Field(description="number of rows")
     lost: float = Field(description="share of the evaluated time in which a needed channel is cut, 0 to 1")
@@ -121,7 +124,7 @@ class CheckDocument(Entry):
     format: Literal["vdyn/check/1"] = Field("vdyn/check/1", description="name and version of this format")
     step: str = Field(description="the step that the description is for")
     title: str = Field(description="title of the description")
-    good: bool = Field(description="whether no run should be repeated")
+    good: bool = Field(description="whether no run must be repeated and the description needs no correction")
     sentence: str = Field(description="the answer in one sentence")
     runs: list[CheckedRun] = Field(description="in the order of the description")
     flags: list[CheckFlag] = Field(description="faulty and suspect segments")

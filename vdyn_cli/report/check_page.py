@@ -33,6 +33,11 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping
     body = fill(
         "check.html",
         document=document,
+        verdict="good"
+        if document.good
+        else "correct"
+        if any(r.verdict == "correct" for r in document.runs)
+        else "repeat",
         sentence=typography.prose(document.sentence),
         runs=_runs(document),
         plots=[

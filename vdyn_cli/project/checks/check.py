@@ -19,7 +19,7 @@ from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
 from vdyn_cli.quantities.cut_ledger import LedgerRow
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, did_you_mean, merge_similar
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, VdynError, did_you_mean, merge_similar
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
@@ -75,7 +75,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         step=inputs.step.name,
         title=inputs.spec.title,
         good=all(r.verdict == "keep" for r in runs),
-        sentence=" ".join((*_wrong_description(inputs), _sentence(runs, found, vehicle))),
+        sentence=_answer(inputs, runs, found, refused, vehicle),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
@@ -86,7 +86,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
             FindingEntry(**f.to_json())
             for f in merge_similar(
                 [
-                    *refused,
+                    *refused.findings,
                     *found.findings,
                     *contradictions,
                     *vehicle,
@@ -99,10 +99,23 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     return document, inputs
 
 
-def _wrong_description(inputs: Inputs) -> tuple[str, ...]:
-    """What must be corrected in the description before anything else about the runs is known."""
+def _answer(
+    inputs: Inputs, runs: Sequence[CheckedRun], track: TrackCheck, refused: VdynError, vehicle: Sequence[Finding]
+) -> str:
+    """The answer: what must be corrected in the description; only where nothing must be, what the runs show."""
     wrong = merge_similar(wrong_units(f for one in inputs.unsplit for f in one.log.findings))
-    return tuple(f"Correct the description first: {f.what}." for f in wrong)
+    told = [f"{f.what}; {f.remedy}" for f in wrong]
+    if isinstance(refused, InputError):
+        told += [
+            f"vdyn {inputs.step.name} refuses {f.where}: {_text(f)}; {f.remedy}"
+            for f in merge_similar(refused.findings)
+        ]
+    if not told:
+        return _sentence(runs, track, vehicle)
+    again = f"then run 'vdyn check {inputs.source.path.name}' again"
+    return (
+        f"Correct the description first: {'. '.join(told)}; {again}: until then, it is not known which runs are good."
+    )
 
 
 def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[Finding]) -> str:
@@ -153,17 +166,18 @@ def _bridged(one: CutLog) -> Log:
     return replace(one.log, channels=measured).with_channels(**bridged)
 
 
-def _refused(inputs: Inputs) -> tuple[Finding, ...]:
-    """The step's errors in its runs before any estimate, such as the sign of a channel."""
+def _refused(inputs: Inputs) -> VdynError:
+    """The step's errors in its runs before any estimate, such as the sign of a channel; without findings if none."""
     logs = tuple(one.log.name for one in inputs.unsplit)
     try:
         with errors_of_step(inputs.step, inputs.source, inputs.logs):
             inputs.step.prepare(inputs.spec, inputs.data, inputs.known)
     except (InputError, ResultError) as error:
-        return tuple(finding for finding in error.findings if finding.where.startswith(logs))
+        found = (finding for finding in error.findings if finding.where.startswith(logs))
+        return (InputError if isinstance(error, InputError) else ResultError)(*found)
     except ArithmeticError:  # from an estimate during the preparation
-        return ()
-    return ()
+        pass
+    return ResultError()
 
 
 def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
@@ -175,17 +189,16 @@ def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _checked(
-    inputs: Inputs, index: int, track: TrackCheck, refused: Sequence[Finding], tied: Sequence[TiedPair]
-) -> CheckedRun:
+def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: VdynError, tied: Sequence[TiedPair]) -> CheckedRun:
     """One run: whether it must be repeated, and why."""
     one, needed = inputs.unsplit[index], _needed(inputs.step)
     span = track.evaluated.get(index, (float(one.log.time[0]), float(one.log.time[-1])))
     lost, cuts = _lost(one, needed, span), [f for f in _flags(one) if f.decision == "cut"]
-    units = [_text(f) for f in wrong_units(one.log.findings)]
-    if units:  # a wrong description is no reason to drive again, and all else may follow from it
-        return _one_run(one, "keep", units, lost)
-    repeat = [track.rejected[index]] if index in track.rejected else []
+    wrong = [_text(f) for f in wrong_units(one.log.findings)]
+    unusable = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused.findings if _about(f, one)]
+    if wrong or (unusable and isinstance(refused, InputError)):  # all else may follow from a wrong description
+        return _one_run(one, "correct", wrong or unusable, lost)
+    repeat = [*([track.rejected[index]] if index in track.rejected else []), *unusable]
     if lost > CHECK.most_lost:
         worst = max((f for f in cuts if f.channel in (*needed, EVERY)), key=lambda f: f.samples)
         of = "evaluated" if index in track.evaluated else "logged"
@@ -196,7 +209,7 @@ def _checked(
         for f in _flags(one)
         if f.test == "saturated" and f.channel in needed
     ]
-    notes = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused if f.where.startswith(one.log.name)]
+    notes = []
     if span[1] - span[0] < CHECK.least_evaluated * one.log.duration:
         evaluated = f"only {span[0]:.0f} to {span[1]:.0f} s of {one.log.duration:.0f} s"
         notes.append(f"{evaluated} would be evaluated: if the log is of another drive, remove it")
@@ -210,7 +223,11 @@ def _checked(
     return _one_run(one, "repeat" if repeat else "keep", repeat or notes, lost)
 
 
-def _one_run(one: CutLog, verdict: Literal["keep", "repeat"], why: Sequence[str], lost: float) -> CheckedRun:
+def _about(finding: Finding, one: CutLog) -> bool:
+    return finding.where.partition(", ")[0] == one.log.name or finding.where.startswith(f"{one.log.name} ")
+
+
+def _one_run(one: CutLog, verdict: Literal["keep", "repeat", "correct"], why: Sequence[str], lost: float) -> CheckedRun:
     samples = int(one.log.time.size)
     return CheckedRun(
         run=one.log.name, verdict=verdict, why=list(why), duration=one.log.duration, samples=samples, lost=lost
