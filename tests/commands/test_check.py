@@ -103,7 +103,7 @@ def test_a_coast_that_covers_part_of_the_others_speeds_is_a_note(short: dict[int
     assert noted == (["coast_2.csv"] if len(short) == 1 else [])
 
 
-def test_a_position_that_contradicts_the_direction_is_a_note(tmp_path: Path) -> None:
+def test_a_direction_that_the_position_contradicts_is_corrected_before_runs_are_judged(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     for k in range(RUNS):
         head, *rows = (tmp_path / f"coast_{k}.csv").read_text().splitlines()
@@ -113,9 +113,29 @@ def test_a_position_that_contradicts_the_direction_is_a_note(tmp_path: Path) -> 
         (tmp_path / f"coast_{k}.csv").write_text("\n".join([head + ",dist", *lines]))
     text = path.read_text().replace("channels:\n", "channels:\n  position: {column: dist, unit: m}\n")
     path.write_text(text.replace("coast_0.csv, direction: out", "coast_0.csv, direction: back"))
-    document = checked(path, tmp_path / "out", 0)
-    notes = {r["run"]: r["why"] for r in document["runs"]}
-    assert [run for run, why in notes.items() if any("position rises, but" in w for w in why)] == ["coast_0.csv"]
+    document = checked(path, tmp_path / "out", 1)
+    said = "Correct the description first: coast_0.csv: position rises, but the direction is 'back'"
+    assert document["sentence"].startswith(said)
+
+
+def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_runs_are_judged(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    for k in range(RUNS):
+        head, *rows = (tmp_path / f"coast_{k}.csv").read_text().splitlines()
+        lines = [f"{120 * k + float(t):.1f},{v},{180 * (k % 2) + 30}" for t, v in (row.split(",") for row in rows)]
+        (tmp_path / f"coast_{k}.csv").write_text("\n".join([f"{head},Heading [deg]", *lines]))
+    checked(path, tmp_path / "out", 0)
+    text = path.read_text().replace("coast_2.csv, direction: out", "coast_2.csv, direction: back")
+    text = text.replace("start: 480 s", "start: X").replace("start: 600 s", "start: 480 s")
+    path.write_text(text.replace("start: X", "start: 600 s"))
+    document = checked(path, tmp_path / "out", 1)
+    corrections = [(f["where"], f["remedy"]) for f in document["findings"] if "write '" in f["remedy"]]
+    assert corrections == [
+        ("coast.yaml:11", "write 'direction: out'"),
+        ("coast.yaml:13", "write 'start: 480 s', or remove 'start' from all runs"),
+        ("coast.yaml:14", "write 'start: 600 s', or remove 'start' from all runs"),
+    ]
+    assert all(place in document["sentence"] for place, _ in corrections)
 
 
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:

@@ -31,7 +31,8 @@ class TrackCheck:
     evaluated : index of a run -> first and last time that the step evaluates, s; the whole log where omitted.
     coasts : balance, order and wind of a coast-down campaign.
     left_out : index of a run: which parts of it the step does not use, and why.
-    findings : contradictions of a run with its description or with the other runs, by the name of its log.
+    findings : contradictions of a run with the other runs, by the name of its log.
+    contradicted : runs whose log contradicts the description, by the name of the log.
     """
 
     rejected: Mapping[int, str] = field(default_factory=dict)
@@ -39,6 +40,7 @@ class TrackCheck:
     coasts: CoastBalance | None = None
     left_out: Mapping[int, Sequence[str]] = field(default_factory=dict)
     findings: Sequence[Finding] = ()
+    contradicted: Sequence[Finding] = ()
 
 
 @dataclass(frozen=True)

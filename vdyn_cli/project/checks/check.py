@@ -15,6 +15,7 @@ from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.checks.description_checks import refuse_pipeline
 from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
+from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
@@ -66,16 +67,20 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         remedy = f"list each log under 'runs'; a test without logs needs no check: run 'vdyn {inputs.step.name}'"
         raise InputError(Finding(str(path), what, remedy=remedy))
     found, refused = _track_check(inputs), _refused(inputs)
+    contradicted = (*found.contradicted, *contradicted_conditions(inputs.spec, inputs.source))
+    wrong = _corrections(inputs, refused, contradicted)
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
     redundancy, contradictions = compared_over_runs(tied)
     vehicle = implausible_rotating_mass(inputs)
     runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]
+    if wrong:
+        runs = [run.model_copy(update={"verdict": "correct"}) for run in runs]
     document = CheckDocument(
         format="vdyn/check/1",
         step=inputs.step.name,
         title=inputs.spec.title,
         good=all(r.verdict == "keep" for r in runs),
-        sentence=_answer(inputs, runs, found, refused, vehicle),
+        sentence=_correct_first(inputs, wrong) if wrong else _sentence(runs, found, vehicle),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
@@ -87,6 +92,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
             for f in merge_similar(
                 [
                     *refused.findings,
+                    *contradicted,
                     *found.findings,
                     *contradictions,
                     *vehicle,
@@ -99,23 +105,20 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     return document, inputs
 
 
-def _answer(
-    inputs: Inputs, runs: Sequence[CheckedRun], track: TrackCheck, refused: VdynError, vehicle: Sequence[Finding]
-) -> str:
-    """The answer: what must be corrected in the description; only where nothing must be, what the runs show."""
-    wrong = merge_similar(wrong_units(f for one in inputs.unsplit for f in one.log.findings))
-    told = [f"{f.what}; {f.remedy}" for f in wrong]
-    if isinstance(refused, InputError):
-        told += [
-            f"vdyn {inputs.step.name} refuses {f.where}: {_text(f)}; {f.remedy}"
-            for f in merge_similar(refused.findings)
-        ]
-    if not told:
-        return _sentence(runs, track, vehicle)
-    again = f"then run 'vdyn check {inputs.source.path.name}' again"
+def _corrections(inputs: Inputs, refused: VdynError, contradicted: Sequence[Finding]) -> tuple[str, ...]:
+    """What is wrong in the description, each with its remedy; until it is corrected, the runs cannot be judged."""
+    units = merge_similar(wrong_units(f for one in inputs.unsplit for f in one.log.findings))
+    others = [f for f in refused.findings if isinstance(refused, InputError)]
     return (
-        f"Correct the description first: {'. '.join(told)}; {again}: until then, it is not known which runs are good."
+        *(f"{f.what}; {f.remedy}" for f in units),
+        *(f"vdyn {inputs.step.name} refuses {f.where}: {_text(f)}; {f.remedy}" for f in merge_similar(others)),
+        *(f"{f.where}: {_text(f)}; {f.remedy}" for f in contradicted),
     )
+
+
+def _correct_first(inputs: Inputs, wrong: Sequence[str]) -> str:
+    again = f"Then run 'vdyn check {inputs.source.path.name}' again: until then, it is not known which runs are good."
+    return f"Correct the description first: {'. '.join(wrong)}. {again}"
 
 
 def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[Finding]) -> str:

@@ -41,6 +41,10 @@ class CheckPolicy:
         "Tires with a slip stiffness of 15 times the load slip by 1.3 % at a drive force of 0.2 times the load; most "
         "runs stay below it. agreeing_std standard deviations of the radius are added.",
     )  # fmt: skip
+    start_error: float = threshold(
+        120.0, "s", "by which the stated start of a run may differ from its log's clock, if the order is the same",
+        "A log book states minutes, and a log starts up to a minute before its run.",
+    )  # fmt: skip
     run_ratio: float = threshold(
         0.02, "share of the median", "by which the ratio of two loggers' speeds in a run may differ from its median",
         "Tires slip by 1.3 % at most in most runs, and a tire's radius changes by 0.5 % with its temperature. "

@@ -42,14 +42,9 @@ def run_conditions(
     station : None without a weather station. read : the keys of a run that the step reads.
     """
     begins = [_first_moment(facts) for facts in logs]
-    common = _on_one_clock(logs) if not any(b is not None for b in begins) else []
     keys: list[list[str]] = [[] for _ in logs]
-    known = common or [b for b in begins if b is not None]
-    if "start" in read and len(known) == len(logs) > 1:
-        starts = [time_between(known[0], b) for b in known]
-        if len(set(starts)) == len(starts) and max(starts) - min(starts) < _LONGEST_TEST:
-            for own, start in zip(keys, starts, strict=True):
-                own.append(f"start: {start:.1f} s")
+    for own, start in zip(keys, logged_starts(logs) if "start" in read else (), strict=False):
+        own.append(f"start: {start:.1f} s")
     if station is None:
         return DayConditions(tuple(", ".join(("", *own)) for own in keys), logged_temperature(logs))
     during, air, note = air_during(station, [(b, _length(facts)) for b, facts in zip(begins, logs, strict=True)])
@@ -58,6 +53,23 @@ def run_conditions(
         _add_temperatures(keys, station, during, read)
         notes.append(_add_winds(keys, station, during, ways, read))
     return DayConditions(tuple(", ".join(("", *own)) for own in keys), air, tuple(note for note in notes if note))
+
+
+def logged_starts(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[float, ...]:
+    """Start of each log, (logs,) s after that of the first, by times of day or by one clock of all; empty if unknown.
+
+    Parameters
+    ----------
+    logs : facts on each run's log.
+    """
+    begins = [_first_moment(facts) for facts in logs]
+    common = _on_one_clock(logs) if not any(b is not None for b in begins) else []
+    known = common or [b for b in begins if b is not None]
+    if not len(known) == len(logs) > 1:
+        return ()
+    starts = tuple(time_between(known[0], b) for b in known)
+    alike = len(set(starts)) < len(starts) or max(starts) - min(starts) >= _LONGEST_TEST
+    return () if alike else starts
 
 
 def air_during(

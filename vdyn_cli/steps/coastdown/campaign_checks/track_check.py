@@ -71,10 +71,11 @@ def track_check(
     worst = coasts.outlier()
     if worst is not None:
         rejected[worst[0]] = worst[1]
-    findings = [*position_direction_findings(runs, whole), *partial_coasts(coasts.segments, whole)]
+    findings = [*partial_coasts(coasts.segments, whole)]
     if worst is None and (step := coasts.step()) is not None:  # an outlier at one end of the day resembles a step
         findings.append(Finding(whole[step[0]].name, step[1], remedy=CHANGED, doubt=True))
-    return TrackCheck(rejected, evaluated, coasts.balance([log.name for log in whole]), parts, tuple(findings))
+    balance, wrong = coasts.balance([log.name for log in whole]), position_direction_findings(runs, whole)
+    return TrackCheck(rejected, evaluated, balance, parts, tuple(findings), wrong)
 
 
 def partial_coasts(segments: Sequence[CoastSegment], whole: Sequence[Log]) -> Iterator[Finding]:

@@ -1,0 +1,78 @@
+"""Directions and start times of runs that the logs contradict: stated ones against a logged heading, place or clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from vdyn_cli.description.description_model import Run
+from vdyn_cli.description.yaml_source import YamlSource
+from vdyn_cli.io.channel_survey import ChannelFacts, survey
+from vdyn_cli.project.checks.check_policy import CHECK
+from vdyn_cli.project.drafting.run_conditions import logged_starts
+from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions
+from vdyn_cli.project.reading.run_reading import log_names
+from vdyn_cli.quantities.errors import Finding, InputError
+
+_OTHER = {"out": "back", "back": "out"}
+
+
+def contradicted_conditions(spec: Any, source: YamlSource) -> Iterator[Finding]:
+    """A problem for each run whose stated direction or start the log itself contradicts, mapped or not.
+
+    Parameters
+    ----------
+    spec, source : the description, whose runs have been read, and its lines.
+    """
+    runs: Sequence[Run] = spec.runs
+    if not any(run.direction or run.start for run in runs):
+        return
+    try:
+        facts = [survey(source.path.parent / log_names(run)[0], _span(run)) for run in runs]
+    except InputError:  # a table of several runs, which its own reader has read
+        return
+    yield from wrong_directions(runs, logged_directions(facts), source)
+    yield from wrong_starts(runs, facts, source)
+
+
+def _span(run: Run) -> tuple[float, float] | None:
+    if run.from_time is None and run.to_time is None:
+        return None
+    return (run.from_time.value if run.from_time else -np.inf), (run.to_time.value if run.to_time else np.inf)
+
+
+def wrong_directions(runs: Sequence[Run], logged: Sequence[LoggedDirection], source: YamlSource) -> Iterator[Finding]:
+    """Runs that were driven against the other runs of their stated direction.
+
+    Which bearing is ``out`` follows from the majority of the runs; in a tie nothing is known.
+    """
+    both = [(k, run.direction, way) for k, (run, way) in enumerate(zip(runs, logged, strict=True)) if way.direction]
+    agree = [(k, stated == way.direction) for k, stated, way in both if stated is not None]
+    right = sum(same for _, same in agree)
+    if 2 * right == len(agree) or right in (0, len(agree)):
+        return
+    for k, same in agree:
+        if same != (2 * right > len(agree)):
+            stated = str(runs[k].direction)
+            what = (
+                f"the log {log_names(runs[k])[0]} shows the other direction ({logged[k].why}) than most runs '{stated}'"
+            )
+            yield Finding(source.where(("runs", k, "direction")), what, "", f"write 'direction: {_OTHER[stated]}'")
+
+
+def wrong_starts(runs: Sequence[Run], facts: Sequence[Sequence[ChannelFacts]], source: YamlSource) -> Iterator[Finding]:
+    """Runs whose stated start differs from that of the log's clock by more than ``start_error``, or by their order."""
+    stated = [run.start.value for run in runs if run.start is not None]
+    logged = logged_starts(facts)
+    if len(stated) < len(runs) or not logged or any(run.from_time is not None for run in runs):
+        return
+    off = np.array(stated) - np.array(logged)
+    off -= np.median(off)
+    exchanged = (np.argsort(stated, kind="stable") != np.argsort(logged, kind="stable")).any()
+    limit = 1.0 if exchanged else CHECK.start_error
+    for k in (k for k in range(len(off)) if abs(off[k]) > limit):
+        what = f"'start' differs by {off[k]:+.0f} s from the clock of {log_names(runs[k])[0]}"
+        remedy = f"write 'start: {logged[k] - logged[0]:.0f} s', or remove 'start' from all runs"
+        yield Finding(source.where(("runs", k, "start")), what, f"{stated[k]:.0f} s", remedy)
