@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
-
-Indices = NDArray[np.intp]
 
 GAP = 3.0  # median time steps; over longer ones the twist is not integrated
 UNCHAINED = 1.0  # rad^2, variance of the twist's change over a gap, which is unknown
@@ -39,22 +36,22 @@ class ReadingConditions:
 
     @cached_property
     def factor(self) -> Array:
-        """Banded Cholesky factor, (5, 2 n - 1), of the conditions' covariance A S A'."""
+        """Banded Cholesky factor, (2 nodes - 1, 2 n - 1), of the conditions' covariance A S A'."""
         torque, twist, rate = (noise**2 for noise in self.run.noise)
         to_twist, to_rate = self.run.chain
-        band = np.zeros((5, self.values.size))
+        width = len(self.run.nodes)
+        band = np.zeros((2 * width - 1, self.values.size))
         band[0, ::2] = torque + self.to_twist**2 * twist + self.to_rate**2 * rate
         band[0, 1::2] = twist * np.sum(to_twist**2, axis=1) + rate * np.sum(to_rate**2, axis=1) + self._unchained
-        ahead, here, behind = (  # covariance of an integration condition with the torque before, at and after it
-            twist * to_twist[:, k] * self.to_twist[nodes] + rate * to_rate[:, k] * self.to_rate[nodes]
-            for k, nodes in enumerate(_nodes(len(to_twist)))
-        )
-        band[3, :-3:2] = ahead[1:]
-        band[1, :-1:2] = here
-        band[1, 1::2] = behind
-        for apart in (1, 2):
+        condition = np.arange(len(to_twist))
+        for k, nodes in enumerate(self.run.nodes):  # covariance of an integration condition with a sample's torque
+            shared = twist * to_twist[:, k] * self.to_twist[nodes] + rate * to_rate[:, k] * self.to_rate[nodes]
+            weighted = (to_twist[:, k] != 0) | (to_rate[:, k] != 0)
+            first = np.minimum(2 * condition + 1, 2 * nodes)[weighted]
+            band[np.abs(2 * condition + 1 - 2 * nodes)[weighted], first] = shared[weighted]
+        for apart in range(1, width):
             shared = sum(
-                noise * np.sum(w[:-apart, apart:] * w[apart:, : 3 - apart], axis=1)
+                noise * np.sum(w[:-apart, apart:] * w[apart:, : width - apart], axis=1)
                 for noise, w in ((twist, to_twist), (rate, to_rate))
             )
             band[2 * apart, 1 : -2 * apart : 2] = shared
@@ -75,14 +72,8 @@ class ReadingConditions:
         pulls = []
         for slope, link in zip((self.to_twist, self.to_rate), self.run.chain, strict=True):
             pull = slope * weights[::2]
-            for k, nodes in enumerate(_nodes(len(link))):
+            for k, nodes in enumerate(self.run.nodes):
                 np.add.at(pull, nodes, link[:, k] * weights[1::2])
             pulls.append(pull)
         _, twist_noise, rate_noise = self.run.noise
         return self.run.twist - twist_noise**2 * pulls[0], self.run.rate - rate_noise**2 * pulls[1]
-
-
-def _nodes(links: int) -> tuple[Indices, Indices, Indices]:
-    """Indices of the samples i - 1, i, i + 1 of each integration condition; the first one's i - 1 has no weight."""
-    at = np.arange(links)
-    return np.maximum(at - 1, 0), at, at + 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -34,7 +34,7 @@ def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]
     return Result(
         "shaft",
         restate(estimates, {}),
-        Parameters(estimates, _correlation(sides)),
+        Parameters(estimates, _correlation(sides, estimates)),
         _summary(sides),
         text.METHODS,
         figures.comparisons(sides),
@@ -82,13 +82,15 @@ def _estimates(sides: Sequence[ComparedStiffness]) -> tuple[dict[str, Estimate],
     return estimates, notes
 
 
-def _correlation(sides: Sequence[ComparedStiffness]) -> dict[str, dict[str, float]]:
-    """Correlation of drawings through the shear modulus, and of stiffness and damping of one log."""
+def _correlation(sides: Sequence[ComparedStiffness], published: Mapping[str, Estimate]) -> dict[str, dict[str, float]]:
+    """Correlation of drawings through the shear modulus, and of stiffness and a published damping of one log."""
     drawn = {f"shaft_stiffness_{s.side.name}": s.published for s in sides if list(s.methods) == ["drawing"]}
     found: dict[str, dict[str, float]] = dict(shared_modulus_correlation(drawn)) if len(drawn) > 1 else {}
     for side in sides:
         if side.logged is not None and list(side.methods) == ["log"]:
             k, c = f"shaft_stiffness_{side.side.name}", f"shaft_damping_{side.side.name}"
+            if c not in published:
+                continue
             found |= {k: {k: 1.0, c: side.logged.correlation}, c: {k: side.logged.correlation, c: 1.0}}
     return found
 

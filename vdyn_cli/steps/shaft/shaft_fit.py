@@ -2,7 +2,7 @@
 
 The true twist phi and its rate are unknown; torque, twist and rate are measured with noise, and obey
 
-    T = k phi + c phi' + zero,      phi(i+1) - phi(i) = h (phi'(i) + phi'(i+1)) / 2    (``ShaftReadings.chain``)
+    T = k phi + c phi' + zero,      phi(i+1) - phi(i) = integral of phi'    (``ShaftReadings.chain``)
 
 Least squares of the torque alone would mistake the noise of the rate for rate and underestimate c by a sixth. Here the
 readings are adjusted, each within its noise, until both hold (functional maximum likelihood; Gauss-Helmert model): with
@@ -40,6 +40,9 @@ MOST_DAMPING = 0.05
 RATE_ZERO = 0.05  # rad/s, standard deviation of the difference of the two speeds' zeros
 TORQUE_ZERO = 10.0  # N m, standard deviation of the torque's zero where it can be separated from the twist's
 TWIST_ZERO = 2e-3  # rad, standard deviation of the twist's zero, a tenth of a degree
+# As ARRIVED, without effects: J'J exceeds the cost's second derivative up to a hundredfold with noisy rates, so that
+# steps are as much too short, and a gain of 1e-6 still leaves 1 % of a standard deviation.
+LINEAR = 1e-6
 ARRIVED = 1e-3  # of one residual's variance that a further step may gain, where the law is nonlinear
 FIRST_ROUNDS = 2  # of adjusting the readings with the effects held: they only give start values
 READJUSTMENTS, SETTLED = 12, 0.02  # of the readings, until no unknown changes by more standard deviations
@@ -219,7 +222,7 @@ class ShaftFit:
         values[::2] = simulated.outputs["shaft_torque"] - run.torque
         if about is not None:
             values[::2] += to_twist * (run.twist - twist) + to_rate * (run.rate - rate)
-        values[1::2] = run.linked(run.twist, run.rate - theta[zero]) + run.bend
+        values[1::2] = run.linked(run.twist, run.rate - theta[zero])
         return ReadingConditions(run, values, to_twist, to_rate)
 
     @cached_property
@@ -244,7 +247,7 @@ def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:
     ------
     ResultError : the fit fails.
     """
-    return solve(ShaftFit(tuple(runs)).regression)
+    return solve(ShaftFit(tuple(runs)).regression, tolerance=LINEAR)
 
 
 def unknowns_and_change(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
