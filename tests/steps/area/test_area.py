@@ -164,6 +164,16 @@ def test_a_picture_without_a_car_is_no_result(grey: np.ndarray, says: str, tmp_p
         STEP.estimate(square, data, Parameters())
 
 
+def test_a_picture_that_darkens_to_one_side(tmp_path: Path) -> None:
+    photo = plant.photo(REFERENCE, 3)
+    grey = np.asarray(Image.open(io.BytesIO(photo.png)), dtype=float)
+    (tmp_path / "car.png").write_bytes(_png((grey * np.linspace(1.0, 0.35, grey.shape[1])).astype(np.uint8)))
+    assert STEP.load is not None
+    data, _ = STEP.load(spec(photo), tmp_path, ())
+    area = STEP.estimate(spec(photo), data, Parameters()).parameters["frontal_area"]
+    assert area.value == pytest.approx(REFERENCE.frontal_area, rel=0.006)
+
+
 @pytest.mark.parametrize(("stretched", "refused"), [(2.0, True), (1.12, True), (1.05, False)])
 def test_pixels_are_square(stretched: float, refused: bool, tmp_path: Path) -> None:
     """A box whose width was read wrongly scales the area by as much."""

@@ -13,6 +13,8 @@ SMALLEST = 0.02  # share of the largest piece below which a piece is dirt
 FEWEST_PIXELS = 100  # of car and of background, for the fit of a quadratic surface
 LEAST_CONTRAST = 4.0  # difference between the gray levels of car and background, in units of their noise
 BLUR = 0.1  # share of the step between car and background, uncertainty of the edge's gray level
+FLATTENINGS = 10  # rounds of subtracting the background's surface: each one sees more of a dark side as background
+UNCHANGED = 1e-3  # share of the car's pixels that may still change
 MOST_FITTED = 40_000  # pixels of a surface fit: more cost time and change nothing
 
 
@@ -23,7 +25,7 @@ class Silhouette:
     Parameters
     ----------
     inside : (rows, columns), True for pixels of the car by the threshold.
-    threshold : gray level between car and background.
+    threshold : gray level between car and background, the latter's unevenness subtracted where it is automatic.
     pixels : area in pixels. edge_std : its standard deviation due to the position of the edge within the blur.
     contrast : difference between the gray levels of car and background, in units of their noise.
     pieces : number of pieces kept. dropped : area of the small pieces left out, as a share of those kept.
@@ -56,8 +58,10 @@ def otsu(gray: Array) -> float:
 def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: Mask) -> Silhouette:
     """Separate a dark (or bright) car from its background.
 
-    The threshold locates the car. A pixel at its edge counts by its gray level, interpolated between quadratic
-    surfaces fitted to the gray levels of car and background (light falls off towards the corners).
+    The threshold locates the car, Otsu's after the background's unevenness is subtracted: in a picture that darkens
+    to one side, one level for all of it takes the dark side of the background for car. A pixel at its edge counts by
+    its gray level, interpolated between quadratic surfaces fitted to the gray levels of car and background (light
+    falls off towards the corners).
 
     Parameters
     ----------
@@ -71,10 +75,17 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
     from scipy.ndimage import binary_dilation, binary_erosion
 
     level = otsu(gray) if threshold is None else threshold
-    inside = (gray < level) if dark else (gray > level)
-    inside, pieces, dropped = _large_pieces(inside & ~exclude)
-    if not inside.any() or inside.all():
-        raise ValueError("all pixels of the picture are on one side of the threshold")
+    inside, pieces, dropped = _separated(gray, level, dark, exclude)
+    for _ in range(FLATTENINGS if threshold is None else 0):
+        around = ~binary_dilation(inside, iterations=EDGE) & ~exclude
+        if around.sum() < FEWEST_PIXELS:
+            break
+        wall, before = _surface(gray, around), inside
+        flat = gray - wall + float(wall.mean())
+        level = otsu(flat)
+        inside, pieces, dropped = _separated(flat, level, dark, exclude)
+        if np.count_nonzero(inside != before) < UNCHANGED * np.count_nonzero(before):
+            break
     core, around = binary_erosion(inside, iterations=EDGE), ~binary_dilation(inside, iterations=EDGE)
     if min(core.sum(), around.sum()) < FEWEST_PIXELS:
         raise ValueError("the silhouette is too small, or fills the whole picture")
@@ -90,6 +101,19 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
     cover[exclude] = 0.0
     edge = float(np.count_nonzero((share > 0.5 - BLUR) & (share <= 0.5 + BLUR) & zone)) / 2
     return Silhouette(inside, level, float(cover.sum()), edge, contrast, pieces, dropped)
+
+
+def _separated(gray: Array, level: float, dark: bool, exclude: Mask) -> tuple[Mask, int, float]:
+    """:func:`_large_pieces` of the pixels on the car's side of a gray level.
+
+    Raises
+    ------
+    ValueError : no pixel or every pixel is on that side.
+    """
+    found = _large_pieces(((gray < level) if dark else (gray > level)) & ~exclude)
+    if not found[0].any() or found[0].all():
+        raise ValueError("all pixels of the picture are on one side of the threshold")
+    return found
 
 
 def _large_pieces(inside: Mask) -> tuple[Mask, int, float]:

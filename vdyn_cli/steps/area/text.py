@@ -8,7 +8,8 @@ from vdyn_cli.steps.area.pictures import BoxEdges
 from vdyn_cli.steps.area.silhouette import Silhouette
 
 METHODS = (
-    "A threshold (Otsu's, unless given) separates car and background. Pixels at the edge count by their gray "
+    "A threshold (Otsu's of the picture without the background's unevenness, unless given) separates car and "
+    "background. Pixels at the edge count by their gray "
     "level between smooth surfaces fitted to car and background. The reference box gives the scale; similar triangles "
     "correct the perspective. The uncertainty follows to first order from the box, its corners, the camera's "
     "distance, and the position of the edge within the blur."
