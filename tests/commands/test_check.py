@@ -244,6 +244,14 @@ def test_a_sign_that_the_step_refuses_is_said_at_the_track(tmp_path: Path) -> No
     assert document["findings"][0]["remedy"] == "add 'sign: -1' to its channel"
 
 
+def test_the_longest_gap_of_a_clock_has_its_times(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    rows = (tmp_path / "coast_1.csv").read_text().splitlines()
+    (tmp_path / "coast_1.csv").write_text("\n".join(rows[:200] + rows[210:400] + rows[440:]))
+    flags = [f for f in checked(path, tmp_path / "out", 0)["flags"] if f["test"] == "clock_gap"]
+    assert [(f["from"], f["to"], f["segments"]) for f in flags] == [(pytest.approx(39.8), pytest.approx(43.9), 2)]
+
+
 def test_a_clock_that_lost_samples_is_noted(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     rows = (tmp_path / "coast_1.csv").read_text().splitlines()

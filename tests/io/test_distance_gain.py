@@ -10,6 +10,7 @@ import pytest
 from tests.messy_cases import estimated
 from tests.plant import messy_day
 from tests.plant.messy_day import Case, Day, Logger
+from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain, is_integral
 from vdyn_cli.io.reader import Column
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
@@ -83,3 +84,12 @@ def test_the_table_of_channels_says_what_the_step_says() -> None:
 
 def test_the_remedy_corrects_the_channel() -> None:
     assert Column("v", "km/h", "m/s", scale=1.02).in_si(np.array([36.0])) == pytest.approx(10.2)
+
+
+def test_a_pause_of_the_logger_while_moving_is_no_gain() -> None:
+    run = messy_day.drive(47, QUICK).runs[0]
+    half = run.time.size // 2
+    late = np.where(np.arange(run.time.size) < half, run.time, run.time + 130.0)
+    assert distance_gain(late, run.speed, run.position) == pytest.approx(1.0, abs=0.005)
+    log = Log("a.csv", late, {"speed": run.speed, "position": run.position})
+    assert not [f for f in with_cross_checks(log).findings if "contradict" in f.what]

@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -176,21 +175,38 @@ def _changes(height: Array, at: Array, step: float) -> tuple[Array, Array, Array
 
 def _likeliest(tracks: Sequence[_Track]) -> tuple[int, float, float]:
     """Index of the spectrum, rms slope and rate of the walk (m/s^0.5) with the largest likelihood of the elevations."""
-    found: dict[tuple[int, float, float], float] = {}
+    found = np.sum([_likelihoods(track) for track in tracks], axis=0)
+    spectrum, wander, slope = np.unravel_index(int(np.argmax(found)), found.shape)
+    return int(spectrum), SLOPES[slope], WANDERS[wander]
+
+
+def _likelihoods(track: _Track) -> Array:
+    """Log likelihood of a track's elevations, (spectra, walks, slopes).
+
+    With the error's covariance E = L L', elevations w = L^-1 z and the slopes' correlation C C', the covariance of w is
+    I + s^2 B B' with B = L^-1 rise C. With the eigenvectors u and values l of B' B, for all slopes s from one
+    decomposition of the size of the nodes, which are fewer than the elevations of a long run::
+
+        -2 log p = w'w - sum_i s^2 (u_i' B' w)^2 / (1 + s^2 l_i) + sum_i log(1 + s^2 l_i) + 2 log |L|
+    """
+    roots = []
     for spectrum in range(len(SPECTRA)):
-        for track in tracks:
-            risen = track.rise @ slope_correlation(track.nodes, spectrum) @ track.rise.T
-            for slope, wander in product(SLOPES, WANDERS):
-                key = spectrum, slope, wander
-                found[key] = found.get(key, 0.0) + _likelihood(track, slope**2 * risen + _error(track, wander))
-    return max(found, key=lambda key: found[key])
-
-
-def _likelihood(track: _Track, covariance: Array) -> float:
-    """Log likelihood of the elevations with their covariance (k, k)."""
-    factor = np.linalg.cholesky(covariance)
-    white = solve_triangular(factor, track.elevation - np.median(track.elevation), lower=True)
-    return -0.5 * float(white @ white) - float(np.sum(np.log(np.diag(factor))))
+        values, axes = np.linalg.eigh(slope_correlation(track.nodes, spectrum))
+        roots.append(axes * np.sqrt(np.maximum(values, 0.0)))
+    squares = np.square(SLOPES)[:, None]
+    found = np.empty((len(SPECTRA), len(WANDERS), len(SLOPES)))
+    height = track.elevation - np.median(track.elevation)
+    for i, wander in enumerate(WANDERS):
+        factor = np.linalg.cholesky(_error(track, wander))
+        white = solve_triangular(factor, np.column_stack([height, track.rise]), lower=True)
+        plain = float(white[:, 0] @ white[:, 0]) + 2.0 * float(np.sum(np.log(np.diag(factor))))
+        inner, projected = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
+        for spectrum, root in enumerate(roots):
+            values, axes = np.linalg.eigh(root.T @ inner @ root)
+            gain = 1.0 + squares * np.maximum(values, 0.0)
+            explained = squares * np.square(axes.T @ (root.T @ projected)) / gain
+            found[spectrum, i] = -0.5 * (plain - explained.sum(axis=1) + np.log(gain).sum(axis=1))
+    return found
 
 
 def _error(track: _Track, wander: float) -> Array:

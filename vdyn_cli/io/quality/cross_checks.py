@@ -8,6 +8,7 @@ import numpy as np
 
 from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.acceleration_gain import acceleration_gain
+from vdyn_cli.io.quality.distance_gain import over_ground
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
@@ -129,10 +130,10 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
     good = np.isfinite(speed) & np.isfinite(position)
     if np.count_nonzero(good) < 10:
         return None
-    distance = float(np.ptp(cumulative_integral(time[good], np.abs(speed[good]))))
+    driven, place = over_ground(time[good], np.abs(speed[good]), position[good])
     coarse = np.linspace(0, good.sum() - 1, min(51, good.sum())).astype(int)
-    moved = float(np.sum(np.abs(np.diff(position[good][coarse]))))
-    return moved / distance if distance > LEAST_DISTANCE else None
+    moved = float(np.sum(np.abs(np.diff(place[coarse]))))
+    return moved / float(driven[-1]) if driven[-1] > LEAST_DISTANCE else None
 
 
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:

@@ -5,7 +5,8 @@
 g is 1/(1 + e) if the speed reads (1 + e) times the true one; d is the delay of the speed behind the position, which
 would otherwise be mistaken for a gain, since the speed decreases during the whole coast-down. Neither road nor wind
 affects g, as both channels measure the motion itself. All runs share the sensors, so that the scatter of their gains
-gives the uncertainty of the common gain.
+gives the uncertainty of the common gain. What the car drove during gaps of the clock counts for neither channel: the
+logger may have paused there, and the speed is not known.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.quality_policy import QUALITY
-from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 
@@ -68,16 +70,29 @@ def distance_gain(time: Array, speed: Array, position: Array) -> float | None:
     good = np.isfinite(speed) & np.isfinite(position)
     if np.count_nonzero(good) < FEWEST_SAMPLES:
         return None
-    time, speed, place = time[good], np.abs(speed[good]), position[good]
-    driven = cumulative_integral(time, speed)
+    speed = np.abs(speed[good])
+    driven, place = over_ground(time[good], speed, position[good])
     if driven[-1] < QUALITY.shortest_distance:
         return None
-    place = (place - place[0]) * (1.0 if place[-1] >= place[0] else -1.0)
+    place = place * (1.0 if place[-1] >= 0.0 else -1.0)
     law, left = _fit(driven, speed, place)
     gain = float(law[1])
     rest = [float(part.mean()) for part in np.array_split(left, BINS)]
     straight = float(np.std(rest)) <= CURVED * abs(gain - 1.0) * driven[-1] + QUALITY.position_noise
     return gain if straight and abs(float(law[2])) <= LATEST else None
+
+
+def over_ground(time: Array, speed: Array, position: Array) -> tuple[Array, Array]:
+    """The integral of the speed and the position, both from 0 at the first sample and constant over gaps, (n,) each, m.
+
+    Parameters
+    ----------
+    time, speed, position : (n,) s, m/s, m.
+    """
+    steps = np.stack([0.5 * np.diff(time) * (speed[1:] + speed[:-1]), np.diff(position)])
+    steps[:, clock_gaps(time)] = 0.0
+    driven, place = np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1)
+    return driven, place
 
 
 def is_integral(time: Array, speed: Array, position: Array) -> bool:
@@ -90,12 +105,13 @@ def is_integral(time: Array, speed: Array, position: Array) -> bool:
     time, speed, position : (n,) s, m/s, m; NaN where a sample is missing.
     """
     good = np.isfinite(speed) & np.isfinite(position)
-    time, speed, place = time[good], np.abs(speed[good]), position[good]
-    if time.size < FEWEST_SAMPLES:
+    if np.count_nonzero(good) < FEWEST_SAMPLES:
         return True
+    speed = np.abs(speed[good])
+    driven, place = over_ground(time[good], speed, position[good])
     steps = np.abs(np.diff(place))
     resolution = float(np.min(steps[steps > 0.0], initial=np.inf))
-    left = _fit(cumulative_integral(time, speed), speed, place)[1]
+    left = _fit(driven, speed, place)[1]
     return float(np.std(left)) <= max(QUALITY.integrated_position, resolution)
 
 

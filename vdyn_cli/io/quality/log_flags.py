@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.quality.channel_quality import saturated_spans
+from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.command_rests import contradicted_rests, drive_tie, off_source_grid
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_segments import (
@@ -284,11 +285,8 @@ def _contradicted(channel: _Sampled, marked: Mask, log: Log) -> Iterator[tuple[i
 def _clock_gaps(log: Log) -> Iterator[Fault]:
     """The first sample after each gap or jump of the clock, which cannot be distinguished."""
     steps = np.diff(log.time)
-    if steps.size < _FEWEST_SAMPLES:
-        return
-    usual = float(np.median(steps))
-    scatter = float(np.ptp(np.quantile(steps, (0.05, 0.95))))
-    for i in np.flatnonzero(steps > usual + QUALITY.longest_step * max(usual, scatter)):
+    for i in clock_gaps(log.time):
+        usual = float(np.median(steps))
         why = f"steps by {steps[i]:.3g} s, typically {usual:.3g} s"
         yield Fault("time", int(i) + 1, int(i) + 2, "clock_gap", why, Flag.SUSPECT)
 

@@ -300,7 +300,8 @@ def _flags(one: CutLog) -> Iterator[CheckFlag]:
     time = one.whole.time
     for fault in one.flags.faults:
         if fault.state == Flag.SUSPECT:
-            segment = (float(time[fault.first]), float(time[fault.stop - 1]), fault.samples, fault.why)
+            before = fault.test == "clock_gap"  # the gap ends at its first sample
+            segment = (float(time[fault.first - before]), float(time[fault.stop - 1]), fault.samples, fault.why)
             groups.setdefault((fault.channel, fault.test, "marked"), []).append(segment)
     for name in one.whole.channels:
         holes = list(_holes(one, name))

@@ -22,10 +22,10 @@ from vdyn_cli.io.clocks.clock_estimate import clock_difference
 from vdyn_cli.io.clocks.tied_channels import tie_of
 from vdyn_cli.io.quality.acceleration_mistake import FEWEST_WINDOWS, gain_over_windows, mistake_finding
 from vdyn_cli.io.quality.cross_checks import AXLES, LEAST_DISTANCE
-from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding
+from vdyn_cli.io.quality.distance_gain import common_gain, distance_gain, gain_finding, over_ground
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.project.checks.check_policy import CHECK
-from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.check_schema import TiedPair
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -141,12 +141,12 @@ def _distance(log: Log, speed: str) -> TiedPair:
     time, v, place = (x[known] for x in (log.time, log[speed], log["position"]))
     if time.size < FEWEST_WINDOWS:
         return _pair(log, "position", speed, "too few samples")
-    driven = cumulative_integral(time, np.abs(v))
+    driven, ground = over_ground(time, np.abs(v), place)
     if driven[-1] < LEAST_DISTANCE:
         return _pair(log, "position", speed, f"not determined: the run is shorter than {LEAST_DISTANCE:g} m")
     ends = np.unique(np.linspace(0, time.size - 1, 51).astype(int))
     straight = distance_gain(time, v, place)
-    gain = float(np.sum(np.abs(np.diff(place[ends])))) / float(driven[-1]) if straight is None else straight
+    gain = float(np.sum(np.abs(np.diff(ground[ends])))) / float(driven[-1]) if straight is None else straight
     good = abs(gain - 1.0) <= QUALITY.reported_scale
     delay = _delay(log, "position", speed) if good else None
     return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain, delay=delay)
