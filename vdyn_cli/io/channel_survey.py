@@ -179,6 +179,8 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     mark = missing_mark(values) if time is not values else None
     marked = (int(np.count_nonzero(values == mark)), mark) if mark is not None else None
     written &= values != mark
+    if time is not None:
+        written &= np.isfinite(time)
     some = values[written] if not written.all() else values
     if some.size == 0:
         return ChannelFacts(info, column, "empty", 0, nan, nan)

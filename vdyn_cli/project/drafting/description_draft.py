@@ -21,6 +21,7 @@ from vdyn_cli.project.drafting.logger_runs import logger_runs, unmatched
 from vdyn_cli.project.drafting.run_conditions import air_during, run_conditions
 from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions
 from vdyn_cli.project.drafting.station_log import StationLog, is_station, station_log
+from vdyn_cli.project.drafting.units_by_place import with_units_by_place
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.vocabulary import CHANNELS
 from vdyn_cli.steps import Step
@@ -112,7 +113,8 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
         except InputError as error:
             problems += [f.renamed(path.name or name, name) for f in error.findings]
             continue
-        guessed = GuessedLog(path, facts, guess_channels(wanted, facts, path.name), name)
+        guesses = with_units_by_place(path, facts, guess_channels(wanted, facts, path.name))
+        guessed = GuessedLog(path, facts, guesses, name)
         if guessed.guesses["time"].facts is None:
             what, remedy = without_clock(facts)
             problems.append(Finding(name, f"is not a log: {what}", remedy=remedy))

@@ -12,18 +12,23 @@ from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.file_units import words_and_unit
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
-_DEVICE = r"(?:(?:gps|gnss|ins|true)[ _.]*)*"
+_DEVICE = r"(?:(?:gps|gnss|ins|true|position)[ _.]*)*"
+_IN_DEGREES = r"(?:[ _.]*deg(?:ree)?s?)?"  # LatitudeDegrees
 _NO_MOTION = r"(?![a-z])(?![ _.]*(?:acc|g\b|vel|speed|rate|force|offset|error|std))"
 _HEADING = re.compile(f"{_DEVICE}(?:heading|hdg|course|cog|bearing|kurs|track angle){_NO_MOTION}", re.IGNORECASE)
-_LATITUDE = re.compile(f"{_DEVICE}(?:lat(?:itude)?|(?:geogr?[ _.]*)?breite(?:ngrad)?){_NO_MOTION}", re.IGNORECASE)
+_LATITUDE = re.compile(
+    f"{_DEVICE}(?:lat(?:itude)?|(?:geogr?[ _.]*)?breite(?:ngrad)?){_IN_DEGREES}{_NO_MOTION}", re.IGNORECASE
+)
 _LONGITUDE = re.compile(
-    f"{_DEVICE}(?:longitude|long|lon|lng|(?:geogr?[ _.]*)?l(?:ae|ä)nge(?:ngrad)?){_NO_MOTION}", re.IGNORECASE
+    f"{_DEVICE}(?:longitude|long|lon|lng|(?:geogr?[ _.]*)?l(?:ae|ä)nge(?:ngrad)?){_IN_DEGREES}{_NO_MOTION}",
+    re.IGNORECASE,
 )
 _STRAIGHT = 0.9  # least length of the mean of unit vectors: headings within some 25 degrees of their mean
 _WITHIN = 30.0  # degrees about one direction, or the opposite one, for all runs on a straight track
 _SHORTEST_WAY = 100.0  # m between the ends of a run, below which positions give no direction
 _TRACK = 50_000.0  # m between the ends of a run, above which two columns are not positions
-_DEGREE = 111_200.0  # m per degree of latitude
+METERS_PER_DEGREE = 111_200.0  # m per degree of latitude
+_MOST_MINUTES = 180.0 * 60.0  # of arc, which VBOX writes; FIT files write semicircles, 2^31 to 180 degrees
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,26 @@ class LoggedDirection:
     direction: str
     why: str
     bearing: float | None = None
+
+
+@dataclass(frozen=True)
+class PlaceColumns:
+    """The columns of latitude and longitude, and the degrees per unit of both."""
+
+    north: ChannelFacts
+    east: ChannelFacts
+    degrees: float
+
+
+def place_columns(facts: Sequence[ChannelFacts]) -> PlaceColumns | None:
+    """The columns of latitude and longitude by their names, in degrees, minutes or semicircles by their values."""
+    north, east = _named(_LATITUDE, facts), _named(_LONGITUDE, facts)
+    if north is None or east is None:
+        return None
+    most = max(abs(x) for f in (north, east) for x in (f.lowest, f.highest))
+    if most <= 180.0 and max(abs(north.lowest), abs(north.highest)) <= 90.0:
+        return PlaceColumns(north, east, 1.0)
+    return PlaceColumns(north, east, 1.0 / 60.0 if most <= _MOST_MINUTES else 180.0 / 2.0**31)
 
 
 def logged_directions(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[LoggedDirection, ...]:
@@ -73,13 +98,12 @@ def _bearing(facts: Sequence[ChannelFacts]) -> tuple[float, str] | None:
     heading = _named(_HEADING, facts)
     if heading is not None and _degrees(heading) and abs(heading.angle) >= _STRAIGHT:
         return math.degrees(cmath.phase(heading.angle)) % 360.0, f"mean of '{heading.column}'"
-    north, east = _named(_LATITUDE, facts), _named(_LONGITUDE, facts)
-    if north is None or east is None:
+    places = place_columns(facts)
+    if places is None:
         return None
-    # VBOX writes minutes of arc, and no latitude is above 90 degrees.
-    scale = 1.0 / 60.0 if max(abs(north.lowest), abs(north.highest)) > 90.0 else 1.0
-    y = (north.ends[1] - north.ends[0]) * scale * _DEGREE
-    x = (east.ends[1] - east.ends[0]) * scale * _DEGREE * math.cos(math.radians(north.ends[0] * scale))
+    north, east, scale = places.north, places.east, places.degrees
+    y = (north.ends[1] - north.ends[0]) * scale * METERS_PER_DEGREE
+    x = (east.ends[1] - east.ends[0]) * scale * METERS_PER_DEGREE * math.cos(math.radians(north.ends[0] * scale))
     if not _SHORTEST_WAY <= math.hypot(x, y) <= _TRACK:
         return None
     return math.degrees(math.atan2(x, y)) % 360.0, f"from first to last '{north.column}' and '{east.column}'"

@@ -1,0 +1,59 @@
+"""``vdyn init`` takes the unit of a speed and a distance that the file does not state from the logged places."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vdyn_cli.project.drafting.description_draft import draft_description
+from vdyn_cli.steps import load_step
+
+METERS = 6_371_000.0 * np.pi / 180.0  # per degree of latitude
+
+
+def drafted(folder: Path, factor: float, meters: float = 1.0, per_degree: float = 1.0, crawl: float = 1.0) -> str:
+    """The draft for a drive around bends, logged at 1 Hz with a pause; ``factor``: m/s per unit of the speed."""
+    noise = np.random.default_rng(1)
+    time = np.arange(0.0, 300.0)
+    speed = crawl * (14.0 + 6.0 * np.sin(time / 20.0))
+    way = np.cumsum(speed)
+    course = 0.5 + 0.8 * np.sin(way / 400.0)
+    north, east = (np.cumsum(speed * f(course)) + noise.normal(0.0, 0.5, time.size) for f in (np.cos, np.sin))
+    time[150:] += 90.0
+    columns = {
+        "time_s": time,
+        "lat": per_degree * (48.0 + north / METERS),
+        "lon": per_degree * (9.0 + east / METERS / np.cos(np.radians(48.0))),
+        "Speed": np.round(speed / factor, 2),
+        "Distance": np.round(way / meters, 3),
+    }
+    rows = [",".join(columns), *(",".join(f"{x:.8f}" for x in row) for row in zip(*columns.values(), strict=True))]
+    (folder / "drive.csv").write_text("\n".join(rows))
+    return draft_description(load_step("coastdown"), [folder / "drive.csv"], folder).text
+
+
+def units(text: str) -> tuple[str, ...]:
+    return tuple(re.findall(r'^  (?:speed|position): .*unit: "?([^",}]+)', text, re.MULTILINE))
+
+
+@pytest.mark.parametrize(
+    ("factor", "meters", "per_degree", "expected"),
+    [
+        (1.0, 1.0, 2.0**31 / 180.0, ("m/s", "m")),
+        (1.0 / 3.6, 1000.0, 1.0, ("km/h", "km")),
+        (0.44704, 1609.344, 60.0, ("mph", "mile")),
+        (0.514444, 0.3048, 1.0, ("kn", "ft")),
+    ],
+)
+def test_places_decide_the_units(
+    tmp_path: Path, factor: float, meters: float, per_degree: float, expected: tuple[str, str]
+) -> None:
+    assert units(drafted(tmp_path, factor, meters, per_degree)) == expected
+
+
+def test_no_unit_is_guessed_that_the_places_do_not_show(tmp_path: Path) -> None:
+    assert units(drafted(tmp_path, 0.7, 1.3)) == ("?", "?")
+    assert units(drafted(tmp_path, 1.0, 1.0, crawl=0.1)) == ("?", "?")
