@@ -165,3 +165,20 @@ def test_every_file_of_the_measurements_is_described_or_refused(shared_data: Pat
             assert found["Velocity [km/h]"]["rate"] == pytest.approx(10.0, abs=0.01)
             stands = "are constant together" in shown(path)
             assert stands == (path.name == "TripB34.csv.gz"), name
+
+
+def test_a_logger_that_paused_or_stopped_is_reported(tmp_path: Path) -> None:
+    time = np.arange(0.0, 300.0, 0.1)
+    columns = [20.0 - 10.0 * np.cos(time / 15.0), 900.0 + 40.0 * np.sin(time / 7.0), 300.0 * np.sin(time / 5.0)]
+    held = np.where((time > 150.0) & (time < 162.0), np.searchsorted(time, 150.0), np.arange(time.size))
+    held[time > 250.0] = np.searchsorted(time, 250.0)  # a car that parks does not jump
+    stored = np.where(time > 80.0, time + 7.5, time)
+    table = {"time [s]": stored, **{name: x[held] for name, x in zip(("v", "p", "M"), columns, strict=True)}}
+    rows = [",".join(table), *(",".join(f"{x:.4f}" for x in row) for row in zip(*table.values(), strict=True))]
+    (tmp_path / "drive.csv").write_text("\n".join(rows))
+    text = shown(tmp_path / "drive.csv")
+    assert "clock; gap from 80.000 s to 87.600 s" in text
+    assert "All channels repeat their values from 157.5 s to 169.4 s, then jump." in text
+    clock = entries(tmp_path / "drive.csv")["time [s]"]
+    assert clock["gaps"] == [1, 80.0, 87.6]
+    assert clock["stalls"] == [[pytest.approx(157.5), pytest.approx(169.5, abs=0.11)]]

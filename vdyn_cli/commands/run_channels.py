@@ -114,6 +114,8 @@ def _entry(facts: ChannelFacts) -> ChannelEntry:
         rest=facts.rest,
         same_as=facts.same_as,
         repeated=facts.repeated,
+        gaps=facts.gaps,
+        stalls=list(facts.stalls),
     )
 
 
@@ -145,6 +147,10 @@ def _notes(facts: ChannelFacts) -> list[str]:
         notes.append(facts.state)
     if facts.state == "clock" and (not facts.info.unit or facts.info.unit_from != "file"):
         notes.append(_clock_unit(facts))
+    if facts.gaps:
+        count, start, stop = facts.gaps
+        longest = f"from {_seconds(start, stop - start)} to {_seconds(stop, stop - start)}"
+        notes.append(f"gap {longest}" if count == 1 else f"{count} gaps, the longest {longest}")
     if facts.repeated > 1 and facts.state != "clock":
         notes.append(f"one of {facts.repeated} of this name" + (f", from '{s}'" if (s := facts.info.source) else ""))
     if facts.mark:
@@ -189,7 +195,15 @@ def _summary(log: str, facts: Sequence[ChannelFacts]) -> list[str]:
         lines.append(f"{clocks} clocks: a step resamples channels of different clocks to one clock.")
     if any(f.column.startswith(_BUS_FRAMES) for f in facts):
         lines.append("Raw bus frames without channels: decode them with the bus's DBC or ARXML file first.")
-    for start, stop, names in _common_rests(facts):
+    rests = _common_rests(facts)
+    for one in facts:
+        stalls = [s for s in one.stalls if not any(a <= s[1] and s[0] <= b for a, b, _ in rests)]
+        if stalls:
+            start, stop = max(stalls, key=lambda s: s[1] - s[0])
+            more = f", and in {len(stalls) - 1} more segments" if len(stalls) > 1 else ""
+            lines.append(f"All channels repeat their values from {start:.1f} s to {stop:.1f} s, then jump{more}.")
+            lines.append("    -> the logger seems to have stopped: 'vdyn check' lists what is cut")
+    for start, stop, names in rests:
         shown = ", ".join(f"'{n}'" for n in names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         lines.append(f"{len(names)} channels are constant together from {start:.1f} s to {stop:.1f} s: {shown}.")
         lines.append("    -> if the vehicle was moving, cut this part with from_time or to_time")

@@ -16,6 +16,9 @@ from vdyn_cli.io.clocks.written_times import FORMS
 from vdyn_cli.io.formats.log_formats import readers
 from vdyn_cli.io.formats.split_times import MOST_LEVELS
 from vdyn_cli.io.missing_marks import missing_mark
+from vdyn_cli.io.quality.clock_gaps import clock_gaps
+from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.io.quality.stalls import Stalls
 from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
@@ -43,13 +46,15 @@ class ChannelFacts:
     samples : number of recorded values.
     lowest, highest : in the unit of the file; NaN for an empty channel.
     rest : first and last time (s) and value of the longest constant segment of a channel that varies otherwise; None
-        if none lasts 10 s and a tenth of the channel's duration.
+        if none lasts 10 s, and a tenth of the channel's duration or until a jump.
     same_as : the first channel with the same samples; empty if there is none.
     repeated : number of channels of the file with this name.
     ends : first and last recorded value, in the unit of the file; NaN for an empty channel.
     angle : mean of exp(i x) with x in degrees: its argument is the mean angle, its modulus 1 if all x are equal.
     longest_fall : longest time, s, over which successive 2 s means of the absolute value decrease.
     mark : (number of samples, value) of the mark of missing values, which do not count; None if there is none.
+    gaps : number of gaps of a clock, and the times, s, before and after the longest; None if there is none.
+    stalls : first and last time, s, of each segment in which all channels of a clock repeat their values.
     decreases : number of decreases of a channel without times, and the values of the first; None if there is none.
     falls : first and last time, s, of each decrease of the absolute value by half of its range; empty if none lasts
         10 s.
@@ -70,6 +75,8 @@ class ChannelFacts:
     falls: tuple[tuple[float, float], ...] = ()
     decreases: tuple[int, float, float] | None = None
     mark: tuple[int, float] | None = None
+    gaps: tuple[int, float, float] | None = None
+    stalls: tuple[tuple[float, float], ...] = ()
 
 
 def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[ChannelFacts, ...]:
@@ -86,6 +93,8 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
     facts: list[ChannelFacts] = []
     seen: dict[str, str] = {}
     names: dict[tuple[str, str], int] = {}
+    stalls: dict[tuple[int, float, float], Stalls] = {}
+    clocks_at: dict[int, tuple[int, float, float]] = {}
     for whole in recordings(path):
         recorded = whole if span is None else _within(whole, span)
         info = recorded.info
@@ -97,6 +106,18 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
         label = f"{info.group}.{column}" if info.group else column
         same = seen.setdefault(mark, label) if mark else label
         facts.append(replace(one, same_as="" if same == label else same))
+        if (
+            one.state == "varies"
+            and recorded.time is not None
+            and recorded.values is not None
+            and not facts[-1].same_as
+        ):
+            stalls.setdefault(_clock_of(recorded.time), Stalls(recorded.time)).add(recorded.values)
+        if one.state == "clock" and recorded.time is not None:
+            clocks_at[len(facts) - 1] = _clock_of(recorded.time)
+    for i, clock in clocks_at.items():
+        if clock in stalls:
+            facts[i] = replace(facts[i], stalls=stalls[clock].found())
     # A name that several channels share does not select the first of them, except for the clocks of a file's tables.
     clocks = [f.info.name for f in facts if f.state == "clock"]
     several = {
@@ -113,6 +134,21 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
         )
         for f in facts
     )
+
+
+def _clock_of(time: Array) -> tuple[int, float, float]:
+    """What the channels of one clock share: the number of their times, and the first and last one."""
+    return (time.size, float(time[0]), float(time[-1])) if time.size else (0, 0.0, 0.0)
+
+
+def _gaps(time: Array) -> tuple[int, float, float] | None:
+    """The number of gaps of a clock, and the times before and after the longest one."""
+    known = time[np.isfinite(time)]
+    at = clock_gaps(known)
+    if not at.size:
+        return None
+    worst = at[np.argmax(known[at + 1] - known[at])]
+    return int(at.size), float(known[worst]), float(known[worst + 1])
 
 
 def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
@@ -190,6 +226,7 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
         state = "clock"
         with suppress(UnitError):  # its times are in s, its limits in the unit of the file
             lowest, highest = (from_si(x, info.unit or "s", "s") for x in (lowest, highest))
+    gaps = _gaps(time) if state == "clock" and time is not None else None
     rest = _rest(time[written], some) if state == "varies" and time is not None else None
     size = np.abs(some)  # of a speed that is negative on the way back
     fall = _longest_fall(time[written], size) if state == "varies" and time is not None else 0.0
@@ -199,7 +236,9 @@ def _facts(recorded: Recorded, column: str) -> ChannelFacts:
     ends = float(some[0]), float(some[-1])
     facts = ChannelFacts(info, column, state, int(some.size), lowest, highest, rest)
     falls = _falls(time[written], size) if time is not None and fall >= _LONG_FALL else ()
-    return replace(facts, ends=ends, angle=angle, longest_fall=fall, falls=falls, decreases=decreases, mark=marked)
+    return replace(
+        facts, ends=ends, angle=angle, longest_fall=fall, falls=falls, decreases=decreases, mark=marked, gaps=gaps
+    )
 
 
 def _longest_fall(time: Array, values: Array) -> float:
@@ -242,14 +281,20 @@ def _step_means(time: Array, values: Array) -> tuple[Array, Array]:
 
 
 def _rest(time: Array, values: Array) -> tuple[float, float, float] | None:
-    """Start, end and value of the longest constant segment of a channel with many distinct values."""
+    """Start, end and value of the longest constant segment of a channel with many distinct values.
+
+    It lasts 10 s, and a tenth of the time unless the channel jumps at its end from a value other than zero.
+    """
     starts = np.concatenate([[0], np.flatnonzero(values[1:] != values[:-1]) + 1])
     if starts.size <= _SWITCH or np.unique(values[starts]).size <= _SWITCH:
         return None
     stops = np.append(starts[1:] - 1, values.size - 1)
     length = time[stops] - time[starts]
+    steps = np.append(np.abs(values[starts[1:]] - values[stops[:-1]]), 0.0)
+    frozen = (values[starts] != 0.0) & (steps > QUALITY.exit_jump * np.quantile(steps[:-1], 0.99))
+    length[(length < _REST * (time[-1] - time[0])) & ~frozen] = 0.0
     longest = int(np.argmax(length))
-    if length[longest] < max(_REST * (time[-1] - time[0]), _SHORTEST_REST):
+    if length[longest] < _SHORTEST_REST:
         return None
     return float(time[starts[longest]]), float(time[stops[longest]]), float(values[starts[longest]])
 

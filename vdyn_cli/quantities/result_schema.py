@@ -176,6 +176,12 @@ class ChannelEntry(Entry):
     )
     same_as: str = Field(description="first channel of the file with the same samples; empty where there is none")
     repeated: int = Field(description="how many channels of the file have this name")
+    gaps: tuple[int, float, float] | None = Field(
+        description="of a clock: number of gaps, last time before and first time after the longest one, s; else null"
+    )
+    stalls: list[tuple[float, float]] = Field(
+        description="of a clock: from (s), to (s) of the segments in which all its channels repeat their values"
+    )
 
 
 class ChannelsDocument(Entry):

@@ -30,7 +30,7 @@ _DISTANCES = ("m", "km", "mile", "ft")
 
 
 @dataclass(frozen=True)
-class _Track:
+class _LoggedPlaces:
     """Places (n,) of a log: time, s, and the coordinates to the north and east, m."""
 
     time: Array
@@ -78,7 +78,7 @@ def _open_reason(why: str) -> str:
     return next((part for part in why.split("; ") if "states no unit" in part), "")
 
 
-def _track(places: PlaceColumns, found: Mapping[str, tuple[Array | None, Array | None]]) -> _Track | None:
+def _track(places: PlaceColumns, found: Mapping[str, tuple[Array | None, Array | None]]) -> _LoggedPlaces | None:
     parts = [found.get(f.info.name, (None, None)) for f in (places.north, places.east)]
     (time, north), (also, east) = parts
     if time is None or north is None or also is None or east is None or north.size != east.size:
@@ -88,10 +88,12 @@ def _track(places: PlaceColumns, found: Mapping[str, tuple[Array | None, Array |
         return None
     north, east = north[there] * places.degrees, east[there] * places.degrees
     meters = METERS_PER_DEGREE * np.cos(np.radians(np.median(north)))
-    return _Track(time[there], north * METERS_PER_DEGREE, east * meters)
+    return _LoggedPlaces(time[there], north * METERS_PER_DEGREE, east * meters)
 
 
-def _unit(track: _Track, time: Array | None, values: Array | None, units: Sequence[str], integrated: bool) -> str:
+def _unit(
+    track: _LoggedPlaces, time: Array | None, values: Array | None, units: Sequence[str], integrated: bool
+) -> str:
     """The only unit that agrees with the track; empty if none does, or the windows do not decide."""
     if time is None or values is None:
         return ""
