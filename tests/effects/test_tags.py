@@ -26,7 +26,7 @@ CANDIDATES = {
         pitch_rate_gain road_grade unsprung_mass wheel_force_gain
     """,
     "coastdown": """
-        accelerometer_gain accelerometer_offset accelerometer_tilt brake_drag brake_drag_fading
+        accelerometer_gain accelerometer_offset accelerometer_tilt brake_drag brake_drag_fading changed_car
         driveline_drag extra_drag_area grade_profile headwind mass_error road_grade rotating_mass
         speed_delay speed_dependent_rolling speed_scale temperature_rolling tire_warmup torque_delay
         torque_gain torque_lag torque_offset wheel_radius

@@ -13,7 +13,7 @@ from tests.plant.wind import Wind, gusts
 from vdyn_cli.inference import gust_covariance as gust_noise
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.inference.gust_covariance import RunNoise, Surroundings
-from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, log_evidence, typical_sizes
 from vdyn_cli.quantities.constants import GRAVITY
 
 Array = NDArray[np.float64]
@@ -156,6 +156,19 @@ def test_noise_that_cannot_be_weighed_is_no_crash() -> None:
     broken = replace(run, noise=replace(run.noise, known=-np.eye(len(run.residual))))
     with pytest.raises(ArithmeticError, match="not positive definite"):
         find_sizes([broken], typical_sizes(run.noise))
+
+
+@pytest.mark.parametrize(("force", "shown"), [(0.0, False), (0.02, True)])
+def test_the_evidence_shows_a_force_of_the_later_runs_only_where_it_acts(force: float, shown: bool) -> None:
+    """A tenth of a car's resistance, m/s^2, which without it counts as a force that differs from run to run."""
+    runs, start = drawn(3, 8), typical_sizes(drawn(0, 1)[0].noise)
+    columns = [0.02 * run.noise.push * (k >= 4) for k, run in enumerate(runs)]
+    runs = [replace(r, residual=r.residual - force / 0.02 * c) for r, c in zip(runs, columns, strict=True)]
+    none = np.zeros(runs[0].shared.shape[1])
+    with_force = [replace(r, shared=np.column_stack([r.shared, c])) for r, c in zip(runs, columns, strict=True)]
+    gain = log_evidence(with_force, start, np.r_[none, 1.0]) - log_evidence(runs, start, none)
+    assert (gain > 4.0) is shown
+    assert (gain < 0.0) is not shown
 
 
 def test_a_slope_changes_the_speed_and_hardly_the_specific_force() -> None:

@@ -86,6 +86,42 @@ def find_sizes(
     ------
     ArithmeticError : the covariance is not positive definite in floating point.
     """
+    return _most_likely(runs, start, priors, random, most)[0]
+
+
+def log_evidence(
+    runs: Sequence[NoisyRun],
+    start: Mapping[str, float],
+    priors: Array,
+    random: RandomUnknowns | None = None,
+) -> float:
+    """The log likelihood, up to a constant, with the most likely noise amplitudes and all unknowns integrated out.
+
+    -1/2 sum log |C| - 1/2 log |A| - 1/2 sum e' C^-1 e - 1/2 sum ((x - typical)/spread)^2 + 1/2 log |K|
+
+    with the prior information K of the shared unknowns that have any. Models with different unknowns can be compared:
+    the difference is the logarithm of the Bayes factor, with amplitudes at their maximum (Laplace's method).
+
+    Parameters
+    ----------
+    runs, start, priors, random : as in ``find_sizes``.
+
+    Raises
+    ------
+    ArithmeticError : the covariance is not positive definite in floating point.
+    """
+    stated = priors[priors > 0.0]
+    return 0.5 * float(np.sum(np.log(stated))) - _most_likely(runs, start, priors, random)[1]
+
+
+def _most_likely(
+    runs: Sequence[NoisyRun],
+    start: Mapping[str, float],
+    priors: Array | None,
+    random: RandomUnknowns | None,
+    most: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[dict[str, float], float]:
+    """The most likely noise amplitudes, and the module's objective there."""
     names = tuple(start)
     center = np.log([SOURCES[n].typical for n in names])
     spread = np.array([SOURCES[n].spread for n in names])
@@ -107,10 +143,10 @@ def find_sizes(
         low[i] = float(np.log(random.least))
         top[i] = max(top[i], low[i])
     try:
-        found = _newton(cost, np.clip(np.log([start[n] for n in names]), low, top), low, top)
+        found, value = _newton(cost, np.clip(np.log([start[n] for n in names]), low, top), low, top)
     except np.linalg.LinAlgError as error:
         raise ArithmeticError(f"the covariance of the runs' noise is not positive definite: {error}") from error
-    return dict(zip(names, np.exp(found).tolist(), strict=True))
+    return dict(zip(names, np.exp(found).tolist(), strict=True)), value
 
 
 @dataclass(frozen=True)
@@ -122,8 +158,11 @@ class _Curved:
     bend: Array
 
 
-def _newton(cost: Callable[[Array], _Curved], x: Array, low: Array, top: Array) -> Array:
-    """The minimum within bounds, by Newton steps of at most FARTHEST, halved where they do not reduce the value."""
+def _newton(cost: Callable[[Array], _Curved], x: Array, low: Array, top: Array) -> tuple[Array, float]:
+    """The minimum within bounds and the value near it, by Newton steps of at most FARTHEST.
+
+    They are halved where they do not reduce the value.
+    """
     here, reach = cost(x), FARTHEST
     for _ in range(MOST_STEPS):
         held = ((x <= low) & (here.slope > 0)) | ((x >= top) & (here.slope < 0))
@@ -132,13 +171,13 @@ def _newton(cost: Callable[[Array], _Curved], x: Array, low: Array, top: Array) 
         step *= min(1.0, reach / max(float(np.max(np.abs(step), initial=0.0)), reach))
         step = np.clip(x + step, low, top) - x
         if -0.5 * float(here.slope @ step) < NEGLIGIBLE:
-            return np.asarray(x + step)
+            return np.asarray(x + step), here.value
         there = cost(x + step)
         if there.value < here.value:
             x, here, reach = x + step, there, FARTHEST
         else:
             reach = 0.5 * float(np.max(np.abs(step)))
-    return x
+    return x, here.value
 
 
 def likelihoods_of(

@@ -169,6 +169,15 @@ class StepPolicy:
         "the runs' scatter per run is mistaken for a step on 11 of 100 days (without this test: 18), a trend of all of "
         "it on 4 (12).",
     )  # fmt: skip
+    change_shown: float = threshold(
+        4.0, "log likelihood", "by which a change of the car between two runs must explain them better than none",
+        "A Bayes factor of 55 for one of the five to seven places on a day. On 31 days without a change the largest "
+        "was 2.9 (tires that lose pressure); a trailer, load, roof box, tires or brake reached it on 13 of 17 days.",
+    )  # fmt: skip
+    change_over_gradual: float = threshold(
+        1.0, "log likelihood", "by which it must do so better than a gradual change, or one of a single run",
+        "The difference that chance makes for one parameter (Akaike).",
+    )  # fmt: skip
     shortest_trip: float = threshold(
         600.0, "s", "duration of the median log above which logs without a start each begin with cold tires",
         "The nominal time constant of the tires' warm-up: a longer log shows a complete warm-up, a shorter one a part "

@@ -32,6 +32,7 @@ SLOPES: dict[Slopes, tuple[str, ...]] = {
 }  # fmt: skip
 DRIVES: dict[DriveSignal, tuple[str, ...]] = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}
 RADIUS, READ, ROAD_ENDS = ("wheel_radius",), ("read_radius",), ("road_begin", "road_end")
+CHANGED = ("changed",)
 ACCELEROMETER = ("accelerometer_zero", "accelerometer_scale", "road_slope")
 
 
@@ -45,6 +46,7 @@ def road_load(
     specific_force: bool = False,
     resistances: Resistances = "coefficients",
     rolled: bool = False,
+    changed: bool = False,
 ) -> Model:
     """The longitudinal model.
 
@@ -60,12 +62,12 @@ def road_load(
         mean slope beyond the grade, uphill on the way out.
     located : the grade depends on the road's coordinate, heading times the input ``position`` (m), which increases in
         the direction of driving. It is an input: integrating a wrong speed would shift the hills.
-    slopes : what gives the slope beyond the grade: an accelerometer ("sensed", input ``accelerometer_slope``), a logged
-        elevation ("elevated", input ``elevation_slope``) or both.
+    slopes : source of the slope beyond the grade, an input (``SLOPES``): an accelerometer, a logged elevation or both.
     specific_force : a second output is the specific force V' + g sin(grade) of the simulated motion.
     resistances : stated as "coefficients" (rolling resistance changes with the mass), "forces" (N, no change), or
         "coasted": from decelerations times the stated mass (the drag area changes as well).
     rolled : whether the speed was computed from a wheel's, by a radius that is the context ``read_radius`` (m).
+    changed : whether the car was changed between two runs: the context ``changed`` is 1 in those after it, else 0.
 
     Returns
     -------
@@ -104,8 +106,13 @@ def road_load(
         assemble=assemble,
         parameters=(*CAR, *_driveline(driven, rolled), *(ACCELEROMETER if accelerometer else ())),
         inputs=("grade", "wind_speed", "elapsed", *DRIVES[driven], *(("speed",) if accelerometer else ()), *road),
-        context=("heading", "temperature", *(ROAD_ENDS if located else ()), *(READ if rolled else ())),
+        context=_context(located, rolled, changed),
     )
+
+
+def _context(located: bool, rolled: bool, changed: bool) -> tuple[str, ...]:
+    own = (*(ROAD_ENDS if located else ()), *(READ if rolled else ()), *(CHANGED if changed else ()))
+    return ("heading", "temperature", *own)
 
 
 def _driveline(driven: DriveSignal, rolled: bool) -> tuple[str, ...]:

@@ -32,9 +32,10 @@ from vdyn_cli.steps.coastdown.doubts.speed_gain import SpeedGain, speed_gain, wi
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse, Campaign, road_of
 from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
-from vdyn_cli.steps.coastdown.fit.road_load_regression import rows_of, with_noise_of
+from vdyn_cli.steps.coastdown.fit.road_load_regression import rows_of, weighted_start, with_noise_of
 from vdyn_cli.steps.coastdown.fit.road_load_with_effects import regression_with_effects
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
+from vdyn_cli.steps.coastdown.fit.run_change import changed_from
 from vdyn_cli.steps.coastdown.input_checks import (
     accelerometer_findings,
     direction_findings,
@@ -85,11 +86,19 @@ class CoastdownProblem(SimulatedProblem):
     @property
     def model(self) -> Model:
         """The road load as these runs are driven and measured."""
-        return self.campaign.model
+        return self.placed.model
 
     @cached_property
     def _located(self) -> LocatedCampaign:
-        return located(self.campaign)
+        found = located(self.campaign)
+        if found.base is None or found.campaign.drive != "coasting":
+            return found
+        first = changed_from(found.base)
+        if first is None:
+            return found
+        runs = tuple(replace(r, changed=k >= first) for k, r in enumerate(found.campaign.runs))
+        campaign = replace(found.campaign, runs=runs)
+        return LocatedCampaign(campaign, weighted_start(campaign, found.base))
 
     @property
     def placed(self) -> Campaign:

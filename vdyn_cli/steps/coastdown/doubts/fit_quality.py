@@ -21,7 +21,7 @@ from vdyn_cli.steps.coastdown.doubts.agreement import (
     shared_force,
     widened_to_include,
 )
-from vdyn_cli.steps.coastdown.doubts.changed_runs import ChangedRuns, changed_runs
+from vdyn_cli.steps.coastdown.doubts.changed_runs import ChangedRuns, changed_runs, values_after
 from vdyn_cli.steps.coastdown.doubts.one_way import unbalanced_finding, widened_if_one_way, widened_if_unbalanced
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
@@ -50,7 +50,7 @@ class FitQuality:
     fit : with intervals that include the local forces where they disagree.
     local : force from decelerations and fitted force. disagreement : of the two, above 1 where significant.
     shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
-    change : from one run on, of the resistance, if one is significant.
+    change : from one run on, of the resistance, if the runs show one that the fit does not contain.
     """
 
     fit: RoadLoadFit
@@ -82,14 +82,13 @@ class FitQuality:
 
     def findings(self) -> tuple[Finding, ...]:
         """What the user should know, each with a number and a remedy."""
-        changed = (
-            () if self.change is None else (self.change.finding(self.fit.campaign.runs[self.change.step.run].name),)
-        )
+        changed = () if self.change is None else (self.change.finding(self.fit.campaign.runs[self.change.run].name),)
         return (
             *self._noise(),
             *self._road(),
             *self._disagreement(),
             *changed,
+            *values_after(self.fit),
             *unbalanced_finding(self.fit),
             *self._runs(),
         )

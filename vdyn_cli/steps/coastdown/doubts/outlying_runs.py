@@ -13,10 +13,8 @@ import numpy as np
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.run_change import WARMING
 from vdyn_cli.steps.step_policy import STEP_POLICY
-
-# Runs after which 63 % of the warming of tires is done: it takes 5 to 20 min, and a run with its return 2 to 10 min.
-WARMING = (0.5, 1.0, 2.0, 4.0)
 
 
 @dataclass(frozen=True)

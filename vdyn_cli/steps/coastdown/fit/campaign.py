@@ -109,7 +109,8 @@ class Campaign:
     @property
     def model(self) -> Model:
         """The road load as these runs are driven and measured."""
-        return road_load(self.drive, self.accelerometer != "none", self.road is not None)
+        changed = self.runs[0].changed is not None
+        return road_load(self.drive, self.accelerometer != "none", self.road is not None, changed=changed)
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
@@ -155,6 +156,8 @@ class Campaign:
         if self.road is not None and run.place is not None:
             inputs["position"] = run.heading * run.place + np.interp(time, run.time, run.distance)
             context |= {"road_begin": self.road[0], "road_end": self.road[1]}
+        if run.changed is not None:
+            context["changed"] = float(run.changed)
         return Drive(time, inputs, {"run_time": run.since}, own, context)
 
 
