@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 import signal
 import sys
 import warnings
@@ -17,7 +16,7 @@ import typer
 
 from vdyn_cli import steps
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.quantities.errors import Finding, InputError, VdynError, merge_lines, merge_similar, raise_all, visible
+from vdyn_cli.quantities.errors import Finding, InputError, VdynError, merge_alike, raise_all, visible
 
 app = typer.Typer(
     help="Estimate and validate a longitudinal vehicle model from road-test logs.",
@@ -26,7 +25,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-MERGED = 4  # smallest number of similar errors that are merged into one line
 
 
 class Exit(IntEnum):
@@ -351,11 +349,7 @@ def _run() -> int:
             return _stopped("Interrupted", Exit.INTERRUPTED)
         return code if isinstance(code, int) else Exit.GOOD
     except VdynError as error:
-        # Errors of single lines are merged only if equal; errors of whole logs also if they differ in numbers.
-        lines = [f for f in error.findings if re.search(r":\d+$", f.where)]
-        others = [f for f in error.findings if f not in lines]
-        found = (*merge_lines(lines, least=MERGED), *merge_similar(others, least=MERGED))
-        _say("\n".join(str(f) for f in found))
+        _say("\n".join(str(f) for f in merge_alike(error.findings)))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         return _stopped("Interrupted", Exit.INTERRUPTED)

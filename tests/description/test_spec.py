@@ -143,3 +143,9 @@ def test_a_wrong_value_is_not_also_reported_as_missing(tmp_path: Path) -> None:
     (tmp_path / "test.yaml").write_text("test: bump\nbump: {height: 0.06 mm, width: 500 mm}\n")
     (said,) = load_partial(tmp_path / "test.yaml", load_step("bump").spec).problems
     assert said.what.startswith("'bump.height' is outside the physical range")
+
+
+def test_a_misspelled_key_is_not_also_reported_as_missing(tmp_path: Path) -> None:
+    (tmp_path / "test.yaml").write_text("test: bump\nbump: {heigth: 60 mm, width: 500 mm, shape: haversine}\n")
+    (said,) = load_partial(tmp_path / "test.yaml", load_step("bump").spec).problems
+    assert (said.what, said.remedy) == ("unknown key 'heigth'", "did you mean height?")

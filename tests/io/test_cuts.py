@@ -32,6 +32,11 @@ def test_what_the_message_prints_keeps_the_segment() -> None:
     (row,) = frozen().ledger
     (filled,) = cut_findings([row.model_copy(update={"test": "straight_line"})])
     assert "keep: [{channel: speed, from: 20 s, to: 23.98 s}]" in filled.remedy
+    torque = row.model_copy(update={"channel": "drive_torque", "test": "dropout"})
+    (lost,) = cut_findings([torque])
+    assert lost.remedy.startswith("look for the fault in sensor, connector or logger")
+    (short,) = cut_findings([torque.model_copy(update={"stop": row.start + 0.2})])
+    assert short.remedy.startswith("no action needed")
     (finding,) = cut_findings([row])
     assert "is constant at" in finding.what
     assert "keep" not in finding.remedy  # a speed that is frozen while the car moves is not a measurement

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vdyn_cli.quantities.errors import Finding, in_file_order, merge_logs, merge_similar
+from vdyn_cli.quantities.errors import Finding, in_file_order, merge_alike, merge_logs, merge_similar
 
 
 def test_findings_that_differ_in_numbers_alone_are_reported_once() -> None:
@@ -37,3 +37,9 @@ def test_a_log_whose_name_is_part_of_another_is_itself() -> None:
 def test_findings_of_a_description_are_reported_by_line() -> None:
     found = [Finding("t.yaml:12", "a"), Finding("run.csv:3", "b"), Finding("t.yaml:4", "c"), Finding("t.yaml", "d")]
     assert [f.what for f in in_file_order(found, "t.yaml")] == ["c", "a", "b", "d"]
+
+
+def test_similar_errors_of_many_logs_are_shown_as_one() -> None:
+    found = [Finding(f"{k}.csv", f"speed is {k} times as large", "", "check units") for k in range(4)]
+    assert [f.where for f in merge_alike(found)] == ["0.csv, similarly 3 more"]
+    assert merge_alike(found[:3]) == tuple(found[:3])

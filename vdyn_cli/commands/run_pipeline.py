@@ -17,7 +17,7 @@ from vdyn_cli.io.folder_lock import pipeline_lock
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.project.pipeline import ParameterSet, StepOutcome, Task, load_plan, parameter_set
 from vdyn_cli.project.result_document import StepRecord, read_record, step_command, to_json, versions
-from vdyn_cli.quantities.errors import Finding, InputError, VdynError
+from vdyn_cli.quantities.errors import Finding, InputError, VdynError, merge_alike
 from vdyn_cli.quantities.parameters import MissingParameterError
 
 QUIET = ("adequate", "not_testable")  # verdicts that need no line on the console
@@ -60,7 +60,7 @@ def _narrator(tell: Tell, total: int) -> Callable[[StepOutcome, float], None]:
         tell(f"[{len(seen)}/{total}] {outcome.name:<10} {outcome.status:<8} {seconds:5.1f} s  {outcome.sentence}")
         if outcome.diagnosis and outcome.diagnosis.verdict not in QUIET:
             tell(f"    {outcome.diagnosis.sentence}")
-        for finding in outcome.findings:
+        for finding in merge_alike(outcome.findings):
             tell("    " + str(finding).replace("\n", "\n    "))
 
     return narrate

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from vdyn_cli.description.spec_errors import explained, location_of
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
-from vdyn_cli.quantities.errors import Finding, InputError
+from vdyn_cli.quantities.errors import Finding, InputError, close_names
 
 S = TypeVar("S", bound=BaseModel)
 MARK = "?"  # written by 'vdyn init' for a value that the user must decide
@@ -148,10 +149,22 @@ def validate(source: YamlSource, model: type[S]) -> S:
         # For a union of text and number, only the error about the number is reported.
         other = {location_of(d) for d in reported if d["type"] != "string_type"}
         reported = [d for d in reported if d["type"] != "string_type" or location_of(d) not in other]
-        raise InvalidSpecError([*marks, *((location_of(d), explained(d, source, model)) for d in reported)]) from None
+        raise InvalidSpecError([*marks, *_located(reported, source, model)]) from None
     if marks:
         raise InvalidSpecError(marks)
     return spec
+
+
+def _located(
+    reported: Sequence[ErrorDetails], source: YamlSource, model: type[BaseModel]
+) -> Iterator[tuple[Location, Finding]]:
+    """Location and finding of each error; that of a missing key is the one of its misspelled name, if there is one."""
+    unknown = {location_of(d): explained(d, source, model) for d in reported if d["type"] == "extra_forbidden"}
+    for detail in reported:
+        at = location_of(detail)
+        beside = [k for k in unknown if detail["type"] == "missing" and k[:-1] == at[:-1]]
+        misspelled = [unknown[k] for k in beside if close_names(str(k[-1]).lower(), [str(at[-1])])]
+        yield at, misspelled[0] if misspelled else explained(detail, source, model)
 
 
 def _marked(data: Any, at: Location = ()) -> Iterator[Location]:

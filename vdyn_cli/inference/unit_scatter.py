@@ -36,8 +36,9 @@ def _contradicted_priors(solved: Solved) -> list[str]:
             mean, std = unknown.prior
             off = (x[i] - mean) / std
             if abs(off) > LARGEST_PULL:
-                what = f"{regression.label(i)} is estimated at {x[i]:.4g} {unknown.unit}".strip()
-                found.append(f"{what}, {abs(off):.0f} standard deviations from the given {mean:.4g}")
+                value, given = (f"{number:.4g} {unknown.unit}".strip() for number in (x[i], mean))
+                what = f"{regression.label(i)} is estimated at {value}, {abs(off):.0f} standard deviations from the "
+                found.append(f"{what}given {given}: correct the given value, or state its uncertainty with '+-'")
     return found
 
 

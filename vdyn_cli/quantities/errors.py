@@ -13,6 +13,7 @@ R = TypeVar("R")
 LONGEST_NAME = 100  # characters of names that are compared for a misspelling; headers of loggers have up to some 60
 MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
 BEFORE_REMEDY = "\n    -> "  # between the fact and the remedy of a printed finding
+MERGED = 4  # smallest number of similar errors that a terminal shows as one
 MOST_LOGS = 3  # logs that one message names; of the others it states the number
 
 
@@ -185,6 +186,17 @@ def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding,
             first = replace(first, where=where)
         merged.append(first)
     return tuple(merged)
+
+
+def merge_alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Findings merged for a terminal: those of single lines only if equal, those of whole logs also if numbers differ.
+
+    Parameters
+    ----------
+    findings : in the order in which they are reported; from ``MERGED`` similar ones on, they are merged.
+    """
+    lines = [f for f in findings if re.search(r":\d+$", f.where)]
+    return (*merge_lines(lines, MERGED), *merge_similar([f for f in findings if f not in lines], MERGED))
 
 
 def in_file_order(findings: Sequence[Finding], file: str) -> tuple[Finding, ...]:

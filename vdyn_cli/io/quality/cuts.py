@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vdyn_cli.io.quality.log_flags import flags
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.cut_ledger import Decision, LedgerRow
 from vdyn_cli.quantities.errors import Finding
@@ -23,6 +24,9 @@ TESTS = {
     "dropout": "signal lost",
     "requested": "cut by the description",
 }
+
+_FAILURES = ("frozen", "dropout")
+_LOOK = "look for the fault in sensor, connector or logger before the next run; the rest of the log is used"
 
 
 @dataclass(frozen=True)
@@ -199,10 +203,10 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
         else:
             total = sum(r.samples for r in rows)
             what += f": {total} sample{'s' if total != 1 else ''} cut"
-            still = test == "frozen" and channel in (EVERY, *VARYING)  # a working sensor never does
+            lost = test in _FAILURES and longest.stop - longest.start > QUALITY.longest_bridge
             remedy = f"no action needed. To use these samples, add 'keep: [{keep}]' to the run"
-            if still:
-                remedy = (
-                    "look for the fault in sensor, connector or logger before the next run; the rest of the log is used"
-                )
+            if test == "frozen" and channel in (EVERY, *VARYING):  # a working sensor never does
+                remedy = _LOOK
+            elif lost:
+                remedy = f"{_LOOK}. If they are right, add 'keep: [{keep}]' to the run"
             yield Finding(where, what, "", remedy)
