@@ -11,6 +11,8 @@ import pytest
 
 from tests.commands.drafts import WAVE, columns, draft, table
 from tests.io.stored_logs import write
+from vdyn_cli.project.drafting.description_draft import draft_description
+from vdyn_cli.steps import load_step
 
 
 def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:
@@ -301,3 +303,23 @@ def test_the_first_of_two_columns_of_one_name_is_drafted_as_it_is_read(tmp_path:
     np.savetxt(path, table, delimiter=",", header="time [s],speed [m/s],speed [m/s]", comments="", fmt="%.3f")
     _, description = draft("coastdown", path)
     assert description["channels"]["speed"]["column"] == "speed [m/s]#1"
+
+
+def test_few_rows_that_are_late_do_not_refuse_the_log(tmp_path: Path) -> None:
+    times = [float(t) for t in range(200)]
+    times[60], times[120] = 58.0, 119.0
+    rows = [f"{t:.0f},{30.0 - 0.1 * k:.2f}" for k, t in enumerate(times)]
+    (tmp_path / "coast.csv").write_text("\n".join(["Time [s],Speed [m/s]", *rows, rows[-1]]))
+    text = draft_description(load_step("coastdown"), [tmp_path / "coast.csv"], tmp_path).text
+    assert "reading: {clock: drop}    # 2 rows are not after all times before" in text
+    rows[60], rows[120] = "60,24.0", "120,18.0"
+    (tmp_path / "coast.csv").write_text("\n".join(["Time [s],Speed [m/s]", *rows, rows[-1]]))
+    assert "reading" not in draft_description(load_step("coastdown"), [tmp_path / "coast.csv"], tmp_path).text
+
+
+def test_minutes_are_a_clock_and_a_unit_alone_names_a_speed(tmp_path: Path) -> None:
+    rows = [f"{k * 0.0021:.4f},{20.0 - 0.05 * k:.2f},{30 + k % 7}" for k in range(200)]
+    (tmp_path / "ride.csv").write_text("\n".join(["Minutes,Km/h,Cadence", *rows]))
+    text = draft_description(load_step("coastdown"), [tmp_path / "ride.csv"], tmp_path).text
+    assert 'time: {column: "Minutes", unit: min}' in text
+    assert 'speed: {column: "Km/h", unit: Km/h}' in text

@@ -147,6 +147,10 @@ def _notes(facts: ChannelFacts) -> list[str]:
         notes.append(facts.state)
     if facts.state == "clock" and (not facts.info.unit or facts.info.unit_from != "file"):
         notes.append(_clock_unit(facts))
+    if facts.info.late:
+        notes.append(
+            f"{facts.info.late} rows are not after all times before: leave them out by 'reading: {{clock: drop}}'"
+        )
     if facts.gaps:
         count, start, stop = facts.gaps
         longest = f"from {_seconds(start, stop - start)} to {_seconds(stop, stop - start)}"

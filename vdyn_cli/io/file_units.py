@@ -70,6 +70,14 @@ def is_unit(text: str) -> bool:
     return False
 
 
+def is_unit_of(text: str, si_unit: str) -> bool:
+    """Whether a text from a file is a unit of the dimension of ``si_unit``."""
+    try:
+        return is_unit(unit_text(text)) and to_si(1.0, unit_text(text), si_unit) != 0.0
+    except UnitError:
+        return False
+
+
 def stated_unit(name: str, unit: str = "") -> str:
     """The unit that a file states for a channel, in a separate field or in brackets of its name; empty if none."""
     bracket = BRACKET.search(name)

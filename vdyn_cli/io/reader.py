@@ -11,7 +11,7 @@ from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
@@ -20,12 +20,13 @@ _CLOCK = re.compile(
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
     r"(\w+[ _.])?time[ _]?stamps?|(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
     r"x_value|utc|(ms|seconds)_today|"
-    r"(milli|micro)s(econds)?|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
+    r"(milli|micro)s(econds)?|(minutes|seconds|secs?)(?=\W*$)|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )
 # Sampling rates, Hz, of loggers in road tests: the unit of time is known if only one unit gives such a rate.
 _RATES = (0.5, 5_000.0)
 _RARE = 1e-3  # Hz, lowest rate of a clock that counts from 1970, such as a station's
+_MOST_LATE = 0.02  # of the rows of a damaged clock: receivers and phones write some fixes late or twice
 _SERIAL = (20_000.0, 80_000.0)  # days since 1900 as spreadsheets count them: the years 1954 to 2119
 _UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
 UnitFrom = Literal["file", "name", "rate"]
@@ -109,6 +110,7 @@ class ChannelInfo:
     group, source : its group and device in the file; empty if the file names none.
     begin : zero of a clock that was recorded as times of day: s since 1970, or since midnight if no date is stated;
         NaN for other channels.
+    late : rows of a clock whose time is not after all times before.
     """
 
     name: str
@@ -119,6 +121,7 @@ class ChannelInfo:
     source: str = ""
     begin: float = math.nan
     unit_from: UnitFrom = "file"
+    late: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +178,20 @@ def rises(time: Array) -> bool:
     """Whether the recorded values (n,) of a column never decrease and do increase, like a clock."""
     steps = np.diff(time[np.isfinite(time)])
     return bool(steps.size and (steps >= 0.0).all() and (steps > 0.0).any())
+
+
+def late_rows(time: Array) -> Mask:
+    """The rows (n,) whose time is recorded, but not after all times before; as `reading: {clock: drop}` leaves out."""
+    known = np.where(np.isfinite(time), time, -np.inf)
+    late = np.zeros(time.size, dtype=bool)
+    late[1:] = known[1:] <= np.maximum.accumulate(known)[:-1]
+    return np.asarray(late & np.isfinite(time))
+
+
+def rises_but_for(time: Array) -> int:
+    """The number of late rows if they are so few that the column is a damaged clock, ``_MOST_LATE``; else 0."""
+    late = int(np.count_nonzero(late_rows(time)))
+    return late if late <= _MOST_LATE * time.size else 0
 
 
 def clock_units(rate: float, first: float = 0.0) -> list[str]:

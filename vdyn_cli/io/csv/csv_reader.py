@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -34,9 +34,11 @@ from vdyn_cli.io.reader import (
     clock_seconds,
     has_usual_rate,
     is_clock,
+    late_rows,
     rises,
+    rises_but_for,
 )
-from vdyn_cli.quantities.arrays import Array, Rows
+from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
 
@@ -79,17 +81,22 @@ class CsvReader:
             yield from recorded(TablesBeside(layout, numbers, beside, text))
             return
         clocks = [i for i in order if rises(numbers.columns[i])]
+        clocks = clocks or [i for i in order if is_clock(names[i], units[i]) and rises_but_for(numbers.columns[i])]
+        late = 0
         time: Array | None = None
         source: dict[int, UnitFrom] = dict.fromkeys(names, "file")
         if clocks:
             raw, at = numbers.columns[clocks[0]], clocks[0]
             units[at], source[at] = clock_unit(names[at], units[at], raw)
-            time = clock_seconds(raw, units[at])
+            late = rises_but_for(raw) and int(np.count_nonzero(late_rows(raw) & ~_repeated(columns.values())))
+            time = clock_seconds(raw if rises(raw) else np.where(late_rows(raw), np.nan, raw), units[at])
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
             device = layout.sources[i].strip() if layout.sources else ""
             info = channel_info(name, units[i], time, values, source=device)
-            yield Recorded(replace(info, begin=begins.get(i, math.nan), unit_from=source[i]), time, values)
+            late_here = late if i in clocks[:1] else 0
+            info = replace(info, begin=begins.get(i, math.nan), unit_from=source[i], late=late_here)
+            yield Recorded(info, time, values)
 
     def read(self, path: Path, mapping: Mapping[str, Column], options: ReadOptions, name: str) -> Log:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
@@ -151,6 +158,12 @@ def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
         if not worse:
             return layout, numbers, text
         text |= worse
+
+
+def _repeated(columns: Iterable[Array]) -> Mask:
+    """Which rows have the same numbers as the previous one, which are left out without a key."""
+    same = [np.r_[False, (x[1:] == x[:-1]) | (np.isnan(x[1:]) & np.isnan(x[:-1]))] for x in columns]
+    return np.asarray(np.all(same, axis=0))
 
 
 def _is_coarse(time: Array) -> bool:

@@ -68,7 +68,11 @@ _TEXTS = (
         "a list of FIT messages of several kinds, not a table",
         "convert the FIT file with 'FitCSVTool --data record'; its file that ends in _data.csv is a table",
     ),
-    (rb"\$[A-Z]{5},\d", "a receiver's NMEA sentences, not a table", _CONVERT),
+    (
+        rb"(#[^\r\n]*[\r\n]+)*[$!][A-Z]{2}[A-Z0-9]{2,5},[^\r\n]*\*[0-9A-F]{2}\s",
+        "a receiver's NMEA sentences, not a table",
+        _CONVERT,
+    ),
     (rb"\s*(\[\s*)?\{\s*\"", "JSON, not a table", _CONVERT),
     (
         rb"(?i)\s*(<!doctype html|<html)",

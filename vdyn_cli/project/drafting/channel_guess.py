@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from vdyn_cli.io.channel_survey import ChannelFacts
-from vdyn_cli.io.file_units import speed_over_ground, words_and_unit
+from vdyn_cli.io.file_units import is_unit_of, speed_over_ground, unit_text, words_and_unit
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.project.drafting.channel_names import (
     CORNERS,
@@ -208,7 +208,12 @@ def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelF
 
 
 def _words(name: str) -> tuple[Words, str]:
-    """The words of a name in the spelling of the rules, and the unit stated by its last word."""
+    """The words of a name in the spelling of the rules, and the unit stated by its last word.
+
+    A name that is only a unit of speed, such as Km/h, names the speed.
+    """
+    if is_unit_of(name, "m/s"):
+        return frozenset(("speed",)), unit_text(name)
     lower, suffix = words_and_unit(in_english(name))
     if suffix == "rpm":
         lower = (*lower, "n")  # WHEEL_RPM states the quantity, too

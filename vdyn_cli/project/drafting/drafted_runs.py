@@ -92,8 +92,22 @@ def runs_of_one_logger(
     entries = [f"log: {quoted(relative_path(folder, log.path))}" for log in logs]
     differ = [log.differing(usual, mapped) for log in kept]
     return DraftedRuns(
-        ["channels:", *lines], mapped, undecided, entries, left_out, kept, differ, [[log.facts for log in kept]]
+        [*_reading(kept), "channels:", *lines],
+        mapped,
+        undecided,
+        entries,
+        left_out,
+        kept,
+        differ,
+        [[log.facts for log in kept]],
     )
+
+
+def _reading(logs: Sequence[GuessedLog]) -> list[str]:
+    """The line that leaves out rows whose time does not increase; none if there are none."""
+    late = {log.path: facts.info.late for log in logs if (facts := log.guesses["time"].facts) is not None}
+    rows = sum(late.values())
+    return [f"reading: {{clock: drop}}    # {rows} rows are not after all times before"] if rows else []
 
 
 def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:
