@@ -11,7 +11,7 @@ from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.arrays import Array, Mask, spans
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
@@ -27,6 +27,7 @@ _CLOCK = re.compile(
 _RATES = (0.5, 5_000.0)
 _RARE = 1e-3  # Hz, lowest rate of a clock that counts from 1970, such as a station's
 _MOST_LATE = 0.02  # of the rows of a damaged clock: receivers and phones write some fixes late or twice
+_RESTARTED = 10
 _SERIAL = (20_000.0, 80_000.0)  # days since 1900 as spreadsheets count them: the years 1954 to 2119
 _UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
 UnitFrom = Literal["file", "name", "rate"]
@@ -189,9 +190,14 @@ def late_rows(time: Array) -> Mask:
 
 
 def rises_but_for(time: Array) -> int:
-    """The number of late rows if they are so few that the column is a damaged clock, ``_MOST_LATE``; else 0."""
-    late = int(np.count_nonzero(late_rows(time)))
-    return late if late <= _MOST_LATE * time.size else 0
+    """The number of late rows if they are so few that the column is a damaged clock, ``_MOST_LATE``; else 0.
+
+    ``_RESTARTED`` late rows one after another are another recording, as after an overflow of the clock.
+    """
+    late = late_rows(time)
+    count = int(np.count_nonzero(late))
+    isolated = all(stop - first < _RESTARTED for first, stop in spans(late))
+    return count if isolated and count <= _MOST_LATE * time.size else 0
 
 
 def clock_units(rate: float, first: float = 0.0) -> list[str]:
