@@ -18,7 +18,7 @@ PLATEAU = 1e-3  # share of an unknown's sensitivity left after one step, below w
 SUFFICIENT = 1e-4  # share of the predicted reduction of the cost that a step must achieve
 IDLE = 3  # consecutive steps that gained less than the tolerance: the next failed step ends the fit
 PARTS = (1.0, 0.3, 0.1, 0.03)  # of a full step, tried at a kink
-HOPELESS = 4  # consecutive points that predict no cost below the one reached from another start
+HOPELESS = 4  # consecutive points that predict no cost below the one reached by another fit
 LEAST_DAMPING = 1e-13
 MOST_DAMPING = 1e12
 
@@ -52,7 +52,7 @@ def minimize(
     Each step d solves min |J d + r|^2 + mu |D d|^2 over the unknowns that are not at a bound, D the largest column
     norms so far; an unknown that would leave its range stops at the bound. mu falls where the linearization predicts
     well and rises where it does not. The model is linearized only where the cost falls. The iteration ends early where
-    its predicted cost stays above the one reached from another start (``Regression.reached``). Source: damping and
+    its predicted cost stays above the one reached by another fit (``Regression.reached``). Source: damping and
     scaling after More, Numerical Analysis, Lecture Notes in Mathematics 630 (1978) 105.
 
     Parameters

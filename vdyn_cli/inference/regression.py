@@ -100,7 +100,7 @@ class Regression:
         start: for models that cost less with fewer unknowns. None where nothing is saved.
     log_noise : log |L| of the noise covariance L L', which makes the costs of regressions with different noise models
         comparable: -log likelihood = cost + log |L| + constant.
-    reached : cost reached from another start; a fit that does not predict a lower one ends unconverged.
+    reached : cost reached by another fit; one that does not predict a lower cost ends unconverged.
     origins : (runs,), label of the independent run of which each is a part; empty: each is independent.
     """
 

@@ -22,7 +22,7 @@ from vdyn_cli.diagnosis.gain.fold_selection import information, sufficient
 from vdyn_cli.diagnosis.gain.gain_variance import PredictionError, day_to_day_variance, prediction_error
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import explained_share
-from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel, hopeless_cost
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedRuns, initial_values
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference.intervals import t_quantile
@@ -167,10 +167,12 @@ def _fold_model(
     chosen = _selected(strategy, folds, fold, selecting, effects)
     if chosen == effects:
         return answer, effects
-    rival = strategy.fitted(chosen) if answer is extended and len(chosen) == len(effects) == 1 else None
-    if rival is None:
+    if answer is not extended or not len(chosen) == len(effects) == 1:
         return selecting.at, chosen
     # One linearization misleads where an effect is large: compare its choice and the answer, each on its own.
+    rival = strategy.fitted(chosen, hopeless_cost(strategy.base.solution.cost, answer.solution.cost))
+    if rival is None:  # nor would the fold have chosen an effect that the whole data exclude
+        return answer, effects
     both = folds.comparable(rival, answer), answer
     at = min(both, key=lambda one: _misfit(folds, one, fold, strategy.model.with_base(one.effects)))
     return at, at.effects

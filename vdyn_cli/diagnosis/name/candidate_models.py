@@ -8,7 +8,7 @@ effect that only improves the fit is no answer: a brake drag removes most of the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations, permutations
 from math import inf, sqrt
@@ -17,7 +17,7 @@ from vdyn_cli.diagnosis.detect.detection import Detection, is_testable, p_value
 from vdyn_cli.diagnosis.detect.scores import equivalent, scores
 from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel, hopeless_cost
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.steps.added_effects import NO_EFFECTS
 
@@ -74,8 +74,7 @@ def best_fit(models: Sequence[CandidateModel]) -> CandidateModel | None:
 
 def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
     """A candidate model for each effect that could be the whole answer and can be fitted, the strongest first."""
-    models = [candidate_model(strategy, (n,)) for n in _likely_singles(found)]
-    return tuple(m for m in models if m is not None)
+    return _each_alone(lambda name: strategy, _likely_singles(found), ())
 
 
 def _likely_singles(found: Detection) -> list[str]:
@@ -94,16 +93,29 @@ def singles_beyond_range(
     ``own``: each linearized about its own fit where the baseline is far off; their costs are then not comparable.
     """
     names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
-    models = [candidate_model(strategy.with_open_range(n if own else ""), (n,)) for n in names]
-    return tuple(m for m in models if m is not None)
+    return _each_alone(lambda name: strategy.with_open_range(name if own else ""), names, tried)
 
 
-def candidate_model(strategy: Strategy, effects: Sequence[str]) -> CandidateModel | None:
+def _each_alone(
+    strategy_of: Callable[[str], Strategy], names: Sequence[str], before: Sequence[CandidateModel]
+) -> tuple[CandidateModel, ...]:
+    """A candidate model for each effect alone; beside one that suffices, the fits of hopeless ones end early."""
+    models: list[CandidateModel] = []
+    for name in names:
+        strategy, best = strategy_of(name), best_fit([m for m in (*before, *models) if m.sufficient])
+        below = inf if best is None else hopeless_cost(strategy.base.solution.cost, best.cost)
+        model = candidate_model(strategy, (name,), below)
+        models += [model] if model else []
+    return tuple(models)
+
+
+def candidate_model(strategy: Strategy, effects: Sequence[str], below: float = inf) -> CandidateModel | None:
     """Refit with these effects and test the residual.
 
-    None where the refit fails, an effect exceeds its range, or its amplitude significantly has an impossible sign.
+    None where the refit fails, an effect exceeds its range, its amplitude significantly has an impossible sign, or the
+    fit ends early because it predicts no cost ``below`` the one given.
     """
-    model, fitted = strategy.model, strategy.fitted(effects)
+    model, fitted = strategy.model, strategy.fitted(effects, below)
     if fitted is None or any(_wrong_sign(model, fitted, e) for e in effects):
         return None
     candidates, families = model.setup.candidates, model.setup.families
@@ -159,6 +171,7 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
     """Candidate models of two effects that are both needed, and of single effects to which a pair adds nothing.
 
     Such a single effect may be untried so far: where the baseline is far off, the score of the true effect may be low.
+    Fits of pairs that are hopeless beside the best single effect or profile end early.
     """
     model = strategy.model
     evidence = {n: found.scores.evidence[n] for n in found.testable}
@@ -167,7 +180,10 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
         for name in (n for n in beside.names if is_testable(model, beside, n)):
             evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
     names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
-    models = [candidate_model(strategy, p) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
+    made = [t.fitted for t in tried] + [f for n in model.setup.families if (f := strategy.fitted((n,))) is not None]
+    least = min((f.solution.cost for f in made), default=inf)
+    below = hopeless_cost(strategy.base.solution.cost, least)
+    models = [candidate_model(strategy, p, below) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
     both = [m for m in models if m is not None]
     seen = {t.effects for t in tried}
     alone = dict.fromkeys(

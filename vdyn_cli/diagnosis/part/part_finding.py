@@ -168,12 +168,17 @@ def _margin(gain: float) -> float:
 
 
 def _laws(search: PartSearch, best: FittedParts, curves: Sequence[Curve]) -> list[LawWithin]:
-    """The candidates that correct the part's element, each fitted instead of the free addition."""
+    """The candidates that correct the part's element, each fitted instead of the free addition.
+
+    Without some of those that explain so little in the data that they are no law of the part.
+    """
     found = []
+    before, after = search.start.cost, best.solution.cost
+    below = before - POLICY.law_squares * (before - after)
     for name, effect in search.strategy.model.setup.candidates.items():
         if not best.parts[0].concerns(effect):
             continue
-        fitted = search.with_effects((name,))
+        fitted = search.with_effects((name,), below)
         if fitted is None:
             continue
         values = [law_values(c, effect, fitted.solution.values) for c in curves]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
@@ -146,12 +147,12 @@ class PartSearch:
         )
         return replace(self.regression, unknowns=unknowns), names
 
-    def with_effects(self, effects: Sequence[str]) -> FittedParts | None:
-        """The fit with these effects of the catalog; None where it fails.
+    def with_effects(self, effects: Sequence[str], below: float = inf) -> FittedParts | None:
+        """The fit with these effects of the catalog; None where it fails, or ends early since it stays not ``below``.
 
         It is the strategy's own fit, except where that is linearized about other values than the parts.
         """
-        known, model = self.strategy.fitted(effects), self.strategy.model
+        known, model = self.strategy.fitted(effects, below), self.strategy.model
         if self.strategy.nonlinear:
             return None if known is None else self._compared(known.solution, model.regression, effects)
         freed = [n for e in effects for n in model.freed(e)]

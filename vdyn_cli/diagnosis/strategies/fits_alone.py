@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from vdyn_cli.diagnosis.detect.detection import Detection
 from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.full_model import FittedModel
+from vdyn_cli.diagnosis.strategies.full_model import FittedModel, hopeless_cost
 from vdyn_cli.diagnosis.strategies.relinearization import Stop
 from vdyn_cli.steps.added_effects import NO_EFFECTS
 
@@ -109,8 +109,7 @@ def is_hopeless(strategy: LinearizedStrategy, fit: FittedModel, best: FittedMode
     """
     if strategy.model.setup.far_off:
         return False
-    explained = own_cost(strategy.base) - own_cost(best)
-    return own_cost(fit) - own_cost(best) > max(POLICY.hopeless_share**2 * explained, POLICY.large_t**2)
+    return own_cost(fit) > hopeless_cost(own_cost(strategy.base), own_cost(best))
 
 
 def own_cost(fit: FittedModel) -> float:

@@ -109,6 +109,16 @@ class FullModel:
         return scores(at.system.by_run() if runs else at.system, self.with_base(at.effects), wanted)
 
 
+def hopeless_cost(base: float, best: float) -> float:
+    """The cost above which a candidate leaves so much of what the best one explains that it cannot be an answer.
+
+    Parameters
+    ----------
+    base, best : cost of the baseline and of the best candidate.
+    """
+    return best + max(POLICY.hopeless_share**2 * (base - best), POLICY.large_t**2)
+
+
 def with_open_range(model: FullModel) -> FullModel:
     """The model with amplitudes bounded by ``open_range`` times their plausible range if no possible range is given."""
     setup, factor = model.setup, POLICY.open_range / POLICY.range_factor

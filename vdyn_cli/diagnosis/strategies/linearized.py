@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf
 
 from vdyn_cli.diagnosis.detect.detection import Detection, detect
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
@@ -55,8 +56,8 @@ class LinearizedStrategy(Strategy):
         base = set(self.model.base)
         return {u.name: u.prior[0] for u in self.model.regression.shared if u.prior and u.name in base}
 
-    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
-        """See Strategy. None also where a linear fit moves a scale out of its possible range."""
+    def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
+        """See Strategy. None also where a linear fit moves a scale out of its possible range; none ends early."""
         made = self._fits.fitted(effects)
         return None if made is None or _leaves_range(self.model.setup, made) else made
 

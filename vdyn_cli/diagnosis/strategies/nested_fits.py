@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-
-import numpy as np
+from math import inf
 
 from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.linearized_system import linearize, linearized_system
@@ -38,8 +37,10 @@ class NestedFits:
     def __post_init__(self) -> None:
         self._made = dict(self.known)
 
-    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
+    def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
         """The fit with these effects; None where the data do not determine it, or it exceeds the plausible range.
+
+        A fit that does not predict a cost ``below`` the one given ends early, as None, and is not kept.
 
         Raises
         ------
@@ -47,12 +48,15 @@ class NestedFits:
         """
         key = tuple(sorted(effects))
         if key not in self._made:
-            self._made[key] = self._fit(key)
+            made = self._fit(key, below)
+            if made is None and below < inf:
+                return None
+            self._made[key] = made
         return self._made[key]
 
-    def _fit(self, effects: tuple[str, ...]) -> FittedModel | None:
+    def _fit(self, effects: tuple[str, ...], below: float) -> FittedModel | None:
         try:
-            solution = self._solved(effects)
+            solution = self._solved(effects, below)
             runs = linearize(self.model.regression, solution.values, solution.per_run, self.secants(effects))
         except (ResultError, ArithmeticError):
             if not effects:
@@ -60,7 +64,7 @@ class NestedFits:
             return None
         return FittedModel(effects, solution, runs, linearized_system(runs))
 
-    def _solved(self, effects: tuple[str, ...]) -> Solution:
+    def _solved(self, effects: tuple[str, ...], below: float) -> Solution:
         """The best of the fits from every start; shapes stay at nominal where the data do not determine them.
 
         The fit starts from the best known fit of a subset of these effects, and from further starts of the other
@@ -80,7 +84,7 @@ class NestedFits:
             regression = restricted(full, held, best[0] if best else before.solution if before else None)
             found: list[Solution] = []
             for start in (regression, *self.starts(regression, others, bool(shapes) and held is free)):
-                start = replace(start, reached=min((s.cost for s in found), default=np.inf))
+                start = replace(start, reached=min((below, *(s.cost for s in found))))
                 try:
                     found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))
                 except ResultError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf
 
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, shapes_of, started_at
@@ -35,9 +36,9 @@ class RefitStrategy(Strategy):
         """True: every fit simulates at its own values."""
         return True
 
-    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
+    def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
         """See Strategy."""
-        return self._fits.fitted(effects)
+        return self._fits.fitted(effects, below)
 
     def with_open_range(self, about: str = "") -> RefitStrategy:
         """See Strategy."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Protocol
 
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
@@ -38,8 +39,11 @@ class Strategy(Protocol):
         """Values at which predictions hold the parameters, whatever a fit gives; empty (default): fitted ones."""
         return NO_VALUES
 
-    def fitted(self, effects: Sequence[str]) -> FittedModel | None:
-        """The fit with these effects; None where it fails. If the fit of the baseline fails, it raises instead."""
+    def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
+        """The fit with these effects; None where it fails. If the fit of the baseline fails, it raises instead.
+
+        A fit that does not predict a cost ``below`` the one given may end early, as None.
+        """
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
         """The same fit linearized about its own amplitudes, with no other effects in the model.
