@@ -126,6 +126,8 @@ def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_run
         (tmp_path / f"coast_{k}.csv").write_text("\n".join([f"{head},Heading [deg]", *lines]))
     checked(path, tmp_path / "out", 0)
     text = path.read_text().replace("coast_2.csv, direction: out", "coast_2.csv, direction: back")
+    path.write_text(text.replace("start: 480 s", "start: 360 s"))
+    assert "two runs cannot start together (got 360 s)" in checked(path, tmp_path / "out", 1)["sentence"]
     text = text.replace("start: 480 s", "start: X").replace("start: 600 s", "start: 480 s")
     path.write_text(text.replace("start: X", "start: 600 s"))
     document = checked(path, tmp_path / "out", 1)

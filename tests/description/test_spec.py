@@ -149,3 +149,17 @@ def test_a_misspelled_key_is_not_also_reported_as_missing(tmp_path: Path) -> Non
     (tmp_path / "test.yaml").write_text("test: bump\nbump: {heigth: 60 mm, width: 500 mm, shape: haversine}\n")
     (said,) = load_partial(tmp_path / "test.yaml", load_step("bump").spec).problems
     assert (said.what, said.remedy) == ("unknown key 'heigth'", "did you mean height?")
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("runs: {log: a.csv}", "'runs' must be a list"),
+        ("settings: {speed_window: [20 km/h, 20 km/h]}", "the highest and the lowest speed are the same"),
+    ],
+)
+def test_a_wrong_list_is_named_with_what_to_write(lines: str, says: str, tmp_path: Path) -> None:
+    (tmp_path / "test.yaml").write_text(f"test: coastdown\n{lines}\n")
+    problems = load_partial(tmp_path / "test.yaml", load_step("coastdown").spec).problems
+    (said,) = (p for p in problems if says in p.what)
+    assert "write" in said.remedy + said.what

@@ -40,6 +40,9 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
         if isinstance(detail["input"], str) and location[:-1] == ("runs",):
             remedy = f"write '{{log: {detail['input'][:60]}}}'"
         return Finding(where, f"'{key}' must be a mapping of keys to values", got, remedy)
+    if kind == "list_type":
+        remedy = "write each entry on a line of its own that begins with '- ', or all in brackets, such as [a, b]"
+        return Finding(where, f"'{key}' must be a list", got, remedy)
     if kind == "literal_error":
         choices = str(detail["ctx"]["expected"])
         return Finding(where, f"'{key}': input should be {choices}", got, f"write {choices}")

@@ -129,6 +129,8 @@ def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[F
         return " ".join(said)
     if not coasts.out and not coasts.back:
         said.append("No run states its direction.")
+    elif not coasts.out or not coasts.back:
+        said.append(f"All runs have the direction '{'out' if coasts.out else 'back'}': drive as many the other way.")
     unmet = [f"{x.regulation} {x.clause} ({x.found})" for x in coasts.limits if x.outcome == "not met"]
     if unmet:
         said.append(f"Not met: {'; '.join(unmet)}.")

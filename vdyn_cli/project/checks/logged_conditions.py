@@ -65,6 +65,11 @@ def wrong_directions(runs: Sequence[Run], logged: Sequence[LoggedDirection], sou
 def wrong_starts(runs: Sequence[Run], facts: Sequence[Sequence[ChannelFacts]], source: YamlSource) -> Iterator[Finding]:
     """Runs whose stated start differs from that of the log's clock by more than ``start_error``, or by their order."""
     stated = [run.start.value for run in runs if run.start is not None]
+    for k, start in enumerate(stated if len(stated) == len(runs) else ()):
+        if start in stated[:k] and runs[k].from_time is None:
+            what = f"'start' is that of {log_names(runs[stated.index(start)])[0]}, too: two runs cannot start together"
+            remedy = "write the start of each run, or remove 'start' from all runs"
+            yield Finding(source.where(("runs", k, "start")), what, f"{start:.0f} s", remedy)
     logged = logged_starts(facts)
     if len(stated) < len(runs) or not logged or any(run.from_time is not None for run in runs):
         return

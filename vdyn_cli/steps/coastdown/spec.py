@@ -93,6 +93,14 @@ class CoastdownSettings(Strict):
             )
         return value
 
+    @field_validator("speed_window")
+    @classmethod
+    def _not_empty(cls, value: list[Given] | None) -> list[Given] | None:
+        if value and value[0].value == value[-1].value:
+            what = "the highest and the lowest speed are the same: write two speeds, such as [70 km/h, 25 km/h]"
+            raise PydanticCustomError("speed_window", what)
+        return value
+
     minimum_length: Annotated[Given, Si("s", 2, 3600)] = Field(
         Given(MINIMUM_LENGTH), description="shortest part of a log that is fitted, s"
     )
