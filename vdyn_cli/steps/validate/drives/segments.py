@@ -17,6 +17,7 @@ from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.power_limit import power_limits
 from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, StatedMotion, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
@@ -156,17 +157,21 @@ def drive_segments(
     found: list[DriveSegment] = []
     findings: list[Finding] = []
     drives = [_whole(log) for log in logs]
-    unlogged = _unlogged([whole for whole, _ in drives], cut)
     driven = [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
+    limits = power_limits(driven, cut.motion if cut.model == "road_load" else None)
+    driven = [(time, channels, limit.torque) for (time, channels, _), limit in zip(driven, limits, strict=True)]
+    unlogged = _unlogged(driven, cut)
     changes = _ratio_changes(driven, cut)
     odd, said = _odd_drives(logs, [HEADING[n.direction] for n in notes], driven, changes, cut)
     findings += said
     for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
-        findings += [*doubts, *braked.finding(log.name), *changes[k].finding(log.name)]
+        for found_here in (limits[k], braked, changes[k]):
+            doubts += found_here.finding(log.name)
+        findings += doubts
         top = float(np.nanmax(np.abs(whole["speed"])))
         if k in odd:
             continue
-        parts = _parts(whole, cut, top, braked.braked | changes[k].other) if top > MOVING else []
+        parts = _parts(whole, cut, top, limits[k].beyond | braked.braked | changes[k].other) if top > MOVING else []
         made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
         made = [replace(s, creeping=slow, sampled=_sampled(log, s)) for s in made]
@@ -314,8 +319,8 @@ def _parts(log: Log, cut: Segmentation, top: float, left_out: Mask) -> list[tupl
 
     Parameters
     ----------
-    top : m/s, the largest speed of the log. left_out : (n,) mask, for the road load model: braked without a channel, or
-        in another gear.
+    top : m/s, the largest speed of the log. left_out : (n,) mask, for the road load model: braked without a channel, in
+        another gear, or above a limit of the power.
     """
     if cut.model == "vehicle" and cut.length is None and not cut.powered:
         return [(0, log.time.size - 1)]
@@ -338,14 +343,14 @@ def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[in
     return [(i, min(j, b)) for i, j in pairwise(ends.tolist()) if j - i >= FEWEST_SAMPLES // 2]
 
 
-def _unlogged(logs: Sequence[Log], cut: Segmentation) -> tuple[UnloggedBraking, ...]:
-    """Unlogged braking of each log.
+def _unlogged(drives: Sequence[Driven], cut: Segmentation) -> tuple[UnloggedBraking, ...]:
+    """Unlogged braking of each drive.
 
     Only the road load model excludes braking; powered windows contain none.
     """
     if cut.model == "road_load" and not cut.powered:
-        return unlogged_braking([(log.time, log.channels, total_drive_torque(log.channels)) for log in logs])
-    return tuple(UnloggedBraking(np.zeros(log.time.size, dtype=bool), (), 0.0) for log in logs)
+        return unlogged_braking(drives)
+    return tuple(UnloggedBraking(np.zeros(time.size, dtype=bool), (), 0.0) for time, _, _ in drives)
 
 
 def _ratio_changes(drives: Sequence[Driven], cut: Segmentation) -> tuple[RatioChange, ...]:

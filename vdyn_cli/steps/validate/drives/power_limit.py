@@ -1,0 +1,103 @@
+"""Detects a drive torque that the car does not follow above a power: a demand, where the motor or battery limits it.
+
+While the car is driven, its acceleration is a min(T, q/V) + b + c V^2 + d T', with q the product of drive torque T and
+speed V at the limit. A wrong scale of speed, torque or radius would change the acceleration at all powers alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.driven_samples import driven_samples
+from vdyn_cli.steps.validate.drives.ratio_changes import LASTING, LEAST_NOISE, MAIN_SHARE, SAMPLE_STEP, StatedMotion
+
+Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
+
+FEWEST_SAMPLES = 60  # driven samples of all drives: 30 s
+TRIED = np.linspace(0.05, 0.95, 37)  # quantiles of T V of the driven samples that are tried as limit
+BELOW = 0.1  # of the limit, within which samples are left out: it is known to the spacing of the tried quantiles
+AFTER = 1.0  # s around limited samples that are left out with them: lags of the motor and of filters
+
+
+@dataclass(frozen=True, eq=False)
+class PowerLimit:
+    """Where a drive's torque exceeds the power that the car receives.
+
+    Parameters
+    ----------
+    beyond : (n,) mask of these samples, with margins of ``BELOW`` and ``AFTER``.
+    torque : (n,) N m, at most that of the limit.
+    power : W, the limit at the wheels. left_out, moving : s, duration of the samples beyond and of the drive.
+    """
+
+    beyond: Mask
+    torque: Array
+    power: float = 0.0
+    left_out: float = 0.0
+    moving: float = 0.0
+
+    def finding(self, log: str) -> tuple[Finding, ...]:
+        """A finding on the parts that are left out; empty where there are none."""
+        if not self.left_out:
+            return ()
+        what = (
+            f"the car accelerates by less than this torque above {self.power / 1e3:.3g} kW at the wheels, and as it "
+            f"states below: a demand that the motor's power limits; these parts are left out ({self.left_out:.0f} s of "
+            f"{self.moving:.0f} s)"
+        )
+        remedy = "map the torque that the motor delivers (measured, or from its current) instead of the demand"
+        return (Finding(f"{log}, channel 'drive_torque'", what, "", remedy, doubt=True),)
+
+
+def power_limits(drives: Sequence[Driven], stated: StatedMotion | None) -> tuple[PowerLimit, ...]:
+    """Where each drive exceeds the power limit that all of them show; nowhere without a limit.
+
+    Parameters
+    ----------
+    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
+        drive torque (n,) N m. stated : of this car; without it, nothing is found.
+    """
+    limit = _limit(drives, stated) if stated is not None else None
+    if limit is None or stated is None:
+        return tuple(PowerLimit(np.zeros(time.size, dtype=bool), torque) for time, _, torque in drives)
+    return tuple(_beyond(drive, limit, stated) for drive in drives)
+
+
+def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
+    """The limit of T V, N m m/s; None where the stated acceleration per torque does not hold below one."""
+    seen = [driven_samples(*drive, SAMPLE_STEP) for drive in drives]
+    rate, columns = (np.concatenate(v) for v in ([s.rate for s in seen], [s.columns for s in seen]))
+    if rate.size < FEWEST_SAMPLES:
+        return None
+    torque, speed = columns[:, 0], np.sqrt(columns[:, 2])
+
+    def fit(limited: Array) -> tuple[float, float]:
+        every = np.column_stack([limited, columns[:, 1:]])
+        scale = np.maximum(np.sqrt(np.mean(every**2, axis=0)), 1e-300)
+        found = np.linalg.lstsq(every / scale, rate, rcond=None)[0] / scale
+        left = rate - every @ found
+        return float(left @ left) / rate.size + LEAST_NOISE**2, float(found[0]) / stated.ratio
+
+    without, _ = fit(torque)
+    tried = [(*fit(np.minimum(torque, q / speed)), q) for q in np.quantile(torque * speed, TRIED).tolist()]
+    variance, ratio, limit = min(tried)
+    evidence = 0.5 * rate.size / LASTING * np.log(without / variance)
+    clear = evidence > STEP_POLICY.limit_evidence and without > STEP_POLICY.limit_gain * variance
+    return limit if clear and abs(ratio - 1.0) <= MAIN_SHARE else None
+
+
+def _beyond(drive: Driven, limit: float, stated: StatedMotion) -> PowerLimit:
+    time, channels, torque = drive
+    speed = filled(time, channels["speed"])
+    most = limit / np.maximum(speed, 1e-9)
+    mask, moving = np.zeros(time.size, dtype=bool), float(time[-1] - time[0])
+    for a, b in spans(torque > (1.0 - BELOW) * most):
+        mask |= (time >= time[a] - AFTER) & (time <= time[b - 1] + AFTER)
+    left_out = float(np.median(np.diff(time))) * float(np.count_nonzero(mask))
+    return PowerLimit(mask, np.minimum(torque, most), limit * stated.ratio * stated.inertia, left_out, moving)
