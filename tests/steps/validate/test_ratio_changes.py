@@ -52,6 +52,17 @@ def test_gears_are_found_and_all_but_the_stated_one_are_left_out() -> None:
     assert finding.doubt
 
 
+def test_gears_in_one_of_several_drives_are_found_by_their_repetition() -> None:
+    """Shifts disturb the acceleration at every change, but the gears return."""
+    often = tuple((13.0 * k, (1.0, 0.62, 0.45, 0.62)[k % 4]) for k in range(13))
+    time, channels, torque = drive(5, often)
+    torque = torque * (1.0 + 0.1 * np.exp(-np.mod(time, 13.0)))  # after every shift, the clutch still slips
+    changes = ratio_changes([drive(1), drive(2), (time, channels, torque)], STATED)
+    assert [bool(change.spans) for change in changes] == [False, False, True]
+    factors = np.array([factor for *_, factor in changes[2].spans])
+    assert np.min(np.abs(factors[:, None] / (1.0, 0.62, 0.45) - 1.0), axis=1).max() < 0.08
+
+
 def test_a_gain_that_changes_in_one_drive_is_found_there() -> None:
     drives = [drive(k) for k in range(3)]
     time, channels, torque = drive(3)

@@ -3,7 +3,8 @@
 While the car is driven, its acceleration is a_j T + b + c V^2 + d T', with a = i/(r (M + mr)) constant within each
 piece j of the drive. The pieces are those of least squares with a penalty for each (Jackson et al., IEEE Signal
 Processing Letters 12 (2005) 105). Hills that are not logged also make pieces, but by forces that do not follow the
-torque: pieces with b_j instead of a_j are the alternative.
+torque: pieces with b_j instead of a_j are the alternative. A gearbox returns to the same few ratios, which hills do not
+even where they resemble ratios: its pieces are described as well by one ratio for each gear.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
 from vdyn_cli.quantities.arrays import Array, Mask
@@ -32,6 +34,7 @@ MOST_SAMPLES = 4000  # samples, above which every second, third, ... is used: th
 LEAST_NOISE = 0.005  # m/s^2: gusts of 0.3 m/s change the drag of a car by as much
 PIECE_ROUNDS = 8  # of finding pieces and the coefficients common to all
 WIDEST = 12.0  # ratio of the lowest gear to the highest: 4 to 6 in cars, 12 in trucks
+FEWEST_RETURNS = 2  # to earlier levels, from which their repetition is tested
 MOST_UNREPEATED = 3  # levels, above which a drive must return to some of them
 LEAST_KNOWN = 0.7  # share of the driving time in known levels: shifts disturb the rest
 HIGH = 0.9  # quantile of the torque that stands for its largest values
@@ -168,8 +171,10 @@ def _pieces(seen: DrivenSamples, stated: StatedMotion | None) -> Pieces | None:
         return None
     starts, coefficients = _search(rate, torque, rest, _Law(stated, _lasting_variance(rate, torque, rest)))
     ratio, edges = coefficients[: len(starts)], np.array([*starts, time.size])
-    likely = _are_levels(ratio) and _follow_torque(rate, torque, rest, starts)
-    certain = len(starts) == 1 or (likely and _has_levels(*every[1:]))
+    levels = _are_levels(ratio)
+    returns = levels and _returns(rate, torque, rest, starts, ratio)
+    likely = returns or (levels and _follow_torque(rate, torque, rest, starts))
+    certain = len(starts) == 1 or returns or (likely and _has_levels(*every[1:]))
     at = np.r_[time[starts], time[-1]]
     return Pieces(at, ratio, SAMPLE_STEP * step * np.diff(edges), time[edges[1:] - 1], certain, likely)
 
@@ -209,8 +214,15 @@ def _are_levels(ratio: Array) -> bool:
     low, high = float(np.min(ratio)), float(np.max(ratio))
     if low <= 0.0 or not 1.0 + STEP_POLICY.unequal_share < high / low < WIDEST:
         return False
-    levels = 1 + int(np.count_nonzero(np.diff(np.log(np.sort(ratio))) > 2.0 * STEP_POLICY.unequal_share))
-    return levels <= max(MOST_UNREPEATED, (ratio.size + 1) // 2)
+    return int(_level_of(ratio).max()) < max(MOST_UNREPEATED, (ratio.size + 1) // 2)
+
+
+def _level_of(ratio: Array) -> NDArray[np.intp]:
+    """Index (p,) of each ratio's level, ascending; levels are further apart than twice ``unequal_share``."""
+    order = np.argsort(ratio)
+    found = np.zeros(ratio.size, dtype=np.intp)
+    found[order[1:]] = np.cumsum(np.diff(np.log(ratio[order])) > 2.0 * STEP_POLICY.unequal_share)
+    return found
 
 
 def _local_variance(rate: Array, torque: Array, rest: Array) -> float:
@@ -293,6 +305,26 @@ def _follow_torque(rate: Array, torque: Array, rest: Array, starts: list[int]) -
     evidence = 0.5 * rate.size / LASTING * np.log(by_force / by_ratio)  # log likelihood
     certain = evidence > STEP_POLICY.ratio_evidence * (len(starts) - 1)
     return bool(certain) and by_ratio < STEP_POLICY.ratio_alone * both
+
+
+def _returns(rate: Array, torque: Array, rest: Array, starts: list[int], ratio: Array) -> bool:
+    """Whether the pieces return to the same few ratios (p,), one for each level instead of one for each piece."""
+    level, own = _level_of(ratio), _indicators(rate.size, starts)
+    count = int(level.max()) + 1
+    if ratio.size - count < FEWEST_RETURNS:
+        return False
+    same = own @ (level[:, None] == np.arange(count))
+    by_level, by_ratio, by_force = (
+        _variance(np.column_stack(columns), rate)
+        for columns in (
+            [same * torque[:, None], rest],
+            [own * torque[:, None], rest],
+            [own, torque, rest[:, 1:]],
+        )
+    )
+    evidence = 0.5 * rate.size / LASTING * np.log(by_force / by_level)
+    certain = evidence > STEP_POLICY.level_evidence * (count - 1)
+    return bool(certain) and by_level < STEP_POLICY.level_alone * by_ratio
 
 
 def _indicators(n: int, starts: list[int]) -> Array:
