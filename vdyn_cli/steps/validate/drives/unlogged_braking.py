@@ -76,8 +76,14 @@ class UnloggedBraking:
             remedy = "map a drive_torque that is negative while it brakes the car"
             remedy += "" if self.confirmed else ", or map grade"
             return (Finding(f"{log}, channel 'drive_torque'", what, "", remedy, doubt=True),)
-        what += f": {'brakes' if self.confirmed else 'brakes or hills'} that are not logged, {share}"
-        remedy = f"map brake_torque{'' if self.confirmed else ' and grade'}, or keep the friction brakes released"
+        if self.brake_logged:
+            what += (
+                f": brakes that brake_torque lacks{'' if self.confirmed else ', or hills that are not logged'}, {share}"
+            )
+            remedy = "check brake_torque" if self.confirmed else "check brake_torque, or map grade"
+        else:
+            what += f": {'brakes' if self.confirmed else 'brakes or hills'} that are not logged, {share}"
+            remedy = f"map brake_torque{'' if self.confirmed else ' and grade'}, or keep the friction brakes released"
         if self.one_sided:
             what += "; or recuperation or engine braking, since drive_torque is never below zero"
             remedy += "; map a drive_torque that is negative while it brakes the car"
