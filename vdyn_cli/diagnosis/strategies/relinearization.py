@@ -200,14 +200,15 @@ class Relinearization:
         chord = not self.setup.far_off  # far off, the sensitivities differ too much for a chord iteration
         for _ in range(POLICY.most_linearizations):
             fit = self._once(effects, point, chord)
-            values = fit.values
-            if fit.solution.move_from({n: point.get(n, 0.0) for n in owner}) < POLICY.settled_std:
+            values, begun = fit.values, {n: point.get(n, 0.0) for n in owner}
+            settled = fit.solution.move_from(begun) < POLICY.settled_std
+            if settled:
                 if not chord:
                     break
                 chord = False
             elif any(_is_stuck(point.get(n), values[n], bounds_of(e, n)) for n, e in owner.items()):
                 break
-            judged = before or (fit if _is_near(fit, {n: point.get(n, 0.0) for n in owner}) else None)
+            judged = before or (fit if settled or _is_near(fit, begun) else None)
             if judged is not None and stop is not None and stop(fit, judged):
                 return fit, False
             before = fit
