@@ -35,8 +35,9 @@ def test_the_rows_of_the_sensor_are_found(every: int, phase: int) -> None:
     assert found.size >= 0.98 * own.size  # equal readings in a row count, too
 
 
-def test_a_clock_that_is_not_the_sensors_jitters_by_a_row() -> None:
-    own = np.rint(np.arange(0, TIME.size, 5.2)).astype(int)
+@pytest.mark.parametrize("every", [3.4, 4.4, 5.2])
+def test_a_clock_that_is_not_the_sensors_jitters_by_a_row(every: float) -> None:
+    own = np.rint(np.arange(0, TIME.size, every)).astype(int)
     values = speed(TIME[own])[np.searchsorted(own, np.arange(TIME.size), "right") - 1]
     found = held_rows(values)
     assert found is not None

@@ -16,7 +16,7 @@ from vdyn_cli.quantities.log import Log
 LEAST_HELD = 1.5  # rows per value on average: below, more than half of the values last one row
 FEWEST_CHANGES = 30  # changes, at least
 REGULAR = 0.8  # share of the changes that must come after the median number of rows
-JITTERING = 5  # rows per value, from which a change may come one row earlier or later
+JITTERING = 3  # rows per value, from which a change may come one row earlier or later: of 2 rows, any pattern would do
 LEVELS = 16  # distinct values; a channel with no more is a switch or a gear
 COARSE = 1.5  # quanta, least median step: a constant slope of a coarse channel changes as regularly, always by one
 SAMPLE = 20_000  # values that suffice to estimate the resolution
