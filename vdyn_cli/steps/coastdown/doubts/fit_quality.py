@@ -24,6 +24,7 @@ from vdyn_cli.steps.coastdown.doubts.agreement import (
 from vdyn_cli.steps.coastdown.doubts.changed_runs import ChangedRuns, changed_runs, values_after
 from vdyn_cli.steps.coastdown.doubts.one_way import unbalanced_finding, widened_if_one_way, widened_if_unbalanced
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
+from vdyn_cli.steps.coastdown.doubts.sheltered_wind import sheltered_wind_finding, sheltered_wind_shift
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
@@ -51,6 +52,7 @@ class FitQuality:
     local : force from decelerations and fitted force. disagreement : of the two, above 1 where significant.
     shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
     change : from one run on, of the resistance, if the runs show one that the fit does not contain.
+    sheltered : a note on a wind that differs along the track, if it matters.
     """
 
     fit: RoadLoadFit
@@ -59,6 +61,7 @@ class FitQuality:
     shared: Mapping[float, tuple[float, float]]
     shifts: Mapping[str, Mapping[str, float]]
     change: ChangedRuns | None = None
+    sheltered: tuple[Finding, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """The numbers for the JSON, under ``quality``."""
@@ -90,6 +93,7 @@ class FitQuality:
             *changed,
             *values_after(self.fit),
             *unbalanced_finding(self.fit),
+            *self.sheltered,
             *self._runs(),
         )
 
@@ -217,7 +221,11 @@ def quality_of(fit: RoadLoadFit) -> FitQuality:
         fit = replace(fit, solution=change.widened(fit.solution))
     fit = replace(fit, solution=widened_if_one_way(fit))
     fit = replace(fit, solution=widened_if_unbalanced(fit))
-    return FitQuality(fit, local, ratio, shared_force(fit), influence(fit), change)
+    shift = sheltered_wind_shift(fit)
+    sheltered = sheltered_wind_finding(fit, shift)
+    other = {n: fit.solution.values[n] + s for n, s in shift.items()}
+    fit = replace(fit, solution=widened_to_include(fit.solution, other))
+    return FitQuality(fit, local, ratio, shared_force(fit), influence(fit), change, sheltered)
 
 
 def unphysical(fit: RoadLoadFit) -> dict[str, tuple[float, float, str]]:
