@@ -17,7 +17,7 @@ from typing import Any
 from vdyn_cli.effects import catalog
 from vdyn_cli.project.pipeline import StepOutcome, Task
 from vdyn_cli.quantities.errors import Finding, VdynError
-from vdyn_cli.report import canvas
+from vdyn_cli.report import canvas, template
 
 WATCH = 0.3  # s, interval at which a process checks that the pipeline still runs
 # Loaded before the processes are forked, beside matplotlib and the effects; each would otherwise load them in 1 s.
@@ -89,6 +89,7 @@ def _load_shared() -> None:
             import_module(name)
     with suppress(ImportError, OSError, VdynError):
         canvas.load()
+        template.load()
         catalog()
 
 

@@ -91,9 +91,8 @@ def style() -> Iterator[None]:
 
 
 def _is_style(matplotlib: Any) -> bool:
-    """Whether matplotlib already has these settings."""
-    wanted = {**matplotlib.rcParamsDefault, **_STYLE}
-    return all(matplotlib.rcParams[name] == value for name, value in wanted.items() if name != "backend")
+    """Whether matplotlib already has these settings; all others are its defaults, since no file of settings is read."""
+    return all(matplotlib.rcParams[name] == value for name, value in _STYLE.items())
 
 
 def _matplotlib() -> Any:
@@ -160,8 +159,7 @@ def _strokes(page: Sheet, lines: Sequence[tuple[Point, Point]], color: str, orde
     if lines:
         gap = (math.nan, math.nan)
         xs, ys = zip(*(point for line in lines for point in (*line, gap)), strict=True)
-        with every_stroke():
-            page.add_artist(Line2D(xs, ys, color=color, lw=0.8, solid_capstyle="butt", transform=None, zorder=order))
+        page.add_artist(Line2D(xs, ys, color=color, lw=0.8, solid_capstyle="butt", transform=None, zorder=order))
 
 
 def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, color: str = INK, **settings: Any) -> None:

@@ -35,6 +35,12 @@ def _environment() -> Environment:
     return environment
 
 
+def load() -> None:
+    """Compile every template of this folder."""
+    for name in _environment().list_templates(extensions=["html"]):
+        _environment().get_template(name)
+
+
 def grouped(text: str) -> Markup:
     """A number as HTML with thousands separated by style only, so that a copied number has no spaces."""
     from markupsafe import Markup, escape
