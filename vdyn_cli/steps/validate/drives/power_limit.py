@@ -21,7 +21,7 @@ Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels,
 
 FEWEST_SAMPLES = 60  # driven samples of all drives: 30 s
 TRIED = np.linspace(0.05, 0.95, 37)  # quantiles of T V of the driven samples that are tried as limit
-BELOW = 0.1  # of the limit, within which samples are left out: it is known to the spacing of the tried quantiles
+BELOW = 0.1  # of the limit, within which samples are left out: power limits are not sharp
 AFTER = 1.0  # s around limited samples that are left out with them: lags of the motor and of filters
 
 
@@ -71,6 +71,8 @@ def power_limits(drives: Sequence[Driven], stated: StatedMotion | None) -> tuple
 
 def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
     """The limit of T V, N m m/s; None where the stated acceleration per torque does not hold below one."""
+    from scipy.optimize import minimize_scalar
+
     seen = [driven_samples(*drive, SAMPLE_STEP) for drive in drives]
     rate, columns = (np.concatenate(v) for v in ([s.rate for s in seen], [s.columns for s in seen]))
     if rate.size < FEWEST_SAMPLES:
@@ -85,8 +87,11 @@ def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
         return float(left @ left) / rate.size + LEAST_NOISE**2, float(found[0]) / stated.ratio
 
     without, _ = fit(torque)
-    tried = [(*fit(np.minimum(torque, q / speed)), q) for q in np.quantile(torque * speed, TRIED).tolist()]
-    variance, ratio, limit = min(tried)
+    tried = np.quantile(torque * speed, TRIED)
+    best = int(np.argmin([fit(np.minimum(torque, q / speed))[0] for q in tried]))
+    around = tried[max(best - 1, 0)], tried[min(best + 1, tried.size - 1)]
+    limit = float(minimize_scalar(lambda q: fit(np.minimum(torque, q / speed))[0], bounds=around, method="bounded").x)
+    variance, ratio = fit(np.minimum(torque, limit / speed))
     evidence = 0.5 * rate.size / LASTING * np.log(without / variance)
     clear = evidence > STEP_POLICY.limit_evidence and without > STEP_POLICY.limit_gain * variance
     return limit if clear and abs(ratio - 1.0) <= MAIN_SHARE else None
