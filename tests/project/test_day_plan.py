@@ -122,6 +122,20 @@ def test_a_mapped_channel_that_no_day_has_is_named(tmp_path: Path) -> None:
     assert {n for log in test.day(0).logs for n in log.channels} == {"speed"}
 
 
+def test_planned_coasts_out_and_back_share_an_uneven_road(tmp_path: Path) -> None:
+    channels = {"position": "m", "speed": "m/s", "grade": "1", "time": "s"}
+    mapped = {n: {"column": n, "unit": u} for n, u in channels.items()}
+    exact = {"position_noise": 0.0}
+    path = _described(tmp_path, "coastdown", channels=mapped, plan=exact)
+    out, back = planned_test(load_step("coastdown"), path, (), 2).day(0).logs
+    assert np.std(out["grade"]) == pytest.approx(1e-3, rel=0.6)
+    there = np.linspace(600.0, 900.0, 20)
+    seen = np.interp(there, back["position"][::-1], back["grade"][::-1])
+    assert np.allclose(np.interp(there, out["position"], out["grade"]), -seen, atol=1e-4)
+    level = _described(tmp_path, "coastdown", channels=mapped, settings={"road": {"roughness": 0}})
+    assert not np.any(planned_test(load_step("coastdown"), level, (), 2).day(0).logs[0]["grade"])
+
+
 @pytest.mark.slow
 @pytest.mark.thorough
 def test_a_plan_of_coasts_says_what_to_add(tmp_path: Path) -> None:
