@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 
@@ -76,3 +78,13 @@ def test_an_elevation_that_no_run_feels_changes_nothing() -> None:
     assert any("elevation is mapped but not used" in f.what for f in found.findings)
     for name in ("rolling_resistance", "drag_area"):
         assert found.parameters[name].value == plain.parameters[name].value
+
+
+def test_the_grade_of_a_long_ride_takes_little_time() -> None:
+    time = np.arange(0.0, 2400.0)
+    distance = 7.0 * time
+    elevation = np.round(20.0 * np.sin(distance / 300.0), 1)
+    begin = perf_counter()
+    (found,) = elevation_grades([Log("ride.csv", time, {"speed": np.full(time.size, 7.0), "elevation": elevation})])
+    assert perf_counter() - begin < 20.0  # some 0.5 s; it took minutes with a factorization of all elevations each time
+    assert np.std(found.grade - 20.0 / 300.0 * np.cos(distance / 300.0)) < 0.01

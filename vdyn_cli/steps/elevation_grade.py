@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled
@@ -183,23 +182,19 @@ def _likeliest(tracks: Sequence[_Track]) -> tuple[int, float, float]:
 def _likelihoods(track: _Track) -> Array:
     """Log likelihood of a track's elevations, (spectra, walks, slopes).
 
-    With the error's covariance E = L L', elevations w = L^-1 z and the slopes' correlation C C', the covariance of w is
-    I + s^2 B B' with B = L^-1 rise C. With the eigenvectors u and values l of B' B, for all slopes s from one
+    With elevations w and rise A, both whitened, and the slopes' correlation C C', the covariance of w is I + s^2 B B'
+    with B = A C. With the eigenvectors u and values l of B' B, for all slopes s from one
     decomposition of the size of the nodes, which are fewer than the elevations of a long run::
 
-        -2 log p = w'w - sum_i s^2 (u_i' B' w)^2 / (1 + s^2 l_i) + sum_i log(1 + s^2 l_i) + 2 log |L|
+        -2 log p = w'w - sum_i s^2 (u_i' B' w)^2 / (1 + s^2 l_i) + sum_i log(1 + s^2 l_i) + log |E|
     """
-    roots = []
-    for spectrum in range(len(SPECTRA)):
-        values, axes = np.linalg.eigh(slope_correlation(track.nodes, spectrum))
-        roots.append(axes * np.sqrt(np.maximum(values, 0.0)))
+    roots = [_root(slope_correlation(track.nodes, spectrum)) for spectrum in range(len(SPECTRA))]
     squares = np.square(SLOPES)[:, None]
     found = np.empty((len(SPECTRA), len(WANDERS), len(SLOPES)))
     height = track.elevation - np.median(track.elevation)
     for i, wander in enumerate(WANDERS):
-        factor = np.linalg.cholesky(_error(track, wander))
-        white = solve_triangular(factor, np.column_stack([height, track.rise]), lower=True)
-        plain = float(white[:, 0] @ white[:, 0]) + 2.0 * float(np.sum(np.log(np.diag(factor))))
+        white, log_error = _whitened(track, wander, np.column_stack([height, track.rise]))
+        plain = float(white[:, 0] @ white[:, 0]) + log_error
         inner, projected = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
         for spectrum, root in enumerate(roots):
             values, axes = np.linalg.eigh(root.T @ inner @ root)
@@ -209,21 +204,43 @@ def _likelihoods(track: _Track) -> Array:
     return found
 
 
-def _error(track: _Track, wander: float) -> Array:
-    """Covariance (k, k) of the elevations' error and unknown height: white noise and a walk at a rate in m/s^0.5."""
-    since = track.time - track.time.min()
-    walk = wander**2 * np.minimum(since[:, None], since[None, :])
-    return np.asarray(np.diag(track.std**2) + walk + UNKNOWN_HEIGHT**2)
+def _root(covariance: Array) -> Array:
+    """A square root C of a covariance C C', which may be singular."""
+    values, axes = np.linalg.eigh(covariance)
+    return np.asarray(axes * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _whitened(track: _Track, wander: float, columns: Array) -> tuple[Array, float]:
+    """Columns (k, c) of the elevations, decorrelated by their error's covariance E, and log |E|.
+
+    The error is white noise on a walk at a rate in m/s^0.5 from an unknown height. A Kalman filter over time, with the
+    height as its state, gives the innovations; their number of operations grows with k, not with its cube.
+    """
+    white, total = np.empty_like(columns), 0.0
+    height, variance, before = np.zeros(columns.shape[1]), UNKNOWN_HEIGHT**2, float(track.time.min())
+    for row in np.argsort(track.time, kind="stable"):
+        variance += wander**2 * (float(track.time[row]) - before)
+        before = float(track.time[row])
+        spread = variance + float(track.std[row]) ** 2
+        innovation = columns[row] - height
+        white[row] = innovation / spread**0.5
+        height += variance / spread * innovation
+        variance *= float(track.std[row]) ** 2 / spread
+        total += float(np.log(spread))
+    return white, total
 
 
 def _grade(time: Array, track: _Track, prior: Array, wander: float) -> ElevationGrade:
     """The posterior mean of the slope, and a factor of its posterior covariance; ``prior`` (m, m) is its covariance."""
-    covariance = track.rise @ prior @ track.rise.T + _error(track, wander)
-    reach, ones = track.rise @ prior, np.ones(track.elevation.size)
-    gain = np.linalg.solve(covariance, np.column_stack([track.elevation, reach]))
-    values, axes = np.linalg.eigh(prior - reach.T @ gain[:, 1:])
+    columns = np.column_stack([track.elevation, np.ones(track.elevation.size), track.rise])
+    white, _ = _whitened(track, wander, columns)
+    elevation, one, rise = white[:, 0], white[:, 1], white[:, 2:]
+    root = _root(prior)
+    inner = root.T @ (rise.T @ rise) @ root
+    covariance = root @ np.linalg.solve(np.eye(inner.shape[0]) + inner, root.T)
+    values, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
     kept = values > NEGLIGIBLE * values[-1]
-    about = np.linalg.solve(covariance, ones)
-    level = float(about @ track.elevation / about.sum())  # the height of the start, which has no prior
-    likeliest = reach.T @ (gain[:, 0] - level * about)
+    about = one - rise @ (covariance @ (rise.T @ one))
+    level = float(about @ elevation / (about @ one))  # the height of the start, which has no prior
+    likeliest = covariance @ (rise.T @ (elevation - level * one))
     return ElevationGrade(time, track.distance, track.nodes, likeliest, axes[:, kept] * np.sqrt(values[kept]))
