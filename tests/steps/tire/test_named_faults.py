@@ -15,6 +15,7 @@ from vdyn_cli.project.execute import execute
 CURVE = (12.0, 1.55, 0.98, 0.1)
 LOAD, RATE = 4000.0, 100.0  # N, Hz
 LOSS, SPEED, RADIUS = 0.01, 13.0, 0.31  # 1/s, m/s, m: a tread that loses friction while it slides
+BRAKING = 0.1  # share by which the peak in braking exceeds that in driving
 LATE = 0.03  # s by which a rig logs its slip late
 TIME = np.arange(1200) / RATE
 
@@ -41,11 +42,25 @@ def on_a_flat_track(k: int) -> dict[str, np.ndarray]:
     return {"slip": read, "force_x": force, "force_z": LOAD + 12.0 * rng.standard_normal(TIME.size)}
 
 
+def with_two_peaks(k: int) -> dict[str, np.ndarray]:
+    """A sweep under a load of its own, whose peak is higher in braking; the slope at zero slip is the same."""
+    rng = np.random.default_rng(k)
+    slip = 0.3 * np.sin(2 * np.pi * TIME / 12.0) * np.clip(TIME, 0.0, 1.0)
+    load = LOAD * (0.85 + 0.1 * k) + 60.0 * np.sin(3.1 * TIME + k)
+    b, c, d, e = CURVE
+    braking = friction(slip, b / (1 + BRAKING), c, d * (1 + BRAKING), e)
+    force = np.where(slip < 0, braking, friction(slip, *CURVE)) * load
+    noise = rng.standard_normal((4, TIME.size)) * np.array([[0.05], [0.02], [12.0], [12.0]])
+    read = np.array([SPEED * (1.0 + slip) / RADIUS, np.full(TIME.size, SPEED), force, load])
+    return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
+
+
 @pytest.mark.slow  # half a minute of diagnosis
 @pytest.mark.parametrize(
     ("sweep", "vehicle", "effect", "size", "tolerance"),
     [
         (braked, {"wheel_radius": f"{RADIUS} m"}, "friction_drift", -LOSS, 0.05),
+        (with_two_peaks, {"wheel_radius": f"{RADIUS} m"}, "braking_friction", BRAKING, 0.05),
         (on_a_flat_track, {}, "slip_lag", -LATE, 0.15),
     ],
 )

@@ -33,11 +33,10 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
         tire_D=peak,
         tire_load_sensitivity=0.0,
         elapsed=u.elapsed,
-        braking=braking,
         **sliding,
     )
     stiff = p.tire_B * (1 + p.braking_B * braking)
-    history = {"elapsed": u.elapsed, "returning": u.returning}
+    history = {"elapsed": u.elapsed, "returning": u.returning, "braking": braking}
     force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E, **history)
     e.sensor("force_x", force + load * p.tire_Sv, 0.0, load=load)
 
