@@ -294,3 +294,10 @@ def test_a_speed_window_that_no_run_reaches_is_named_at_its_line(tmp_path: Path)
     path.write_text(path.read_text().replace("[80 km/h, 30 km/h]", "[300 km/h, 250 km/h]"))
     with pytest.raises(InputError, match=r"coast.yaml:7: 'settings.speed_window': lies outside the logged speeds"):
         run_check(path, (), "", quiet)
+
+
+def test_a_column_of_another_quantity_is_told_to_be_mapped_anew(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    path.write_text(path.read_text().replace('"Time [s]"', '"GPS Speed [km/h]"'))
+    with pytest.raises(InputError, match="map 'time' to its own column: 'km/h' is no unit of it"):
+        run_check(path, (), "", quiet)

@@ -168,8 +168,18 @@ def contradiction(where: str, channel: str, column: Column, stated: str) -> Find
         f"correct the unit in the description; if the file's is wrong, write 'units: {{{channel}: {column.unit}}}' "
         "at the run"
     )
+    if _other_dimension(unit, column.si_unit):
+        remedy = f"map '{channel}' to its own column: '{unit}' is no unit of it; {remedy}"
     found = UnitContradiction(where, what, channel=channel, read=column.unit, stated=unit)
     return found if column.of_run else replace(found, remedy=remedy, doubt=True)
+
+
+def _other_dimension(unit: str, si_unit: str) -> bool:
+    try:
+        to_si(1.0, unit, si_unit)
+    except UnitError:
+        return True
+    return False
 
 
 def wrong_units(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -12,6 +12,7 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.quantity import Quantity, UnitError
 from vdyn_cli.quantities.result_schema import ComparedEntry, ComparisonDocument
 
+MOST_NAMED = 4  # parameters that a message lists for each file
 _ROUNDING = 1e-9  # relative difference of two numbers that are the same except for their last digits
 ASSUMED = (
     "The errors of both files are taken as independent: standard error of the difference = sqrt(old^2 + new^2), each "
@@ -45,9 +46,9 @@ def compare_documents(old: ParameterDocument, new: ParameterDocument, names: tup
     earlier, later = _entries(old.parameters), _entries(new.parameters)
     both = [name for name in earlier if name in later]
     if not both:
-        got = f"{', '.join(earlier) or 'none'}; {', '.join(later) or 'none'}"
+        got = "; ".join(f"{name}: {_first_names(one)}" for name, one in zip(names, (earlier, later), strict=True))
         remedy = "compare two results of one step, or two parameters.json"
-        raise InputError(Finding(" and ".join(names), "have no parameter in common", got[:200], remedy))
+        raise InputError(Finding(" and ".join(names), "have no parameter in common", got, remedy))
     rows = [_compared(name, earlier[name], later[name], names[1]) for name in both]
     moved = [row.name for row in rows if row.moved]
     pipeline = "At least " if "pipeline" in (old.content.get("step"), new.content.get("step")) else ""  # lists no logs
@@ -70,6 +71,11 @@ def _entries(parameters: Parameters) -> dict[str, Estimate]:
     """All estimates of a file by name; the unknowns of effects as ``effect.unknown``."""
     extended = {f"{e}.{n}": one for e, unknowns in parameters.extensions.items() for n, one in unknowns.items()}
     return {**parameters, **extended}
+
+
+def _first_names(parameters: Mapping[str, object]) -> str:
+    more = len(parameters) - MOST_NAMED
+    return (", ".join(list(parameters)[:MOST_NAMED]) or "no parameters") + (f" and {more} more" if more > 0 else "")
 
 
 def _compared(name: str, old: Estimate, new: Estimate, where: str) -> ComparedEntry:

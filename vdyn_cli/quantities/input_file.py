@@ -20,6 +20,8 @@ _KINDS = {
 
 def unreadable(path: Path, error: OSError) -> InputError:
     """The message on a file that the system does not let a program read."""
+    if isinstance(error, IsADirectoryError):
+        return InputError(Finding(str(path), "is a folder, not a file", "", "name a file in it"))
     denied = isinstance(error, PermissionError)
     remedy = "close the program that uses the file, or check its permissions" if denied else ""
     return InputError(Finding(str(path), f"cannot be read: {error.strerror or error}", remedy=remedy))
