@@ -29,8 +29,7 @@ class MeasuredChannels:
 
     def residual(self, simulated: Simulated, zeros: Array) -> Array:
         """(simulated + zero - measured) / deviation, (rows,), channel by channel; ``zeros`` : of each channel."""
-        errors = [simulated.outputs[n] + zero - x for (n, x), zero in zip(self.values.items(), zeros, strict=True)]
-        return self._weighted(np.stack(errors, axis=1)[:, :, None])[:, 0]
+        return self._weighted(self._errors(simulated, zeros)[:, :, None])[:, 0]
 
     def rows(self, simulated: Simulated, zeros: Array, scale: Array) -> Rows:
         """The residuals with their derivatives by the simulated unknowns (k,), then by the zeros.
@@ -39,12 +38,19 @@ class MeasuredChannels:
         ----------
         simulated : with sensitivities to k unknowns in SI. scale : (k,), SI units per unit of each.
         """
-        slopes = np.zeros((self.time.size, zeros.size, scale.size + zeros.size))
+        slopes = np.zeros((self.time.size, zeros.size, scale.size + zeros.size + 1))
         for place, name in enumerate(self.values):
             slopes[:, place, : scale.size] = simulated.sensitivities[name] * scale
             slopes[:, place, scale.size + place] = 1.0
+        slopes[:, :, -1] = self._errors(simulated, zeros)
+        weighted = self._weighted(slopes)
         times = [self.time[np.isfinite(x)] for x in self.values.values()]
-        return Rows(self.residual(simulated, zeros), self._weighted(slopes), time=np.concatenate(times))
+        return Rows(weighted[:, -1], weighted[:, :-1], time=np.concatenate(times))
+
+    def _errors(self, simulated: Simulated, zeros: Array) -> Array:
+        """Simulated + zero - measured, (n, channels)."""
+        errors = [simulated.outputs[n] + zero - x for (n, x), zero in zip(self.values.items(), zeros, strict=True)]
+        return np.stack(errors, axis=1)
 
     def _weighted(self, errors: Array) -> Array:
         """Whitened errors (rows, k), channel by channel, of errors (n, channels, k)."""

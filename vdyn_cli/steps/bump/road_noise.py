@@ -91,13 +91,13 @@ class RoadNoise:
         good = np.column_stack([np.isfinite(crossing.channels[n][:count]) for n in deviation])
         gains, roots = np.zeros((len(good), len(forward), len(noise))), np.zeros((len(good), *noise.shape))
         for k, seen in enumerate(good):
-            at, h = np.flatnonzero(seen), read[seen]
-            spread = h @ covariance @ h.T + noise[np.ix_(at, at)]
-            gain = np.linalg.solve(spread, h @ covariance).T
-            gains[k][:, at] = forward @ gain
-            roots[k][np.ix_(at, at)] = np.linalg.inv(np.linalg.cholesky(spread))
-            covariance = forward @ (covariance - gain @ h @ covariance) @ forward.T + driven
-            covariance = (covariance + covariance.T) / 2
+            # A channel without a reading is one without weight: its row of the outputs is zero, and so is its root.
+            h = read * seen[:, None]
+            cross = h @ covariance
+            root = np.linalg.inv(np.linalg.cholesky(cross @ h.T + noise)) * seen[:, None]
+            known = root @ cross
+            gains[k], roots[k] = forward @ known.T @ root, root
+            covariance = forward @ (covariance - known.T @ known) @ forward.T + driven
         return forward, gains, roots
 
     def _motion(self, step: float, pace: float) -> tuple[Array, Array, Array]:
