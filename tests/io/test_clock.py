@@ -47,7 +47,7 @@ def test_a_clock_that_restarts_is_not_dropped_away() -> None:
     for mode in ("drop", "strict"):
         found = rising(time, mode)
         assert "time restarts at 0 s at line 102\n" in str(found.problems[0])
-        assert "the file has 2 recordings: split it there" in found.problems[0].remedy
+        assert "the file has 2 recordings: list it as one run for each, with 'recording: 1'" in found.problems[0].remedy
     time[10] = 0.0  # one wrong time is no recording
     assert "more than 20 % of the rows would be left out" in rising(time, "drop").problems[0].remedy
 

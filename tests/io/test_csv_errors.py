@@ -149,7 +149,7 @@ def test_damaged_rows_are_named_by_line(tmp_path: Path, line: int, text: str, me
 
 def test_a_header_before_a_clock_that_begins_anew_joins_two_files(tmp_path: Path) -> None:
     message = refused(tmp_path, "t,v [m/s],a\n0,1,2\n1,2,3\n2,3,4\nt,v [m/s],a\n0,1,2\n1,2,3\n")
-    assert "the header is repeated and the clock restarts: two files were joined; split them" in message
+    assert "the header is repeated and the clock restarts: files were joined; split them" in message
 
 
 def test_lines_are_right_in_later_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -367,12 +367,14 @@ def test_the_finer_of_two_clocks_is_chosen(tmp_path: Path) -> None:
     assert [f.column for f in survey(path) if f.state == "clock"] == ["Device Time"]
 
 
-def test_a_clock_that_restarts_is_shown_with_its_place(tmp_path: Path) -> None:
+def test_a_clock_that_steps_back_is_shown_with_its_place(tmp_path: Path) -> None:
+    """Each part begins late in the one before: the file is not a row of recordings."""
     path = tmp_path / "log.csv"
-    path.write_text("time_s,v\n" + 3 * rows("{t:.2f},{v}"), encoding="utf-8")
+    parts = ("".join(f"{t + start:.2f},{v}\n" for t, v in zip(TIME, SPEED, strict=True)) for start in (0, 20, 40))
+    path.write_text("time_s,v\n" + "".join(parts), encoding="utf-8")
     what, remedy = without_clock(survey(path))
-    assert what.endswith("its values do not increase: 29.95 is followed by 0, and 1 more")
-    assert "split the file where its time restarts" in remedy
+    assert what.endswith("its values do not increase: 29.95 is followed by 20, and 1 more")
+    assert "split the file where its time steps back" in remedy
 
 
 @pytest.mark.parametrize("mark", ["-9999", "65535", "-999.00"])

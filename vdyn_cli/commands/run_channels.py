@@ -20,6 +20,7 @@ _BUS_FRAMES = ("CAN_DataFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")  # names 
 _TOGETHER = 3  # number of channels constant at the same time from which the logger itself seems to have stopped
 _LIKE_RATE = 0.05  # relative difference of clock rates that is normal between runs of one logger
 _MOST_NAMED = 6  # missing or additional columns to name; of the others the number is stated
+_MOST_SPANS = 20  # recordings of a file that are listed
 _SAME_TIME = 0.25  # s, largest difference of start and end of constant segments that count as simultaneous
 
 
@@ -116,6 +117,7 @@ def _entry(facts: ChannelFacts) -> ChannelEntry:
         repeated=facts.repeated,
         gaps=facts.gaps,
         stalls=list(facts.stalls),
+        recordings=list(info.recordings),
     )
 
 
@@ -184,6 +186,19 @@ def _is_report(facts: Sequence[ChannelFacts]) -> bool:
     return {f.column for f in facts} >= set(HEAD)
 
 
+def _recordings(clock: ChannelFacts) -> list[str]:
+    """The recordings of a file whose clock restarts, and how a description selects them; none for other channels."""
+    spans = clock.info.recordings
+    if not spans:
+        return []
+    shown = [f"{k + 1}: {_seconds(a, b - a)} to {_seconds(b, b - a)}" for k, (a, b) in enumerate(spans[:_MOST_SPANS])]
+    more = f", and {len(spans) - _MOST_SPANS} more" if len(spans) > _MOST_SPANS else ""
+    return [
+        f"'{clock.column}' restarts: the file has {len(spans)} recordings ({', '.join(shown)}{more}).",
+        "    -> the table is that of the first; list the log once for each, with 'recording: 1', 'recording: 2', ...",
+    ]
+
+
 def _summary(log: str, facts: Sequence[ChannelFacts]) -> list[str]:
     lines = [""]
     count = {state: sum(f.state == state for f in facts) for state in ("constant", "empty", "text")}
@@ -197,6 +212,8 @@ def _summary(log: str, facts: Sequence[ChannelFacts]) -> list[str]:
         lines += [f"{capitalized(what)}: this is not a log, or its time is damaged.", f"    -> {remedy}"]
     elif clocks > 1:
         lines.append(f"{clocks} clocks: a step resamples channels of different clocks to one clock.")
+    for one in facts:
+        lines += _recordings(one)
     if any(f.column.startswith(_BUS_FRAMES) for f in facts):
         lines.append("Raw bus frames without channels: decode them with the bus's DBC or ARXML file first.")
     rests = _common_rests(facts)

@@ -176,6 +176,11 @@ class Run(Strict):
     units: dict[str, str] = Field(
         {}, description="channel: its unit in this run, where its log is in another unit than those of the other runs"
     )
+    recording: Annotated[int, Field(ge=1)] | None = Field(
+        None,
+        description="number of the recording, counted from 1, if the log has several, one after another, and its clock "
+        "restarts with each; 'vdyn channels' lists them",
+    )
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
     start: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
         None,

@@ -16,6 +16,7 @@ from vdyn_cli.io.clocks.written_times import FORMS
 from vdyn_cli.io.formats.log_formats import readers
 from vdyn_cli.io.formats.split_times import MOST_LEVELS
 from vdyn_cli.io.missing_marks import missing_mark
+from vdyn_cli.io.one_recording import one_recording
 from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.stalls import Stalls
@@ -79,12 +80,13 @@ class ChannelFacts:
     stalls: tuple[tuple[float, float], ...] = ()
 
 
-def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[ChannelFacts, ...]:
+def survey(path: Path, span: tuple[float, float] | None = None, recording: int = 1) -> tuple[ChannelFacts, ...]:
     """The facts about each channel of a log, in the file's order.
 
     Parameters
     ----------
     span : first and last time, s, of the part to evaluate; None: the whole log.
+    recording : number of the recording to evaluate, counted from 1, in a file whose clock restarts.
 
     Raises
     ------
@@ -95,7 +97,7 @@ def survey(path: Path, span: tuple[float, float] | None = None) -> tuple[Channel
     names: dict[tuple[str, str], int] = {}
     stalls: dict[tuple[int, float, float], Stalls] = {}
     clocks_at: dict[int, tuple[int, float, float]] = {}
-    for whole in recordings(path):
+    for whole in one_recording(recorded_channels(path), recording):
         recorded = whole if span is None else _within(whole, span)
         info = recorded.info
         names[info.group, info.name] = names.get((info.group, info.name), 0) + 1
@@ -167,11 +169,21 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named.decreases is not None:
         count, before, behind = named.decreases
         what += f": {before:.10g} is followed by {behind:.10g}" + (f", and {count - 1} more" if count > 1 else "")
-    remedy = "sort the rows by time, split the file where its time restarts, or export a time that has all its digits"
+    remedy = "sort the rows by time, split the file where its time steps back, or export a time that has all its digits"
     return what, remedy
 
 
 def recordings(path: Path) -> Iterator[Recorded]:
+    """Every channel with its samples; of a file whose clock restarts, those of the first recording.
+
+    Raises
+    ------
+    InputError : the file cannot be read.
+    """
+    yield from one_recording(recorded_channels(path), 1)
+
+
+def recorded_channels(path: Path) -> Iterator[Recorded]:
     """Every channel with its samples; a reader without ``recordings`` reads them by name.
 
     Raises

@@ -85,6 +85,7 @@ class ReadOptions:
     split_runs : whether each run of such a table is a column or a row.
     levels : m/s, groups of successive speed levels, for a coast-down report that does not state them.
     window : s, first and last time that is used: a channel without values elsewhere is not refused.
+    recording : number of the recording in a file whose clock restarts, counted from 1; None: the file has one.
     """
 
     delimiter: str | None = None
@@ -96,6 +97,7 @@ class ReadOptions:
     split_runs: Literal["columns", "rows"] = "columns"
     levels: Sequence[Sequence[float]] = ()
     window: tuple[float, float] = (-math.inf, math.inf)
+    recording: int | None = None
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,7 @@ class ChannelInfo:
     begin : zero of a clock that was recorded as times of day: s since 1970, or since midnight if no date is stated;
         NaN for other channels.
     late : rows of a clock whose time is not after all times before.
+    recordings : first and last time, s, of each recording in a file whose clock restarts; empty if it does not.
     """
 
     name: str
@@ -123,6 +126,7 @@ class ChannelInfo:
     begin: float = math.nan
     unit_from: UnitFrom = "file"
     late: int = 0
+    recordings: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -182,6 +182,9 @@ class ChannelEntry(Entry):
     stalls: list[tuple[float, float]] = Field(
         description="of a clock: from (s), to (s) of the segments in which all its channels repeat their values"
     )
+    recordings: list[tuple[float, float]] = Field(
+        description="of a clock that restarts: from (s), to (s) of each recording; the other keys are of the first"
+    )
 
 
 class ChannelsDocument(Entry):

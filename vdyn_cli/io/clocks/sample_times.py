@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vdyn_cli.io.clocks.appended_recordings import restarts
 from vdyn_cli.io.reader import rises
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding
@@ -20,8 +21,6 @@ _MOST_DROPPED = 0.2  # of the rows; a column with more errors is not a clock
 SHORTEST_LOG, LONGEST_LOG = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
 FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; one sample a minute shows no motion
 MOST_ACCELERATION = 60.0  # m/s^2, the bound of the channel 'acceleration': six times that of a tire on a dry road
-_SHORTEST_RECORDING = 10  # rows
-_RETURNS = 0.1  # of a recording's length, within which the next one starts: buffers and a trigger shift its begin
 _MOST_LINES = 4  # line numbers listed in a message
 _ENOUGH = 200_000  # steps that suffice for the median step and its scatter
 
@@ -75,14 +74,16 @@ def check_rising(
     dropped = np.flatnonzero(~kept)
     what = _description(time, high, dropped, line_of, row)
     share = dropped.size / time.size
-    restarts = _restarts(time)
-    if mode == "drop" and share <= _MOST_DROPPED and not restarts:
+    begins = restarts(time)
+    if mode == "drop" and share <= _MOST_DROPPED and not begins:
         left = f"{what}; {_count(dropped.size, 'row')} left out"
         return Rising(kept, findings=(Finding(where, left),))
-    if restarts:
-        first = restarts[0]
-        what = f"time restarts at {time[first]:.10g} s at {row} {lines_of(restarts, line_of)}"
-        remedy = f"the file has {len(restarts) + 1} recordings: split it there, or map a clock that does not restart"
+    if begins:
+        what = f"time restarts at {time[begins[0]]:.10g} s at {row} {lines_of(begins, line_of)}"
+        remedy = (
+            f"the file has {len(begins) + 1} recordings: list it as one run for each, with 'recording: 1' to "
+            f"'recording: {len(begins) + 1}', or split it there, or map a clock that does not restart"
+        )
     elif mode == "drop":
         remedy = (
             f"more than {100 * _MOST_DROPPED:.0f} % of the rows would be left out: export the log again, or split it"
@@ -98,24 +99,6 @@ def check_rising(
     else:
         remedy = "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
     return Rising(kept, problems=(Finding(where, what, remedy=remedy),))
-
-
-def _restarts(time: Array) -> list[int]:
-    """The first rows of further recordings in a log; empty if its time (n,) is wrong in another way.
-
-    At each row where time steps back it returns to the begin of the log, and it stays behind for ten rows or more: a
-    single wrong time does not.
-    """
-    steps = np.diff(time)
-    back = np.flatnonzero(steps < 0.0)
-    if not back.size or not (np.isfinite(steps).all() and (steps != 0.0).all()):
-        return []
-    ends = np.append(back[1:], time.size - 1)
-    if (ends - back < _SHORTEST_RECORDING).any() or back[0] + 1 < _SHORTEST_RECORDING:
-        return []
-    behind = time[back + _SHORTEST_RECORDING] < time[back]
-    returned = time[back + 1] - time[0] <= _RETURNS * (time[back] - time[0])
-    return [int(row) + 1 for row in back] if (behind & returned).all() else []
 
 
 def _repeated(time: Array, channels: Mapping[str, Array]) -> Mask:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vdyn_cli.io.clocks.appended_recordings import recording_rows
 from vdyn_cli.io.clocks.clock_unit import clock_unit
 from vdyn_cli.io.clocks.sample_times import LineOf, check_rising
 from vdyn_cli.io.clocks.written_times import seconds_of_digits, since_first
@@ -117,7 +118,7 @@ class CsvReader:
             plain = replace(clock, column=re.sub(r"#\d+$", "", clock.column))
             return read_stored(beside, {**mapping, "time": plain}, options, name)
         layout, numbers, position, findings = _read(path, mapping, options, name)
-        rows = data_rows(numbers, layout, position, name)
+        rows = data_rows(numbers, layout, position, name, joined=options.recording is not None)
         raise_all(rows.problems)
         raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
         columns = {channel: layout.header[at] for channel, at in position.items()}
@@ -219,6 +220,10 @@ def _rising(
 ) -> _Written:
     if kept is not None:
         raw = {channel: values[kept] for channel, values in raw.items()}
+    if options.recording is not None:
+        own = recording_rows(raw["time"], options.recording, where)
+        kept = (np.arange(raw["time"].size) if kept is None else kept)[own]
+        raw = {channel: values[own] for channel, values in raw.items()}
     if options.split_times is not None:
         table = split_instants(raw["time"], options.split_times, where)
         raise_all(table.problems)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.io.clocks.appended_recordings import restarts
 from vdyn_cli.io.clocks.sample_times import lines_of
 from vdyn_cli.io.clocks.written_times import FORMS
 from vdyn_cli.io.csv.csv_cells import tidy
@@ -33,7 +34,9 @@ class DataRows:
     problems: tuple[Finding, ...]
 
 
-def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], name: str) -> DataRows:
+def data_rows(
+    numbers: Numbers, layout: Layout, position: Mapping[str, int], name: str, joined: bool = False
+) -> DataRows:
     """Separate the data from other rows below a header.
 
     The data end at the last row with a time and only numbers; up to 50 rows after it are a summary. Text in a row
@@ -43,10 +46,11 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     ----------
     numbers : the cells below the header. layout : of the table. position : index of each channel's column.
     name : of the file, for messages.
+    joined : the file has several recordings, each of which may begin with the header.
     """
     time = numbers.columns[position["time"]]
     line_of = numbers.lines.of
-    again = _repeated_headers(numbers.bad, layout, time)
+    again = _repeated_headers(numbers.bad, layout, time, joined)
     marks = [row for row in _rows_of_text(numbers, position["time"]) if row not in again]
     bad = tuple(c for c in numbers.bad if c.row not in {*again, *marks})
     bad_rows = np.unique(np.array([c.row for c in bad], dtype=np.intp))
@@ -88,10 +92,10 @@ def data_rows(numbers: Numbers, layout: Layout, position: Mapping[str, int], nam
     return DataRows(stop, kept, tuple(findings), problems)
 
 
-def _repeated_headers(bad: Sequence[BadCell], layout: Layout, time: Array) -> list[int]:
+def _repeated_headers(bad: Sequence[BadCell], layout: Layout, time: Array, joined: bool) -> list[int]:
     """The rows that repeat the header or its units, as written by a logger that was stopped and continued.
 
-    Rows after which the clock restarts do not count: they begin another log.
+    Rows after which the clock restarts count only in a file of several recordings: they begin another log.
     """
     rows: dict[int, list[BadCell]] = {}
     for cell in bad:
@@ -100,7 +104,7 @@ def _repeated_headers(bad: Sequence[BadCell], layout: Layout, time: Array) -> li
 
     def goes_on(row: int) -> bool:
         before, behind = (part[np.isfinite(part)] for part in (time[:row], time[row:]))
-        return bool(np.isnan(time[row]) and before.size and behind.size and behind[0] > before[-1])
+        return bool(np.isnan(time[row]) and before.size and behind.size and (joined or behind[0] > before[-1]))
 
     def repeats(cells: Sequence[BadCell]) -> bool:
         return all(c.column >= 0 and _named(c.text, layout.header[c.column], units[c.column]) for c in cells)
@@ -146,6 +150,7 @@ def _problems(
 ) -> tuple[Finding, ...]:
     """Text among the numbers, one finding per column, and rows that are too long."""
     line_of = numbers.lines.of
+    recordings = 1 + len(restarts(numbers.columns[position["time"]])) if bad else 1
     problems = []
     for channel, column in position.items():
         cells = [c for c in bad if c.column == column]
@@ -155,7 +160,7 @@ def _problems(
         count = f"{'at least ' if len(bad) > MOST_BAD else ''}{len(cells)} cell{'s' if len(cells) > 1 else ''}"
         lines = lines_of([c.row for c in cells], line_of)
         what = f"text among the numbers of channel '{channel}', column '{header}': {count}, line {lines}"
-        remedy = _remedy(channel, cells[0].text, header, layout)
+        remedy = _remedy(channel, cells[0].text, header, layout, recordings)
         problems.append(Finding(f"{name}:{line_of(cells[0].row)}", what, repr(cells[0].text[:40]), remedy))
     long = [c for c in bad if c.column == -1]
     if long:
@@ -166,9 +171,11 @@ def _problems(
     return tuple(problems)
 
 
-def _remedy(channel: str, text: str, header: str, layout: Layout) -> str:
+def _remedy(channel: str, text: str, header: str, layout: Layout, recordings: int) -> str:
     if text == header:
-        return "the header is repeated and the clock restarts: two files were joined; split them"
+        each = f"list the file as one run for each, with 'recording: 1' to 'recording: {recordings}', or split it"
+        joined = "the header is repeated and the clock restarts: files were joined"
+        return f"{joined}; {each if recordings > 1 else 'split them'}"
     if channel == "time" and _OF_DAY.search(text):
         return f"export the time as {FORMS}"
     if _EITHER_MARK.fullmatch(text):

@@ -12,6 +12,7 @@ from typing import NoReturn, Protocol
 
 import numpy as np
 
+from vdyn_cli.io.clocks.appended_recordings import recording_rows
 from vdyn_cli.io.clocks.clock_unit import clock_unit
 from vdyn_cli.io.clocks.sample_times import check_rising
 from vdyn_cli.io.column_names import closest_names, positions
@@ -360,10 +361,14 @@ def _rising(
     place = f"{name}, column '{source.columns['time']}'"
     rows: Rows | None = None
     problems: tuple[Finding, ...] = ()
+    if options.recording is not None:
+        own = recording_rows(time, options.recording, place)
+        rows, time = np.arange(time.size)[own], time[own]
+        channels = {channel: values[own] for channel, values in channels.items()}
     if options.split_times is not None:
         table = split_instants(time, options.split_times, place)
-        rows, time, problems = table.rows, table.time, table.problems
-        channels = {channel: values[rows] for channel, values in channels.items()}
+        rows, time, problems = table.rows if rows is None else rows[table.rows], table.time, table.problems
+        channels = {channel: values[table.rows] for channel, values in channels.items()}
     line_of = source.line_of if rows is None else partial(_number, source, rows)
     rising = check_rising(clock.in_si(time), options.clock, place, line_of, source.row, channels)
     if rising.kept is not None:

@@ -30,7 +30,7 @@ def contradicted_conditions(spec: Any, source: YamlSource) -> Iterator[Finding]:
     if not any(run.direction or run.start for run in runs):
         return
     try:
-        facts = [survey(source.path.parent / log_names(run)[0], _span(run)) for run in runs]
+        facts = [survey(source.path.parent / log_names(run)[0], _span(run), run.recording or 1) for run in runs]
     except InputError:  # a table of several runs, which its own reader has read
         return
     yield from wrong_directions(runs, logged_directions(facts), source)

@@ -10,7 +10,13 @@ from pathlib import Path
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.clocks.tied_channels import ties
 from vdyn_cli.project.drafting.drafted_channels import channel_lines, channels_needed, quoted, source_of
-from vdyn_cli.project.drafting.left_out_logs import GuessedLog, reference_log, split_coast_downs, why_left_out
+from vdyn_cli.project.drafting.left_out_logs import (
+    GuessedLog,
+    reference_log,
+    split_coast_downs,
+    split_recordings,
+    why_left_out,
+)
 from vdyn_cli.project.drafting.logger_runs import Runs
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.step_definition import alternatives
@@ -84,7 +90,7 @@ def runs_of_one_logger(
     folder : of the description, to which the names of logs are relative.
     """
     falling = source_of(step, falling, logs[0])
-    logs = [part for log in logs for part in split_coast_downs(log, falling, drive)]
+    logs = [part for log in logs for one in split_recordings(log) for part in split_coast_downs(one, falling, drive)]
     usual = reference_log(logs, channels_needed(step, logs))
     left_out = why_left_out(logs, usual, channels_needed(step, logs), falling, drive)
     kept = [log for log, why in zip(logs, left_out, strict=True) if not why]

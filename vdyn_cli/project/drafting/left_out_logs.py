@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
@@ -21,7 +21,7 @@ class GuessedLog:
     """A log, or the part of one of its coast-downs, with facts on its columns and a guess for each channel.
 
     ``name``: of the file, with the folders that distinguish it. ``window``: the keys of a run that select that part of
-    the log, as text.
+    the log, as text. ``recording``: its number in a file of several, counted from 1.
     """
 
     path: Path
@@ -29,6 +29,7 @@ class GuessedLog:
     guesses: Mapping[str, ChannelGuess]
     name: str
     window: str = ""
+    recording: int = 1
 
     def decided_columns(self) -> dict[str, tuple[tuple[Words, str], str]]:
         """Column, without its unit, and group of each decided channel."""
@@ -83,9 +84,31 @@ def split_coast_downs(log: GuessedLog, falling: str, drive: Collection[str]) -> 
     parts, last = [], facts.info.span[0]
     for start, stop in coasts:
         begin, last = max(start - _RUN_IN, last), stop
-        keys = f", from_time: {begin:.1f} s, to_time: {stop:.1f} s"
-        parts.append(GuessedLog(log.path, survey(log.path, (begin, stop)), log.guesses, log.name, keys))
+        keys = f"{log.window}, from_time: {begin:.1f} s, to_time: {stop:.1f} s"
+        parts.append(replace(log, facts=survey(log.path, (begin, stop), log.recording), window=keys))
     return parts
+
+
+def split_recordings(log: GuessedLog) -> list[GuessedLog]:
+    """The recordings of a file whose clock restarts with each of them; else the log alone."""
+    clock = log.guesses["time"].facts
+    count = len(clock.info.recordings) if clock is not None else 0
+    return [_recording(log, k + 1) for k in range(count)] or [log]
+
+
+def _recording(log: GuessedLog, number: int) -> GuessedLog:
+    """One recording of a file, with the guesses of the first one where its columns have values."""
+    facts = log.facts if number == 1 else survey(log.path, recording=number)
+    there = {(f.column, f.info.group): f for f in facts if f.state != "empty"}
+    guesses = {
+        channel: guess if guess.facts is None else replace(guess, facts=there.get(_at(guess.facts)))
+        for channel, guess in log.guesses.items()
+    }
+    return replace(log, facts=facts, guesses=guesses, window=f", recording: {number}", recording=number)
+
+
+def _at(facts: ChannelFacts) -> tuple[str, str]:
+    return facts.column, facts.info.group
 
 
 def reference_log(logs: Sequence[GuessedLog], needed: Collection[str]) -> GuessedLog:
@@ -142,7 +165,7 @@ def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[
     for name in sorted({*needed} & log.columns().keys() - {"time"}):
         one = next(f for f in log.facts if (f.column, f.info.group) == log.columns()[name])
         start, stop = one.info.span
-        if not log.window and stop - start < _LEAST_RECORDED * (last - first):
+        if "from_time" not in log.window and stop - start < _LEAST_RECORDED * (last - first):
             return (
                 f"{name} is recorded from {start:.4g} to {stop:.4g} s only: add from_time and to_time to use that part"
             )

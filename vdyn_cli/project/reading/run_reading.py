@@ -72,7 +72,7 @@ def read_run(
             problems.append(Finding(place, f"the log {name} does not exist", "", remedy_for_missing_file(file)))
         elif "time" in found.columns:  # else it is reported with the channels
             window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
-            options = ReadOptions(**logger.reading.model_dump(), window=window)
+            options = ReadOptions(**logger.reading.model_dump(), window=window, recording=run.recording)
             called = _called(name, run, spec)
             reader = partial(_log_and_file, file, found.columns, options, called)
             read.append(attempt(problems, read_unchanged, reader, (file,)))
@@ -93,8 +93,11 @@ def _called(name: str, run: Run, spec: Description) -> str:
     """What messages and results call a run's log: with the columns or times that distinguish it from another run's."""
     if run.columns:
         return f"{name} ({', '.join(run.columns.values())})"
+    if run.recording is not None:
+        name = f"{name} (recording {run.recording})"
     window = (run.from_time, run.to_time)
-    if sum(log_names(one) == log_names(run) for one in spec.runs) == 1 or window == (None, None):
+    same = (one for one in spec.runs if (log_names(one), one.recording) == (log_names(run), run.recording))
+    if len(list(same)) == 1 or window == (None, None):
         return name
     start, stop = ("" if t is None else moment(t.value) for t in window)
     return f"{name} ({f'{start} to {stop}' if start and stop else f'from {start}' if start else f'to {stop}'} s)"
