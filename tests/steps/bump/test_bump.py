@@ -214,6 +214,7 @@ def test_the_paper_s_weighting() -> None:
     assert not run(data, spec(rear_weight=9.0)).fit.warnings
 
 
+@pytest.mark.slow
 def test_uncertain_given_numbers_are_carried_into_the_intervals() -> None:
     off = {"unsprung_mass_front": 4.0, "unsprung_mass_rear": 4.0, "sprung_pitch_inertia": 40.0, "wheelbase": 3e-3}
     wrong = known()

@@ -277,6 +277,7 @@ def test_an_effect_that_does_not_exist_is_refused_with_those_that_do(tmp_path: P
     assert "headwind" in error.split("candidate effects:")[1]
 
 
+@pytest.mark.slow
 def test_no_effects_is_no_diagnosis(tmp_path: Path) -> None:
     made = document(described(tmp_path, {"headwind": 2.0}, diagnose={"effects": "none"}))
     assert made["diagnosis"] is None
