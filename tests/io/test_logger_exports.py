@@ -407,3 +407,17 @@ def test_a_row_of_ranges_below_the_header_is_no_sample(tmp_path: Path) -> None:
     log = read_log(path, {"time": Column("Time", "s", "s"), "speed": Column("v", "km/h", "m/s")})
     assert log["speed"] == pytest.approx(SPEED / 3.6)
     assert any("row between header and numbers skipped" in f.what for f in log.findings)
+
+
+def test_a_count_of_records_above_the_names_is_no_header(tmp_path: Path) -> None:
+    """As CompuTrainer writes them: two of the names, ms and rpm, are units, too."""
+    path = tmp_path / "ride.txt"
+    head = "[USER DATA]\nAGE=20\n[END USER DATA]\n\nnumber of records = 600\n\nms speed watts rpm hr KM\n\n"
+    lines = (
+        f" {1000 * t:.0f}   {v:.2f}     0   {k % 7}   60   {t:.4f}\n"
+        for k, (t, v) in enumerate(zip(TIME, SPEED, strict=True))
+    )
+    path.write_text(head + "".join(lines), encoding="utf-8")
+    found = {f.column: f for f in survey(path)}
+    assert list(found) == ["ms", "speed", "watts", "rpm", "hr", "KM"]
+    assert (found["ms"].state, found["ms"].info.unit, found["ms"].info.span) == ("clock", "ms", (0.0, 29.95))

@@ -20,7 +20,7 @@ _CLOCK = re.compile(
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
     r"(\w+[ _.])?time[ _]?stamps?|(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
     r"x_value|utc|(ms|seconds)_today|"
-    r"(milli|micro)s(econds)?|(minutes|seconds|secs?)(?=\W*$)|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
+    r"(milli|micro)s(econds)?|(minutes|seconds|secs?|ms)(?=\W*$)|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
 )
 # Sampling rates, Hz, of loggers in road tests: the unit of time is known if only one unit gives such a rate.

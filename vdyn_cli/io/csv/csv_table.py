@@ -270,7 +270,8 @@ def _header_above(first: int, records: list[CsvRow], cells: list[list[str]], wan
         if not cells[i] or len(rows) == _MOST_HEADS:
             break
         if abs(len(cells[i]) - width) > 1 or (len(cells[i]) < width and any(map(is_number, cells[i]))):
-            if rows and holds_units(cells[rows[-1]]) and width / 2 < len(cells[i]) < width:
+            more_units = rows and holds_units(cells[rows[-1]]) and width / 2 < len(cells[i]) < width
+            if more_units and not any(map(is_number, cells[i])):
                 rows.append(i)  # the units row names further columns
             break
         rows.append(i)
