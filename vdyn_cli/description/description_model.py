@@ -114,6 +114,11 @@ class Reading(Strict):
     clock: Literal["strict", "drop"] = Field(
         "strict", description="strict: a time that steps back is an error; drop: its rows are dropped and reported"
     )
+    rate: Annotated[Given, Si("Hz", 1e-3, 1e6)] | None = Field(
+        None,
+        description="sampling rate of a text log without a column of time, such as 1 Hz: its rows are equally spaced, "
+        "and 'time' is not mapped",
+    )
     split_times: Literal["elapsed", "intervals"] | None = Field(
         None,
         description="the logs are tables of speed levels and split times. elapsed: time since the first level; "
@@ -129,6 +134,13 @@ class Reading(Strict):
         description="speed levels of a coast-down report that does not state them, m/s, such as [100 km/h, 90 km/h]; "
         "a list of groups if runs have different levels",
     )
+
+    @field_validator("rate")
+    @classmethod
+    def _exact(cls, rate: Given | None) -> Given | None:
+        if rate is not None and rate.std:
+            raise PydanticCustomError("rate", "takes a number without an uncertainty, such as 10 Hz")
+        return rate
 
 
 LONGEST_TEST = 1e7  # s, four months: more than a test with one set of tires and one load

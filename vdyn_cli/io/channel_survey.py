@@ -159,6 +159,7 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named is None:
         texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text")
         remedy = f"if the text of {texts} is the time, export it as {FORMS}" if texts else "export it with its time"
+        remedy += "; if its rate is fixed, describe it without 'time', but with its rate, as in 'reading: {rate: 1 Hz}'"
         if facts and max(f.samples for f in facts) <= MOST_LEVELS:
             remedy += (
                 "; if it is a table of split times, write one row for each speed level and add 'reading: {split_times: "

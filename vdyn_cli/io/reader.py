@@ -85,6 +85,7 @@ class ReadOptions:
     split_runs : whether each run of such a table is a column or a row.
     levels : m/s, groups of successive speed levels, for a coast-down report that does not state them.
     window : s, first and last time that is used: a channel without values elsewhere is not refused.
+    rate : Hz, of a text log without a column of time: ``time`` is not read from the file; None: it has a clock.
     recording : number of the recording in a file whose clock restarts, counted from 1; None: the file has one.
     """
 
@@ -98,6 +99,7 @@ class ReadOptions:
     levels: Sequence[Sequence[float]] = ()
     window: tuple[float, float] = (-math.inf, math.inf)
     recording: int | None = None
+    rate: float | None = None
 
 
 @dataclass(frozen=True)

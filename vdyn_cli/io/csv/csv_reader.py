@@ -111,8 +111,11 @@ class CsvReader:
         InputError : with all problems of the file: no such file or column, text among the numbers, fewer than two rows
             of data. A clock that does not increase is a problem in the log's source.
         """
+        if options.rate is not None:
+            mapping = {channel: column for channel, column in mapping.items() if channel != "time"}
         wanted = _wanted(mapping)
-        if options.split_times is None and (beside := tables_beside(path, wanted, options, name)) is not None:
+        with_clocks = options.split_times is None and options.rate is None
+        if with_clocks and (beside := tables_beside(path, wanted, options, name)) is not None:
             options = replace(options, delimiter=None, decimal=None, encoding=None, header_row=None)
             clock = mapping["time"]  # Time#2, of several tables, is the clock of each of them
             plain = replace(clock, column=re.sub(r"#\d+$", "", clock.column))
@@ -122,8 +125,11 @@ class CsvReader:
         raise_all(rows.problems)
         raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
         columns = {channel: layout.header[at] for channel, at in position.items()}
-        begin = numbers.begins.get(position["time"], math.nan)
-        logged = options.split_times is None and mapping["time"].unit == "s"
+        if options.rate is not None:
+            mapping, columns = {**mapping, "time": _COUNTED}, {"time": _COUNTED.column, **columns}
+            raw["time"] = np.arange(rows.stop) / options.rate
+        begin = numbers.begins.get(position.get("time", -1), math.nan)
+        logged = with_clocks and mapping["time"].unit == "s"
         if logged and (of_day := seconds_of_digits(raw["time"], columns["time"])) is not None:
             raw["time"], begin = since_first(of_day), float(of_day[np.isfinite(of_day)][0])
             what = "channel 'time' is read as hours, minutes and seconds in digits, hhmmss.ss"
@@ -137,6 +143,7 @@ class CsvReader:
 
 
 CSV = CsvReader()
+_COUNTED = Column("number of the row", "s", "s")  # the time of a log without a clock
 
 
 def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
@@ -175,7 +182,7 @@ def _is_coarse(time: Array) -> bool:
 
 def _wanted(mapping: Mapping[str, Column]) -> list[str]:
     """The names of the mapped columns, the clock first."""
-    return [mapping["time"].column, *(c.column for k, c in mapping.items() if k != "time")]
+    return [c.column for _, c in sorted(mapping.items(), key=lambda one: one[0] != "time")]
 
 
 def _is_text(bad: int, values: Array) -> bool:

@@ -48,10 +48,11 @@ def data_rows(
     name : of the file, for messages.
     joined : the file has several recordings, each of which may begin with the header.
     """
-    time = numbers.columns[position["time"]]
+    clock = _clock(position)
+    time = numbers.columns[clock]
     line_of = numbers.lines.of
     again = _repeated_headers(numbers.bad, layout, time, joined)
-    marks = [row for row in _rows_of_text(numbers, position["time"]) if row not in again]
+    marks = [row for row in _rows_of_text(numbers, clock) if row not in again]
     bad = tuple(c for c in numbers.bad if c.row not in {*again, *marks})
     bad_rows = np.unique(np.array([c.row for c in bad], dtype=np.intp))
     good = ~np.isnan(time)
@@ -90,6 +91,11 @@ def data_rows(
     problems = _problems([c for c in bad if c.row < stop], numbers, layout, position, name)
     kept = np.flatnonzero(~blank[:stop]) if empty.size or again or marks else None
     return DataRows(stop, kept, tuple(findings), problems)
+
+
+def _clock(position: Mapping[str, int]) -> int:
+    """The index of the clock; of a log without one, that of the first mapped column."""
+    return position["time"] if "time" in position else next(iter(position.values()))
 
 
 def _repeated_headers(bad: Sequence[BadCell], layout: Layout, time: Array, joined: bool) -> list[int]:
@@ -150,7 +156,7 @@ def _problems(
 ) -> tuple[Finding, ...]:
     """Text among the numbers, one finding per column, and rows that are too long."""
     line_of = numbers.lines.of
-    recordings = 1 + len(restarts(numbers.columns[position["time"]])) if bad else 1
+    recordings = 1 + len(restarts(numbers.columns[_clock(position)])) if bad else 1
     problems = []
     for channel, column in position.items():
         cells = [c for c in bad if c.column == column]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from vdyn_cli.description.description_model import Description
+from vdyn_cli.description.description_model import Description, Reading
 from vdyn_cli.description.spec_errors import check_channels
 from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates
@@ -88,6 +88,7 @@ def wrong_channels(step: Step, spec: Description, source: YamlSource, dropped: C
         if "time" in channels and "time" not in logged_channels(channels):
             place = source.where((*at, "time"))
             findings.append(Finding(place, "the channel 'time' cannot be a constant", "", "write its column and unit"))
+    findings += _rates_beside_time(spec, source)
     mapped = {n for channels, _ in channel_maps(spec) for n in channels}
     mapped |= {str(at[-1]) for at in dropped if at[:-1] and at[-2] == "channels"}
     mapped |= set(known) if ("channels",) in dropped or ("loggers",) in dropped else set()
@@ -101,12 +102,24 @@ def wrong_channels(step: Step, spec: Description, source: YamlSource, dropped: C
             quantity = known[ways[0][0]]
             line = f"{ways[0][0]}: {{column: '<header>', unit: {quantity.unit or '1'}}}"
             remedy = f"add '{line}' to the channels{needed_channel(step, ways[0])}"
+            if entry == "time":
+                remedy += "; if the logs have no time but a fixed rate, write it, such as 'reading: {rate: 1 Hz}'"
             missing.append(Finding(place, f"channel {names} is needed", remedy=remedy))
     others = [n for n, one in step.manoeuvres.items() if all(_mapped(entry, mapped) for entry in one.required)]
     if missing and others:
         more = f"; or write 'manoeuvre: {others[0]}' if the logs are of that test ('vdyn explain {step.name}')"
         missing[0] = replace(missing[0], remedy=missing[0].remedy + more)
     return [*findings, *missing]
+
+
+def _rates_beside_time(spec: Description, source: YamlSource) -> Iterator[Finding]:
+    """Findings on logs of which both a fixed rate and a column of time are stated."""
+    stated: list[tuple[Reading, Mapping[str, object], Location]] = [(spec.reading, spec.channels, ())]
+    stated += [(one.reading, one.channels, ("loggers", i)) for i, one in enumerate(spec.loggers)]
+    for reading, channels, at in stated:
+        if reading.rate is not None and "time" in channels:
+            what = "'reading: rate' is for logs without a column of time, but channel 'time' is mapped"
+            yield Finding(source.where((*at, "reading", "rate")), what, remedy="remove one of them")
 
 
 def _mapped(entry: str, mapped: Collection[str]) -> bool:

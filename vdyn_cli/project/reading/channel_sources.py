@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.description.description_model import Channel, Description, KnownChannel
+from vdyn_cli.description.description_model import Channel, ChannelSource, Description, KnownChannel, Reading
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -58,10 +58,18 @@ class Scaling:
 
 
 def channel_maps(spec: Description) -> list[tuple[Mapping[str, Channel | KnownChannel], Location]]:
-    """The channels of each logger, and their location in the description."""
+    """The channels of each logger, and their location in the description; time included that follows from a rate."""
     if not spec.loggers:
-        return [(spec.channels, ("channels",))]
-    return [(logger.channels, ("loggers", i, "channels")) for i, logger in enumerate(spec.loggers)]
+        return [(_with_time(spec.channels, spec.reading), ("channels",))]
+    return [
+        (_with_time(logger.channels, logger.reading), ("loggers", i, "channels"))
+        for i, logger in enumerate(spec.loggers)
+    ]
+
+
+def _with_time(channels: Mapping[str, ChannelSource], reading: Reading) -> Mapping[str, Channel | KnownChannel]:
+    counted = reading.rate is not None and "time" not in channels
+    return {"time": Channel(column="number of the row", unit="s"), **channels} if counted else channels
 
 
 def logged_channels(channels: Mapping[str, Channel | KnownChannel]) -> dict[str, Channel]:

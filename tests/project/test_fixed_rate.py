@@ -1,0 +1,53 @@
+"""Text logs without a column of time, whose rows follow each other at a stated rate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vdyn_cli.io.channel_survey import survey, without_clock
+from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.steps import load_step
+
+SPEED = 65.0 - 0.04 * np.arange(900) + np.random.default_rng(1).normal(0.0, 0.02, 900)  # mph
+CHANNELS = "speed: {column: Speed (mph), unit: mph}"
+
+
+def described(folder: Path, reading: str, channels: str = CHANNELS, name: str = "run.csv") -> Path:
+    lines = [f"{v:.4f},{50 + k % 9}," for k, v in enumerate(SPEED)]
+    lines[10] = ",,"  # a second without a sample
+    head = "iBike,11,english\n2010,2,2,12,52,8\n\n1.5,2.5,3.5\nSpeed (mph),Power (W),Lap\n"
+    (folder / name).write_text(head + "\n".join(lines) + "\n")
+    path = folder / "coast.yaml"
+    path.write_text(
+        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 60 kg}\n"
+        "environment: {temperature: 24 degC, pressure: 98.9 kPa}\n"
+        f"{reading}channels: {{{channels}}}\nruns:\n  - {{log: {name}, direction: out}}\n"
+    )
+    return path
+
+
+def test_the_time_of_a_log_follows_from_its_rate(tmp_path: Path) -> None:
+    log = gather(load_step("coastdown"), described(tmp_path, "reading: {rate: 10 Hz}\n")).logs[0]
+    there = np.arange(900) != 10
+    assert log.time == pytest.approx(np.arange(900)[there] / 10.0)
+    assert log["speed"] == pytest.approx(SPEED[there] * 0.44704, abs=1e-4)
+    assert "reading: {rate: 1 Hz}" in without_clock(survey(tmp_path / "run.csv"))[1]
+
+
+@pytest.mark.parametrize(
+    ("reading", "channels", "message"),
+    [
+        ("", CHANNELS, "if the logs have no time but a fixed rate, write it, such as 'reading: {rate: 1 Hz}'"),
+        ("reading: {rate: 10 Hz}\n", f"time: {{column: t, unit: s}}, {CHANNELS}", "remove one of them"),
+        ("reading: {rate: 10 +- 1 Hz}\n", CHANNELS, "takes a number without an uncertainty"),
+        ("reading: {rate: 10 s}\n", CHANNELS, "Hz"),
+    ],
+)
+def test_a_missing_or_doubled_time_is_refused(reading: str, channels: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as refused:
+        gather(load_step("coastdown"), described(tmp_path, reading, channels))
+    assert message in str(refused.value)
