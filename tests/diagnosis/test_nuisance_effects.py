@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -13,9 +13,20 @@ from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name import nuisance_effects
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
+from vdyn_cli.diagnosis.name.nuisance_effects import _expected, with_nuisance_effects
 from vdyn_cli.diagnosis.size.finding_size import FindingSize, Limits, finding_size
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
+from vdyn_cli.inference import Unknown
+
+
+@pytest.mark.parametrize(("value", "most"), [(0.05, 0.1), (-0.02, 0.1), (0.12, 0.1), (0.14, 0.0), (-0.04, 0.0)])
+def test_an_error_within_three_standard_errors_of_the_expected_range_is_expected(value: float, most: float) -> None:
+    late = Unknown("latency", 0.0, nuisance=True, expected=(0.0, 0.1))
+    model: Any = SimpleNamespace(
+        by_name={"delay": SimpleNamespace(covers=("latency",))}, regression=SimpleNamespace(shared=(late,))
+    )
+    without: Any = SimpleNamespace(solution=SimpleNamespace(values={"latency": value}, std={"latency": 0.01}))
+    assert _expected(model, cast(Any, SimpleNamespace(effects=("delay",))), without) == most
 
 
 @pytest.mark.parametrize(("beside", "named"), [(0.001, "wave"), (2.0, "slope")])

@@ -66,6 +66,7 @@ def test_gaps_stay_gaps_and_other_channels_stay_as_they_are() -> None:
     assert np.array_equal(np.isnan(log["speed"]), np.isnan(values))
     assert np.array_equal(log["drive_torque"], torque)
     assert list(log.samples) == ["speed"]
+    assert log.held == {"speed": pytest.approx(TIME[1] - TIME[0])}
 
 
 @pytest.mark.parametrize(

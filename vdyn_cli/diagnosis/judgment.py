@@ -65,7 +65,9 @@ class Judgment:
     material : whether the finding matters. A significant one that does not leaves the model adequate; ``immaterial`` is
         then the candidate model that explains most, and ``immaterial_suffices`` says whether it would be an answer.
     absorbed : the candidate model with a sensor error that the baseline contains as a nuisance parameter, where that is
-        significant but does not matter.
+        significant but does not matter, or is expected of the logger.
+    expected : the largest size of that parameter that is expected of the logger, such as one row of a log with held
+        values; 0 where the error does not matter.
     one_way_effects : labels of the effects that would explain the misfit of runs in one direction; empty where no
         error is detected; None where the verdict does not depend on the direction.
     confounded : the answers that suffice, but are confounded with others in runs of one direction.
@@ -88,6 +90,7 @@ class Judgment:
     immaterial: CandidateModel | None = None
     immaterial_suffices: bool = False
     absorbed: CandidateModel | None = None
+    expected: float = 0.0
     one_way_effects: tuple[str, ...] | None = None
     confounded: tuple[CandidateModel, ...] = ()
     by_prior: bool = False

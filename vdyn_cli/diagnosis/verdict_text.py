@@ -52,7 +52,8 @@ def verdict_sentence(
         text += f" Effect of the closest candidate on the {_size(size, ': ')}."
     if judgment.absorbed is not None:
         label = _with_amplitude(effects[judgment.absorbed.effects[-1]], amplitudes)
-        text += f" {capitalized(label)} is part of the fit and does not matter."
+        expected = f": values that the logger holds may be up to {two_digits(judgment.expected)} s (one row) late"
+        text += f" {capitalized(label)} is part of the fit{expected if judgment.expected else ' and does not matter'}."
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
     if readable:
         text += f" Smallest errors these data could reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."

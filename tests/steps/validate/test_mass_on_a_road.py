@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -207,6 +208,26 @@ def test_a_latency_that_changes_no_prediction_is_a_note(tmp_path: Path) -> None:
     delay = re.search(r"A drive torque with a wrong delay of (\S+) \+- (\S+) s is part of the fit", found.sentence)
     assert delay is not None
     assert abs(float(delay[1]) - 0.02) < float(delay[2])
+
+
+@pytest.mark.slow  # two diagnoses of 3 s
+@pytest.mark.parametrize(("late", "named"), [(50, set()), (250, {"torque_delay", "speed_delay"})])
+def test_a_held_speed_may_be_one_row_late(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, late: int, named: set[str]
+) -> None:
+    """A sensor of 5 Hz in a log of 10 Hz, sampled half a row before its value appears; a longer delay is an error."""
+    monkeypatch.setattr(sys.modules[__name__], "EVERY", 100)
+    logs = dict(drives(CAR, 4))
+    logs["speed"] = np.roll(logs["speed"], late, axis=1)
+    logs["speed"][:, :late] = logs["speed"][:, late : late + 1]
+    found = diagnosed(tmp_path, CAR, logs, held=2)
+    assert {*(c.effect for c in found.causes), *(e for one in found.ambiguous for e in one)} == named
+    if not named:
+        assert found.verdict == "adequate"
+        note = r"speed channel with a wrong delay of (\S+) .* the logger holds may be up to 0.10 s \(one row\) late"
+        delay = re.search(note, found.sentence)
+        assert delay is not None
+        assert float(delay[1]) == pytest.approx(0.05, abs=0.02)
 
 
 @pytest.mark.slow  # a diagnosis of 3 s

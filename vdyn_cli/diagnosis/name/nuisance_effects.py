@@ -2,7 +2,8 @@
 
 A nuisance parameter with a prior stands for the effects that cover it (``Effect.covers``), so that these are not
 mistaken for others. Predictions at prior values keep it at its prior mean. If its estimate changes them by more than
-the limit, the effects are named, alone or beside the answer; else a note states them.
+the limit, the effects are named, alone or beside the answer; else a note states them. A note also states an estimate
+within the range that is expected of the logger (``Unknown.expected``).
 """
 
 from __future__ import annotations
@@ -43,6 +44,13 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
         return with_nuisance_effects(strategy, without, limits)
     if several:
         return judgment
+    if (most := _expected(strategy.model, best, fitted)) > 0.0:
+        by_name = strategy.model.by_name  # the note tells of the held channel: its delay covers the fewest parameters
+        kept = min(
+            answers,
+            key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, len(by_name[t.effects[-1]].covers), t.cost),
+        )
+        return replace(judgment, absorbed=kept, expected=most)
     # The error need not matter more than the least of the answers that these data cannot discriminate does.
     size = min((finding_size(strategy, fitted, one.fitted) for one in answers), key=lambda one: one.change)
     matters = size.plain and size.change > limits.output
@@ -92,6 +100,23 @@ def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
     # Each about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it.
     solutions = [strategy.relinearized(m.fitted).solution for m in likely]
     return [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
+
+
+def _expected(model: FullModel, one: CandidateModel, without: FittedModel) -> float:
+    """The largest expected size of the nuisance parameters that the last effect covers; 0 if one lies beyond its range.
+
+    The estimates are those of the fit ``without`` the effect, and lie beyond where chance does not explain it.
+    """
+    covers, solution = model.by_name[one.effects[-1]].covers, without.solution
+    most = 0.0
+    for u in model.regression.shared:
+        if u.name in covers and u.name in solution.values:
+            low, high = u.expected or (0.0, 0.0)
+            value, std = solution.values[u.name], solution.std[u.name]
+            if max(low - value, value - high) > POLICY.needed_t * std:
+                return 0.0
+            most = max(most, -low, high)
+    return most
 
 
 def _deviation(model: FullModel, one: CandidateModel) -> float:

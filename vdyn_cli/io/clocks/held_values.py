@@ -1,7 +1,8 @@
 """A slower sensor whose value is held (zero-order hold) on a faster clock: its samples, and interpolation between them.
 
 A value held for k rows is (k - 1)/2 rows late on average, which looks like a delay of the sensor, and k rows contain
-only one reading. Linear interpolation between the samples removes the delay.
+only one reading. Linear interpolation between the samples removes the delay, except that a sensor on its own clock
+samples between two rows: its values are then up to one row late, half a row on average.
 """
 
 from __future__ import annotations
@@ -50,16 +51,18 @@ def held_rows(values: Array) -> Rows | None:
 def with_held_interpolated(log: Log) -> Log:
     """The log with held channels interpolated linearly between their samples, which ``log.samples`` keeps.
 
+    ``log.held`` names them, with the row of the log.
     Before its first and after its last sample a channel is unchanged; gaps stay gaps.
     """
-    samples, changed = dict(log.samples), dict[str, Array]()
+    samples, changed, held = dict(log.samples), dict[str, Array](), dict(log.held)
     for name, values in log.channels.items():
         there = np.flatnonzero(np.isfinite(values))
         own = held_rows(values[there]) if name not in samples else None
         if own is not None:
             rows = there[own]
             samples[name] = log.time[rows], values[rows]
+            held[name] = float(np.median(np.diff(log.time)))
             inside = there[own[0] : own[-1] + 1]
             changed[name] = values.copy()
             changed[name][inside] = np.interp(log.time[inside], *samples[name])
-    return replace(log, channels={**log.channels, **changed}, samples=samples) if changed else log
+    return replace(log, channels={**log.channels, **changed}, samples=samples, held=held) if changed else log

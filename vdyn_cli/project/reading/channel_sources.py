@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -149,6 +149,8 @@ def with_known_channels(log: Log, constants: Mapping[str, float], made: Sequence
     for one in made:
         if one.channel.source in log:
             log = log.with_channels(**{one.channel.target: one.factor * log[one.channel.source]})
+            if one.channel.source in log.held:
+                log = replace(log, held={**log.held, one.channel.target: log.held[one.channel.source]})
     return log
 
 

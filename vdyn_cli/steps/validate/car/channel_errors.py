@@ -9,13 +9,17 @@ speed, which becomes
 The model of a mass on a road has no slip and no parameter S. Only the differences of latencies matter, so that those of
 the other channels are relative to that of the drive torque: their variances are twice that of one latency, half of it
 in common. As further unknown, the latency of the torque would be determined by the noise of the logged torque.
+
+A value that the logger holds was sampled anywhere in the row h before it appears. It is then late by 0 to h, evenly
+distributed, with the mean square h^2/3, beside the latency of the sensor. The prior has the mean zero of an exporter
+that repeats samples of its rows; a latency between -h of the torque and h of the channel is expected.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from math import sqrt
+from math import hypot, sqrt
 
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
@@ -57,17 +61,26 @@ def with_channel_errors(
         return setup
     values = setup.prior.values
     slip = max(1.0 - values["mass"] / inertia_of(values), 0.0) / STEP_POLICY.slip_stiffness
-    latency = 0.0, sqrt(2.0) * STEP_POLICY.logger_latency
-    late = [e for n, e in LATENCIES.items() if n in setup.sensors.channels and e.name not in covered]
+    held = setup.sensors.held
+    torque = max((row for n, row in held.items() if n.startswith("drive_torque")), default=0.0)
+    common = _spread(torque)  # the latency of the torque
+    rows = {e: held.get(n, 0.0) for n, e in LATENCIES.items() if n in setup.sensors.channels and e.name not in covered}
+    late = {e: hypot(_spread(row), common) for e, row in rows.items()}
     known = {SLIP_IMPULSE: (slip, STEP_POLICY.slip_spread * slip)} if slip > 0.0 else {}
-    known |= dict.fromkeys(late, latency)
+    known |= {e: (0.0, std) for e, std in late.items()}
     unknowns = tuple(
         Unknown(
             *(e.name, start.get(e.name, mean), -1.0, 1.0, next(iter(e.unknowns.values())).unit, (mean, std)),
             nuisance=True,
             prior_stated=False,
-            prior_correlation={other.name: 0.5 for other in late if other is not e} if e in late else {},
+            prior_correlation={o.name: common**2 / (std * late[o]) for o in late if o is not e} if e in late else {},
+            expected=(-torque, rows[e]) if e in late else None,
         )
         for e, (mean, std) in known.items()
     )
     return replace(setup, added=AddedEffects(tuple(known), unknowns) + setup.added)
+
+
+def _spread(row: float) -> float:
+    """The root of the mean square, s, of the latency of a channel whose values are held for rows of ``row`` s."""
+    return sqrt(STEP_POLICY.logger_latency**2 + row**2 / 3.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -27,11 +27,13 @@ class Sensors:
     channels : outputs that are fitted.
     zeros : by channel (also drive_torque), standard deviation of the zero, which differs between segments.
     gains : by sensor, standard deviation of the gain, the same in all segments; both shaft torques share one.
+    held : by channel whose values the logger held (also drive_torque), the time by which they may be late, s.
     """
 
     channels: tuple[str, ...]
     zeros: Mapping[str, float]
     gains: Mapping[str, float]
+    held: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def with_zero(self) -> tuple[str, ...]:

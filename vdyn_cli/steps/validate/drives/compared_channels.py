@@ -48,4 +48,5 @@ def compared_sensors(
     if s.model == "vehicle":  # in a mass on a road it would act like a free force in every drive
         zeros["drive_torque"] = s.zeros.drive_torque.value
     gains = {n: getattr(s.gains, n).value for n in ("speed", "shaft_torque", "acceleration")}
-    return Sensors(channels, zeros, gains)
+    held = {n: max(log.held.get(n, 0.0) for log in logs) for n in {n for log in logs for n in log.held}}
+    return Sensors(channels, zeros, gains, held)
