@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.io.channel_survey import survey, without_clock
+from vdyn_cli.project.drafting.run_conditions import logged_starts
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.steps import load_step
@@ -35,7 +36,9 @@ def test_the_time_of_a_log_follows_from_its_rate(tmp_path: Path) -> None:
     there = np.arange(900) != 10
     assert log.time == pytest.approx(np.arange(900)[there] / 10.0)
     assert log["speed"] == pytest.approx(SPEED[there] * 0.44704, abs=1e-4)
-    assert "reading: {rate: 1 Hz}" in without_clock(survey(tmp_path / "run.csv"))[1]
+    facts = survey(tmp_path / "run.csv")
+    assert logged_starts([facts, facts]) == ()
+    assert "reading: {rate: 1 Hz}" in without_clock(facts)[1]
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,12 @@ def test_a_start_is_stated_or_by_one_clock_or_by_order(
     assert starts(spans, *stated) == expected
 
 
+def test_the_recordings_of_one_file_have_no_common_clock() -> None:
+    logs = [Log(str(k), np.linspace(*span, 11), {}) for k, span in enumerate(FOLLOWING)]
+    runs = [Run.model_validate({"log": "a.csv", "recording": k + 1}) for k in range(2)]
+    assert run_starts(runs, logs) == (0.0, 60.0)
+
+
 @pytest.mark.parametrize(("stated", "told"), [((None, "190 s"), True), ((None, None), False), (("0 s", "9 s"), False)])
 def test_a_start_that_not_all_runs_state_is_told(stated: tuple[str | None, ...], told: bool) -> None:
     runs = [Run.model_validate({"log": f"{k}.csv", **({"start": s} if s else {})}) for k, s in enumerate(stated)]

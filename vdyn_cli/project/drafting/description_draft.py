@@ -78,7 +78,7 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
         body, mapped, undecided = _drives(step, *_with_station(logs, parts), folder)
     body += [f"# left out: {f.where}, {f.what}" for f in problems]
     text = "\n".join([*head, *body]) + "\n"
-    left = re.findall(r'^\s*# (?:- \{log: "(.+?)"\}  # )?left out: (?:(.+?),)?', text, re.MULTILINE)
+    left = re.findall(r'^\s*# (?:- \{log: "(.+?)"[^}]*\}  # )?left out: (?:(.+?),)?', text, re.MULTILINE)
     return DescriptionDraft(text, mapped, (*undecided, *_marked(text)), tuple(a or b for a, b in left))
 
 

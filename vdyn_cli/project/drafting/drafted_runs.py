@@ -95,7 +95,8 @@ def runs_of_one_logger(
     left_out = why_left_out(logs, usual, channels_needed(step, logs), falling, drive)
     kept = [log for log, why in zip(logs, left_out, strict=True) if not why]
     lines, mapped, undecided = channel_lines(step, usual, kept, required=True)
-    entries = [f"log: {quoted(relative_path(folder, log.path))}" for log in logs]
+    windows = [log.window if why else "" for log, why in zip(logs, left_out, strict=True)]
+    entries = [f"log: {quoted(relative_path(folder, log.path))}{own}" for log, own in zip(logs, windows, strict=True)]
     differ = [log.differing(usual, mapped) for log in kept]
     return DraftedRuns(
         [*_reading(kept), "channels:", *lines],

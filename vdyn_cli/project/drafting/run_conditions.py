@@ -90,7 +90,10 @@ def air_during(
 
 def _on_one_clock(logs: Sequence[Sequence[ChannelFacts]]) -> list[float]:
     """The first time of each log, s, if no two overlap, so that one clock continues through all; else empty."""
-    spans = [next(f for f in facts if f.state == "clock").info.span for facts in logs]
+    clocks = [next((f.info for f in facts if f.state == "clock"), None) for facts in logs]
+    spans = [clock.span for clock in clocks if clock is not None and not clock.recordings]
+    if len(spans) < len(logs):
+        return []
     order = sorted(spans)
     return [begin for begin, _ in spans] if all(a[1] <= b[0] for a, b in pairwise(order)) else []
 
