@@ -13,7 +13,8 @@ from vdyn_cli.io.clocks.coarse_delay import STATE_DELAY
 from vdyn_cli.io.clocks.sampled_signal import Signal
 from vdyn_cli.io.clocks.tied_channels import ChannelTie, related_channels, tie_of, ties
 from vdyn_cli.io.clocks.written_times import time_between
-from vdyn_cli.io.quality.log_flags import SPEEDS, flags
+from vdyn_cli.io.quality.log_flags import flags
+from vdyn_cli.io.quality.sampled_channel import SPEEDS
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError

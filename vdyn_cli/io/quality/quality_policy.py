@@ -91,6 +91,15 @@ class QualityPolicy:
         "Rounded equal steps differ by at most one quantum; only a true value among interpolated ones bends the line. "
         "Noise of 0.4 quanta makes a fifth of all steps differ by more.",
     )  # fmt: skip
+    chord_rise: float = threshold(
+        4.0, "quanta", "that a segment on one chord must rise, unless the channel's bends exceed as many",
+        "A steady or slowly changing reading of coarse resolution lies on a chord, too: that of a parabola with the "
+        "rise R is up to R / 4 away, less than a quantum below R = 4.",
+    )  # fmt: skip
+    two_chords_rise: float = threshold(
+        16.0, "quanta", "that a segment on two chords must rise",
+        "Two chords of a parabola with the rise R are up to R / 16 away from it.",
+    )  # fmt: skip
     standing_speed: float = threshold(
         0.5, "m/s", "below which the car is at standstill, so that a constant channel is not a fault",
         "Wheel speed sensors give no pulses below some 2 km/h.",

@@ -1,0 +1,51 @@
+"""A permanent jump of a speed or a load, after which its gain or zero differs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.io.quality.sampled_channel import RADIUS, SPEEDS, SampledChannel
+from vdyn_cli.io.quality.spikes import level_step
+from vdyn_cli.quantities.arrays import Mask
+from vdyn_cli.quantities.quality_flags import Fault, Flag
+from vdyn_cli.quantities.vocabulary import CHANNELS
+
+_LOADS = tuple(n for n in CHANNELS if n.endswith(("_load", "force_z")))
+_BESIDE = 5.0  # readings between a step of a speed and standstill, before or after it
+_AT_REST = 0.05  # share of the step, largest speed at standstill
+
+
+def level_step_fault(channel: SampledChannel, taken: Mask) -> Iterator[Fault]:
+    """A speed or load after a permanent jump; the channel does not show which side of the jump is wrong.
+
+    A change across a gap of the clock is no jump within one sample.
+    """
+    if channel.name not in (*SPEEDS, *_LOADS) or taken[channel.rows].any():
+        return
+    at, steps = level_step(channel.values), np.diff(channel.time)
+    if at is not None and steps[at - 1] > (1.0 + QUALITY.longest_step) * float(np.median(steps)):
+        return
+    if at is not None and channel.moving[at - 1 : at + 1].all() and not _stop_or_start(channel, at):
+        jump = channel.values[at] - channel.values[at - 1]
+        why = f"jumps by {channel.text(jump, 3, step=True)} within one sample and stays: its gain or zero changed"
+        yield Fault(channel.name, int(channel.rows[at]), int(channel.rows[-1]) + 1, "level_step", why, Flag.SUSPECT)
+
+
+def _stop_or_start(channel: SampledChannel, at: int) -> bool:
+    """Whether the step of a speed to sample ``at`` is next to a standstill and no faster than tires allow.
+
+    The step's duration counts from the first sample of the previous reading, which may be held.
+    """
+    if channel.name not in SPEEDS:
+        return False
+    values, time = channel.values, channel.time
+    changes = np.flatnonzero(values[1:at] != values[: at - 1])
+    lasted = float(time[at] - time[int(changes[-1]) + 1 if changes.size else 0])
+    jump = abs(float(values[at] - values[at - 1]))
+    about = np.abs(time - time[at]) <= _BESIDE * lasted
+    rests = float(np.abs(values[about]).min()) <= _AT_REST * jump
+    radius = RADIUS if channel.name.startswith("wheel") else 1.0
+    return rests and radius * jump <= QUALITY.hardest_stop * lasted
