@@ -328,6 +328,11 @@ class StepPolicy:
         4.0, "", "of the loads' changes to a typical car's, or its inverse, beyond which a run is refused",
         "In the same tests: 0.94 to 1.04. lbf, kgf and kN read as N are off by factors of 4.4 and more.",
     )  # fmt: skip
+    bump_rolling: float = threshold(
+        0.01, "share of the force", "of a wheel's rolling path, left in the loads, above which that path is in doubt",
+        "Simulated crossings of other vehicles: 0.044 to 0.054 with circular wheels, 0.019 with a flat contact patch, "
+        "0.005 with the path as the profile, 0.003 with point contact.",
+    )  # fmt: skip
     bump_airborne: float = threshold(
         0.25, "share of the crossing", "with an axle off the road, above which it is excluded",
         "Such a car lands on its bump stops, which the model does not have.",

@@ -30,6 +30,7 @@ from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.bump.measured_profile import BumpData
+from vdyn_cli.steps.bump.rolling_path import rolling_path
 from vdyn_cli.steps.bump.step import STEP
 
 
@@ -140,3 +141,14 @@ def test_a_flat_profile_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bump.csv").write_text("distance [m],height [m]\n0,0\n0.1,0\n0.2,0.0001\n", encoding="utf-8")
     with pytest.raises(InputError, match="not the profile of a bump"):
         gather(STEP, described(tmp_path, bump={"shape": "profile", "profile": "bump.csv"}))
+
+
+def test_loads_that_a_rolling_circle_may_explain_are_doubted() -> None:
+    path = rolling_path(SPEC, BumpData(LOGS), known())
+    # On a slope u' a circle is about R u'^2 / 2 above the road under its center: at most 33 mm here, less as it bends.
+    assert 0.020 < path.gap < 0.5 * 0.31 * (np.pi * 0.07 / 0.48) ** 2
+    (doubt,) = path.doubts(stiffness=400e3, residual=333.0)
+    assert doubt.doubt
+    assert "a circle of 0.310 m is up to 26 mm" in doubt.got
+    assert "push the car slowly" in doubt.remedy
+    assert not path.doubts(stiffness=400e3, residual=50.0)

@@ -22,6 +22,7 @@ from vdyn_cli.steps.bump.measured_profile import BumpData
 from vdyn_cli.steps.bump.noise import ChannelWeights
 from vdyn_cli.steps.bump.parts import bump_parts, coordinate_of
 from vdyn_cli.steps.bump.result import bump_result
+from vdyn_cli.steps.bump.rolling_path import RollingPath, rolling_path
 from vdyn_cli.steps.bump.selection import select_crossings
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
@@ -40,12 +41,13 @@ class BumpProblem(SimulatedProblem):
     Parameters
     ----------
     fit : without effects. bump_length : m.
-    findings : about the description, the bump's profile and the logs.
+    findings : about the description, the bump's profile and the logs. path : of a rolling wheel.
     """
 
     fit: BumpFit
     bump_length: float
     findings: tuple[Finding, ...]
+    path: RollingPath
 
     @property
     def model(self) -> Model:
@@ -87,7 +89,9 @@ class BumpProblem(SimulatedProblem):
         except ResultError as error:
             why = (*error.findings, text.NOT_DETERMINED)
             raise unpublished(error, lambda end: bump_result(fit, end, self.findings), why) from None
-        return bump_result(weighted, solution, self.findings)
+        result = bump_result(weighted, solution, self.findings)
+        doubts = self.path.doubts(self.fit.start[text.TIRE], result.fit.rms)
+        return replace(result, findings=(*doubts, *result.findings))
 
 
 def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
@@ -111,7 +115,7 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     of_logs = (f for log in data.runs for f in log.findings)
     fit = with_soft_hubs(on_its_road(BumpFit(crossings, model, car, weights)))
     findings = (*doubtful_car, *data.findings, *doubtful_runs, *of_logs, *text.uneven_road(fit))
-    return BumpProblem(fit, width, findings)
+    return BumpProblem(fit, width, findings, rolling_path(spec, data, known))
 
 
 def _model_on_bump(spec: BumpSpec, data: BumpData) -> tuple[Model, float]:
