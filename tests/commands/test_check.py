@@ -116,6 +116,7 @@ def test_a_direction_that_the_position_contradicts_is_corrected_before_runs_are_
     document = checked(path, tmp_path / "out", 1)
     said = "Correct the description first: coast_0.csv: position rises, but the direction is 'back'"
     assert document["sentence"].startswith(said)
+    assert [r["verdict"] for r in document["runs"]] == ["wrong", *["unknown"] * (RUNS - 1)]
 
 
 def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_runs_are_judged(tmp_path: Path) -> None:
@@ -138,6 +139,7 @@ def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_run
         ("coast.yaml:14", "write 'start: 600 s', or remove 'start' from all runs"),
     ]
     assert all(place in document["sentence"] for place, _ in corrections)
+    assert [r["verdict"] for r in document["runs"]].count("unknown") == RUNS - 3
 
 
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:
@@ -241,7 +243,7 @@ def test_a_sign_that_the_step_refuses_is_said_at_the_track(tmp_path: Path) -> No
     )
     document = checked(path, tmp_path / "out", 1)
     assert document["sentence"].startswith("Correct the description first: vdyn tire refuses sweep.csv, force_z: Fz is")
-    assert document["runs"][0]["verdict"] == "correct"
+    assert document["runs"][0]["verdict"] == "wrong"
     assert "vdyn tire refuses it: Fz is negative" in document["runs"][0]["why"][0]
     assert document["findings"][0]["remedy"] == "add 'sign: -1' to its channel"
 
@@ -283,7 +285,7 @@ def test_a_wrong_unit_of_the_description_is_no_reason_to_drive_again(tmp_path: P
     assert said.startswith("Correct the description first: channel 'speed' is read in 'm/s'")
     assert "correct the unit in the description" in said
     assert "repeated" not in said
-    assert [(run["verdict"], len(run["why"])) for run in document["runs"]] == [("correct", 1)] * RUNS
+    assert [(run["verdict"], len(run["why"])) for run in document["runs"]] == [("wrong", 1)] * RUNS
     with pytest.raises(ResultError) as refused:
         write_step("coastdown", path, (), tmp_path / "out", None)
     assert "the file states another unit 'km/h'" in refused.value.findings[0].what

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from tests.bench import cases
+from tests.conftest import ROOT
 from tests.plant import cg, wheel
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.commands.plan_text import plan_lines
@@ -96,6 +97,14 @@ def test_more_runs_of_the_kind_that_is_logged_are_more_accurate(tmp_path: Path) 
     assert set(_std(now)) >= set(cg.truth(random_vehicle(8124)))
     smallest, then = ({d.effect: d.amplitude for d in one.detectable} for one in (now, later))
     assert then["clock_offset"] == pytest.approx(smallest["clock_offset"] / 2, rel=0.1)
+
+
+@pytest.mark.slow
+def test_one_of_several_logged_coasts_detects_nothing(tmp_path: Path) -> None:
+    one = plan(ROOT / "configs" / "coastdown.yaml", runs=1)
+    assert one.detectable == []
+    assert any("1 coast-down is too few for a diagnosis" in n.because for n in one.not_testable)
+    assert any("1 of 8 runs are planned" in f.what for f in one.findings)
 
 
 @pytest.mark.slow

@@ -14,15 +14,18 @@ Decision = Literal["cut", "kept", "marked"]
 Outcome = Literal["met", "not met", "not checked"]
 
 
+RunVerdict = Literal["keep", "repeat", "wrong", "unknown"]
+
+
 class CheckedRun(Entry):
     """One run, and whether it must be driven again."""
 
     run: str = Field(description="name of the run's log")
-    verdict: Literal["keep", "repeat", "correct"] = Field(
-        description="repeat: the run cannot be used for its step; correct: the description is wrong, so that the "
-        "run is not evaluated"
+    verdict: RunVerdict = Field(
+        description="repeat: the run cannot be used for its step; wrong: its entries in the description are wrong; "
+        "unknown: the run is not judged before another entry is corrected"
     )
-    why: list[str] = Field(description="reasons for a repetition or correction; for a run to keep: notes about it")
+    why: list[str] = Field(description="reasons of the verdict; for a run to keep: notes about it")
     duration: float = Field(description="time from the first to the last sample, s")
     samples: int = Field(description="number of rows")
     lost: float = Field(description="share of the evaluated time in which a needed channel is cut, 0 to 1")

@@ -35,8 +35,8 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping
         document=document,
         verdict="good"
         if document.good
-        else "correct"
-        if any(r.verdict == "correct" for r in document.runs)
+        else "description wrong"
+        if any(r.verdict in ("wrong", "unknown") for r in document.runs)
         else "repeat",
         sentence=typography.prose(document.sentence),
         runs=_runs(document),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import sqrt
+from math import nan, sqrt
 
 import numpy as np
 
@@ -62,6 +62,10 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     hidden = list(untestable(model, base, found.scores))
     if runs >= fewest_runs(POLICY.level):
         hidden = [u for u in hidden if obstacle(model, found.scores, u.effect) != "runs"]
+    if runs < model.setup.fewest_runs:
+        few = f"{runs} {model.setup.run}{'s are' if runs > 1 else ' is'} too few for a diagnosis"
+        hidden += [_hidden(n, f"{few} (needed: {model.setup.fewest_runs})") for n in found.testable]
+        found = replace(found, testable=())
     single = [n for n in model.setup.candidates if len(model.amplitudes(n)) == 1]
 
     def contrast(effect: str, *beside: str) -> Contrast:
@@ -79,6 +83,10 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
         _added(designer, open_ones),
         designer.spread(),
     )
+
+
+def _hidden(effect: str, because: str) -> NotTestable:
+    return NotTestable(effect=effect, because=because, size=nan, unit="", would_bias={})
 
 
 def _repeated(base: FittedModel, times: float) -> FittedModel:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
 from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
-from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, TiedPair
+from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, RunVerdict, TiedPair
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, VdynError, did_you_mean, merge_similar
 from vdyn_cli.quantities.log import Log
@@ -74,7 +73,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     vehicle = implausible_rotating_mass(inputs)
     runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]
     if wrong:
-        runs = [run.model_copy(update={"verdict": "correct"}) for run in runs]
+        runs = [_until_corrected(inputs, k, run, contradicted) for k, run in enumerate(runs)]
     document = CheckDocument(
         format="vdyn/check/1",
         step=inputs.step.name,
@@ -202,7 +201,7 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: VdynError, 
     wrong = [_text(f) for f in wrong_units(one.log.findings)]
     unusable = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused.findings if _about(f, one)]
     if wrong or (unusable and isinstance(refused, InputError)):  # all else may follow from a wrong description
-        return _one_run(one, "correct", wrong or unusable, lost)
+        return _one_run(one, "wrong", wrong or unusable, lost)
     repeat = [*([track.rejected[index]] if index in track.rejected else []), *unusable]
     if lost > CHECK.most_lost:
         worst = max((f for f in cuts if f.channel in (*needed, EVERY)), key=lambda f: f.samples)
@@ -228,11 +227,20 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: VdynError, 
     return _one_run(one, "repeat" if repeat else "keep", repeat or notes, lost)
 
 
+def _until_corrected(inputs: Inputs, index: int, run: CheckedRun, contradicted: Sequence[Finding]) -> CheckedRun:
+    """A run of a wrong description: wrong where its own entries are, else not judged."""
+    places = {inputs.source.where(("runs", index, key)) for key in ("direction", "start")}
+    about = [_text(f) for f in contradicted if f.where in places or _about(f, inputs.unsplit[index])]
+    own = run.why if run.verdict == "wrong" else about
+    why = own or ["not judged before the description is corrected"]
+    return run.model_copy(update={"verdict": "wrong" if own else "unknown", "why": why})
+
+
 def _about(finding: Finding, one: CutLog) -> bool:
     return finding.where.partition(", ")[0] == one.log.name or finding.where.startswith(f"{one.log.name} ")
 
 
-def _one_run(one: CutLog, verdict: Literal["keep", "repeat", "correct"], why: Sequence[str], lost: float) -> CheckedRun:
+def _one_run(one: CutLog, verdict: RunVerdict, why: Sequence[str], lost: float) -> CheckedRun:
     samples = int(one.log.time.size)
     return CheckedRun(
         run=one.log.name, verdict=verdict, why=list(why), duration=one.log.duration, samples=samples, lost=lost

@@ -82,10 +82,18 @@ def _logs_exist(step: Step, path: Path) -> bool:
 
 
 def _from_logs(inputs: Inputs, runs: int) -> _Expected:
-    """From logs: the scatter between runs decreases with their number, the errors of inputs do not."""
+    """From logs: the scatter between runs decreases with their number, the errors of inputs do not.
+
+    Fewer runs than logged are taken to have the same directions and conditions in balance, which is said.
+    """
     found = _published(inputs)
     result = found.refused(inputs.step.name) if isinstance(found, Failure) else found
     plan_, failed = _run_plan(inputs, runs)
+    logged = len(inputs.spec.runs)
+    if runs < logged:
+        what = f"{runs} of {logged} runs are planned as if they had the directions and conditions of all in balance"
+        remedy = f"for {runs} runs as logged, remove the others from the description and plan again"
+        failed = (*failed, Finding("plan", what, "", remedy, doubt=True))
     fewer = sqrt(max(len(inputs.spec.runs), 1) / runs)
     whole = with_input_uncertainty(result, inputs)
     figures = {}
