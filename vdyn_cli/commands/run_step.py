@@ -104,12 +104,12 @@ def tell_step(run: StepRun, tell: Tell) -> None:
 
 
 def tell_result(record: StepRecord, tell: Tell) -> None:
-    """Print notes, warnings, parameters and the sentences of a record."""
+    """Print warnings, notes, parameters and the sentences of a record."""
     result = record.result
-    for finding in merge_similar([f for f in result.findings if not f.doubt]):
-        tell(f"note: {finding}", detail=finding.minor)
     for warning in result.fit.warnings:
         tell(f"warning: {warning}")
+    for finding in merge_similar([f for f in result.findings if not f.doubt]):
+        tell(f"note: {finding}", detail=finding.minor)
     if result.parameters:  # in a description, the number after +- is one standard deviation
         tell(f"  {'':<30} value ± half of the 95 % interval")
     for key, estimate in result.parameters.items():

@@ -4,9 +4,11 @@ from vdyn_cli.quantities.constants import GRAVITY
 
 @effect(
     on="motion_moment",
-    unknowns=Quantity("pitch_axis", "m", "distance of the pitch axis below the center of gravity", "e", -0.3, 0.6),
+    unknowns=Quantity(
+        "pitch_axis", "m", "distance of the pitch axis below the center of gravity (negative: above)", "e", -0.3, 0.6
+    ),
     reference="moments of a sprung body; suspension kinematics put the axis near the road or the wheel centers",
-    label="a pitch axis below the center of gravity",
+    label="a pitch axis away from the center of gravity",
     signature="The residual is proportional to the pitch angle; the estimated height is some percent too high.",
     alike=("cg_height", "accelerometer_tilt"),
     confirm="Lift the rear axle of the parked car by some degrees: the front axle's load gives the height directly.",
