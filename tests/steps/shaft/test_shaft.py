@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from tests.effects.recovered import added
 from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from tests.steps.shaft.test_shaft_fit import log
-from vdyn_cli.effects import candidates, catalog
+from vdyn_cli.effects import Effect, candidates, catalog
 from vdyn_cli.inference import Unknown
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import gather
@@ -41,6 +42,10 @@ def spec(vehicle: Vehicle | None = None, **more: object) -> ShaftSpec:
             ]  # fmt: skip
         more = {"sections": drawn, "shear_modulus": f"{vehicle.shear_modulus} +- 3e8 Pa", **more}
     return ShaftSpec.model_validate({"test": "shaft", **more})
+
+
+def _joints() -> Effect:
+    return next(effect for effect in catalog() if effect.name == "series_compliance")
 
 
 def test_the_drawing_alone_gives_both_sides() -> None:
@@ -102,9 +107,10 @@ def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:
 def test_a_drawing_that_the_log_contradicts_is_reported_also_where_joints_explain_it() -> None:
     vehicle = random_vehicle(3)
     data = (log(vehicle, 3, series_compliance=0.25 / plant.truth(vehicle)["shaft_stiffness_left"]),)
-    joints = next(effect for effect in catalog() if effect.name == "series_compliance")
+    joints = _joints()
     added = AddedEffects((joints,), (Unknown("series_compliance", 0.0, -2e-6, 2e-4, "rad/(N m)"),))
-    problem = STEP.prepare(spec(vehicle, runs=RUN), data, Parameters())
+    problem = prepare(spec(vehicle, runs=RUN), data, Parameters())
+    assert problem.sides[0].drawn_bar((joints,)) is not None
     (finding,) = (f for f in problem.publish(added).findings if f.where == "left, log and drawing")
     assert finding.doubt
     assert "20 % softer than calculated from its drawing" in finding.what
@@ -116,12 +122,29 @@ def test_a_log_stiffer_than_the_drawing_contradicts() -> None:
     data = log(vehicle, 4)
     slower = data["wheel_speed"] + 0.8 * (data["motor_speed"] - data["wheel_speed"])
     stiffer = data.with_channels(twist=0.8 * data["twist"], motor_speed=slower)
-    result = STEP.estimate(spec(vehicle, runs=RUN), (stiffer,), Parameters())
+    problem = prepare(spec(vehicle, runs=RUN), (stiffer,), Parameters())
+    assert problem.sides[0].drawn_bar((_joints(),)) is None
+    result = problem.publish()
     (said,) = (f for f in result.findings if "cannot make a shaft stiffer" in f.what)
     assert said.doubt
     low, high = result.parameters["shaft_stiffness_left"].interval95
     drawn = plant.truth(vehicle)["shaft_stiffness_left"]
     assert low < drawn < 1.25 * drawn < high
+
+
+@pytest.mark.slow
+def test_no_effect_is_named_where_the_log_is_stiffer_than_a_wrong_drawing(root: Path, tmp_path: Path) -> None:
+    text = (root / "configs/shaft.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
+    bar = "sections:\n  left:\n    - {outer_diameter: 31.00 mm, length: 354 mm}\nchannels:"
+    (tmp_path / "shaft.yaml").write_text(re.sub(r"sections:.*?channels:", bar, text, flags=re.DOTALL))
+    result = execute("shaft", tmp_path / "shaft.yaml").result
+    assert result.diagnosis is not None
+    assert result.diagnosis.verdict == "adequate"
+    stiffness, damping = (result.parameters[f"shaft_{name}_left"] for name in ("stiffness", "damping"))
+    assert stiffness.value == pytest.approx(29294, rel=1e-3)
+    assert stiffness.interval95[0] > 20000  # that of the drawing is 20310
+    assert damping.std < 0.02 * damping.value
+    assert not stiffness.spans
 
 
 def test_backlash_shows_as_more_than_noise() -> None:

@@ -20,6 +20,7 @@ from vdyn_cli.steps.shaft.combined_regression import regression_with_effects
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
 from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 UNIT = "N m/rad"
 EXACT = 1e-3  # least relative standard deviation of a drawing's stiffness
@@ -93,10 +94,18 @@ class ShaftSide:
         )
 
     def drawn_bar(self, effects: Sequence[Effect]) -> tuple[float, float] | None:
-        """Prior (mean, std) of the bar's stiffness from the drawing, N m/rad, if an effect in series is in the law."""
+        """Prior (mean, std) of the bar's stiffness from the drawing, N m/rad, if an effect in series is in the law.
+
+        None if the log is stiffer than the drawing: no effect in series explains that, and other effects would be
+        fitted to the difference.
+        """
         if self.drawing is None or not any("beside_drawing" in effect.tags for effect in effects):
             return None
-        return self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
+        drawn = self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
+        log = even_if_refused(lambda: self.linear)
+        stiffness = self._budget(log, "shaft_stiffness", UNIT, log.std["shaft_stiffness"])
+        apart = (stiffness.value - drawn[0]) / float(np.hypot(stiffness.std, drawn[1]))
+        return None if apart > STEP_POLICY.agreeing_std else drawn
 
     def regression(self, added: AddedEffects) -> Regression:
         """The regression over the logs of this side, rows in standard deviations, with effects in the law.
