@@ -127,7 +127,7 @@ def _answered(prepared: PreparedStep, inputs: Inputs, level: float | None) -> tu
     result = replace(result, findings=(*result.findings, *simulated_gain_findings(result.comparisons)))
     if level is None:
         return result, result
-    doubts = tuple(f for f in inputs.findings if f.doubt)
+    doubts = tuple(f for f in (*inputs.findings, *implausible_rotating_mass(inputs)) if f.doubt)
     of_logs = {f for log in inputs.logs for f in log.findings}
     faults = (
         *_faults(inputs, result.fit.runs if result.fit else ()),
