@@ -256,6 +256,18 @@ def test_the_longest_gap_of_a_clock_has_its_times(tmp_path: Path) -> None:
     assert [(f["from"], f["to"], f["segments"]) for f in flags] == [(pytest.approx(39.8), pytest.approx(43.9), 2)]
 
 
+def test_a_coast_with_a_long_gap_of_the_clock_is_to_be_repeated(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    rows = (tmp_path / "coast_1.csv").read_text().splitlines()
+    (tmp_path / "coast_1.csv").write_text("\n".join(rows[:300] + rows[700:]))
+    document = checked(path, tmp_path / "out", 1)
+    assert [r["run"] for r in document["runs"] if r["verdict"] == "repeat"] == ["coast_1.csv"]
+    (why,), (gap,) = document["runs"][1]["why"], [f for f in document["flags"] if f["test"] == "clock_gap"]
+    assert "are missing: time steps by 40.1 s" in why
+    assert gap["share"] == pytest.approx(40.1 / 94.9, rel=1e-3)
+    assert any("include the runs to repeat" in s and "coast_1" in s for s in document["coasts"]["sentences"])
+
+
 def test_a_clock_that_lost_samples_is_noted(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     rows = (tmp_path / "coast_1.csv").read_text().splitlines()

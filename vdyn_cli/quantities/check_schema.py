@@ -28,7 +28,9 @@ class CheckedRun(Entry):
     why: list[str] = Field(description="reasons of the verdict; for a run to keep: notes about it")
     duration: float = Field(description="time from the first to the last sample, s")
     samples: int = Field(description="number of rows")
-    lost: float = Field(description="share of the evaluated time in which a needed channel is cut, 0 to 1")
+    lost: float = Field(
+        description="share of the evaluated time in which a needed channel is cut or the clock pauses, 0 to 1"
+    )
 
 
 class CheckFlag(Entry):
@@ -44,7 +46,9 @@ class CheckFlag(Entry):
     start: float = Field(alias="from", description="first time of the longest segment, s")
     stop: float = Field(alias="to", description="last time of the longest segment, s")
     samples: int = Field(description="samples of all segments")
-    share: float = Field(description="samples of all segments over the rows of the run")
+    share: float = Field(
+        description="samples of all segments over the rows of the run; of clock gaps, their time over the duration"
+    )
     why: str = Field(description="the fact, of the longest segment")
 
 

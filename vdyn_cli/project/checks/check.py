@@ -10,6 +10,7 @@ import numpy as np
 
 from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.file_units import wrong_units
+from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.checks.description_checks import refuse_pipeline
@@ -17,7 +18,15 @@ from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
 from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
-from vdyn_cli.quantities.check_schema import CheckDocument, CheckedRun, CheckFlag, Decision, RunVerdict, TiedPair
+from vdyn_cli.quantities.check_schema import (
+    CheckDocument,
+    CheckedRun,
+    CheckFlag,
+    CoastBalance,
+    Decision,
+    RunVerdict,
+    TiedPair,
+)
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, VdynError, did_you_mean, merge_similar
 from vdyn_cli.quantities.log import Log
@@ -84,7 +93,7 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
         clocks=list(inputs.clocks),
-        coasts=found.coasts,
+        coasts=_with_repeated(found.coasts, runs),
         parameters="not evaluated",
         findings=[
             FindingEntry(**f.to_json())
@@ -121,9 +130,9 @@ def _correct_first(inputs: Inputs, wrong: Sequence[str]) -> str:
 
 
 def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[Finding]) -> str:
-    """The answer: the runs to repeat or those with notes, doubts about the vehicle, and missing directions or unmet
+    """The answer: doubts about the vehicle, the runs to repeat or those with notes, and missing directions or unmet
     limits of the campaign."""
-    coasts, said = track.coasts, [_of_runs(runs), *(f"Doubtful: {f.what}." for f in vehicle)]
+    coasts, said = track.coasts, [*(f"Doubtful: {f.what}." for f in vehicle), _of_runs(runs)]
     if coasts is None:
         return " ".join(said)
     if not coasts.out and not coasts.back:
@@ -197,16 +206,19 @@ def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: VdynError, 
     """One run: whether it must be repeated, and why."""
     one, needed = inputs.unsplit[index], _needed(inputs.step)
     span = track.evaluated.get(index, (float(one.log.time[0]), float(one.log.time[-1])))
-    lost, cuts = _lost(one, needed, span), [f for f in _flags(one) if f.decision == "cut"]
+    continuous = index in track.evaluated  # a logger may pause between the parts of other tests
+    lost, cuts = _lost(one, needed, span, continuous), [f for f in _flags(one) if f.decision == "cut"]
     wrong = [_text(f) for f in wrong_units(one.log.findings)]
     unusable = [f"vdyn {inputs.step.name} refuses it: {_text(f)}" for f in refused.findings if _about(f, one)]
     if wrong or (unusable and isinstance(refused, InputError)):  # all else may follow from a wrong description
         return _one_run(one, "wrong", wrong or unusable, lost)
     repeat = [*([track.rejected[index]] if index in track.rejected else []), *unusable]
     if lost > CHECK.most_lost:
-        worst = max((f for f in cuts if f.channel in (*needed, EVERY)), key=lambda f: f.samples)
-        of = "evaluated" if index in track.evaluated else "logged"
-        repeat.append(f"{100 * lost:.0f} % of the {of} {span[1] - span[0]:.0f} s are cut: {_flag_text(worst)}")
+        gaps = [f for f in _flags(one) if f.test == "clock_gap"] if continuous else []
+        worst = max((*(f for f in cuts if f.channel in (*needed, EVERY)), *gaps), key=lambda f: f.share)
+        of = "evaluated" if continuous else "logged"
+        are = "missing" if worst.test == "clock_gap" else "cut"
+        repeat.append(f"{100 * lost:.0f} % of the {of} {span[1] - span[0]:.0f} s are {are}: {_flag_text(worst)}")
     repeat += [_text(f) for f in one.log.findings if f.fault]
     repeat += [
         f"{f.channel} is saturated: {f.why} ({f.samples} samples); set the sensor's range"
@@ -290,15 +302,37 @@ def _needed(step: Step) -> tuple[str, ...]:
     return tuple(n for n in (*names_, *sources) if n != "time")
 
 
-def _lost(one: CutLog, needed: Sequence[str], span: tuple[float, float]) -> float:
-    """Share of the rows between two times in which a needed channel is cut."""
+def _with_repeated(coasts: CoastBalance | None, runs: Sequence[CheckedRun]) -> CoastBalance | None:
+    """The balance of a campaign that names the runs in it that must be repeated."""
+    if coasts is None:
+        return None
+    used = {r.run for r in coasts.runs if r.mean is not None}
+    again = [r.run for r in runs if r.verdict == "repeat" and r.run in used]
+    if not again:
+        return coasts
+    said = f"these include the runs to repeat, as do accuracy and limits: {', '.join(again)}"
+    return coasts.model_copy(update={"sentences": [*coasts.sentences[:1], said, *coasts.sentences[1:]]})
+
+
+def _lost(one: CutLog, needed: Sequence[str], span: tuple[float, float], continuous: bool) -> float:
+    """Share of the time between two times in which a needed channel is cut or, in a continuous run, the clock pauses.
+
+    A row lasts a usual step of the clock.
+    """
     time = one.log.time
     inside = (time >= span[0]) & (time <= span[1])
     gone = np.zeros(time.size, dtype=bool)
     for row in one.ledger:
         if row.decision != "kept" and row.channel in (EVERY, *needed):
             gone |= (time >= row.start) & (time <= row.stop)
-    return float(np.mean(gone[inside])) if inside.any() else 0.0
+    if not inside.any():
+        return 0.0
+    paused = clock_gaps(time[inside]) if continuous else np.empty(0, dtype=np.intp)
+    if not paused.size:
+        return float(np.mean(gone[inside]))
+    steps = np.diff(time[inside])
+    usual, missing = float(np.median(steps)), float(steps[paused].sum())
+    return (missing + usual * np.count_nonzero(gone[inside])) / (missing + usual * np.count_nonzero(inside))
 
 
 def _flags(one: CutLog) -> Iterator[CheckFlag]:
@@ -320,6 +354,8 @@ def _flags(one: CutLog) -> Iterator[CheckFlag]:
     for (channel, test, decision), segments in groups.items():
         first, last, _, why = max(segments, key=lambda s: (s[2], s[1] - s[0], -s[0]))
         samples = sum(s[2] for s in segments)
+        duration = float(time[-1] - time[0])
+        paused = sum(s[1] - s[0] for s in segments) / duration if test == "clock_gap" and duration > 0 else None
         yield CheckFlag.model_validate(
             {
                 "run": one.log.name,
@@ -330,7 +366,7 @@ def _flags(one: CutLog) -> Iterator[CheckFlag]:
                 "from": first,
                 "to": last,
                 "samples": samples,
-                "share": samples / max(time.size, 1),
+                "share": samples / max(time.size, 1) if paused is None else paused,
                 "why": why,
             }
         )
