@@ -182,3 +182,14 @@ def test_a_logger_that_paused_or_stopped_is_reported(tmp_path: Path) -> None:
     clock = entries(tmp_path / "drive.csv")["time [s]"]
     assert clock["gaps"] == [1, 80.0, 87.6]
     assert clock["stalls"] == [[pytest.approx(157.5), pytest.approx(169.5, abs=0.11)]]
+
+
+def test_gaps_and_constant_segments_of_a_further_log_are_stated(tmp_path: Path) -> None:
+    rows = [f"{0.1 * k:.1f},{80.0 - 0.05 * k:.2f}" for k in range(1000)]
+    held = [f"{0.1 * k:.1f},{80.0 - 0.05 * (k if not 400 <= k < 700 else 400):.2f}" for k in range(1000)]
+    paths = [tmp_path / f"{name}.csv" for name in ("whole", "gap", "held")]
+    for path, lines in zip(paths, (rows, rows[:300] + rows[700:], held), strict=True):
+        path.write_text("\n".join(["Time [s],Speed [km/h]", *lines]))
+    text, _ = channels_table(*paths)
+    assert "against whole.csv: 'Time [s]': gap from 29.90 s to 70.00 s\n" in text
+    assert "against whole.csv: 'Speed [km/h]': constant at 60 from 40.0 s to 69.9 s (30 %)" in text

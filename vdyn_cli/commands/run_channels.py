@@ -56,11 +56,21 @@ def _differences(name: str, facts: Sequence[ChannelFacts], found: Sequence[Chann
             differs.append(f"'{b.column}' in {b.info.unit or 'no stated unit'} instead of {a.info.unit or 'none'}")
         if a.state != b.state:
             differs.append(f"'{b.column}': {b.state} instead of {a.state}")
-    rates = [next((f.info.rate for f in some if f.state == "clock"), math.nan) for some in (facts, found)]
+        differs += [f"'{b.column}': {note}" for note in (*_gap_notes(b), *([] if a.rest else _rest_notes(b)))]
+    rates = [next((_running_rate(f) for f in some if f.state == "clock"), math.nan) for some in (facts, found)]
     if abs(rates[1] - rates[0]) > _LIKE_RATE * abs(rates[0]):
         differs.append(f"clock of {rates[1]:.4g} Hz instead of {rates[0]:.4g} Hz")
     said = "; ".join(text for text in differs if text)
     return [f"    against {name}: {said or 'the same columns and units'}"]
+
+
+def _running_rate(clock: ChannelFacts) -> float:
+    """The rate of a clock without its gap, Hz; NaN with several gaps, of which only the longest is known."""
+    if clock.gaps is None:
+        return clock.info.rate
+    count, start, stop = clock.gaps
+    running = clock.info.span[1] - clock.info.span[0] - (stop - start)
+    return (clock.samples - 2) / running if count == 1 and running > 0 else math.nan
 
 
 def _absent(verb: str, names: Sequence[str], order: Sequence[str]) -> str:
@@ -153,24 +163,31 @@ def _notes(facts: ChannelFacts) -> list[str]:
         notes.append(
             f"{facts.info.late} rows are not after all times before: leave them out by 'reading: {{clock: drop}}'"
         )
-    if facts.gaps:
-        count, start, stop = facts.gaps
-        longest = f"from {_seconds(start, stop - start)} to {_seconds(stop, stop - start)}"
-        notes.append(f"gap {longest}" if count == 1 else f"{count} gaps, the longest {longest}")
+    notes += _gap_notes(facts)
     if facts.repeated > 1 and facts.state != "clock":
         notes.append(f"one of {facts.repeated} of this name" + (f", from '{s}'" if (s := facts.info.source) else ""))
     if facts.mark:
         notes.append(f"{facts.mark[0]} samples of {facts.mark[1]:.10g} count as missing")
     if facts.same_as:
         notes.append(f"same samples as '{facts.same_as}'")
-    if facts.rest:
-        start, stop, value = facts.rest
-        length = facts.info.span[1] - facts.info.span[0]
-        share = (stop - start) / length if length > 0 else 0.0
-        notes.append(
-            f"constant at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({100 * share:.0f} %)"
-        )
-    return notes
+    return notes + _rest_notes(facts)
+
+
+def _gap_notes(facts: ChannelFacts) -> list[str]:
+    if not facts.gaps:
+        return []
+    count, start, stop = facts.gaps
+    longest = f"from {_seconds(start, stop - start)} to {_seconds(stop, stop - start)}"
+    return [f"gap {longest}" if count == 1 else f"{count} gaps, the longest {longest}"]
+
+
+def _rest_notes(facts: ChannelFacts) -> list[str]:
+    if not facts.rest:
+        return []
+    start, stop, value = facts.rest
+    length = facts.info.span[1] - facts.info.span[0]
+    share = (stop - start) / length if length > 0 else 0.0
+    return [f"constant at {value:.5g} from {_seconds(start, length)} to {_seconds(stop, length)} ({100 * share:.0f} %)"]
 
 
 def _clock_unit(facts: ChannelFacts) -> str:
