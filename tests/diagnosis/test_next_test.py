@@ -106,6 +106,7 @@ def test_what_is_promised_is_what_the_plant_says_of_driving_it(name: str, rival:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough
 def test_the_logs_of_the_manoeuvre_tell_as_much(tmp_path: Path) -> None:
     """The manoeuvre is driven by the plant, logged, read and fitted together with the first runs."""
     ratios = []
