@@ -104,7 +104,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
 
 
 def _separated(gray: Array, level: float, dark: bool, exclude: Mask) -> tuple[Mask, int, float]:
-    """:func:`_large_pieces` of the pixels on the car's side of a gray level.
+    """The large pieces of the pixels on the car's side of a gray level, as ``_large_pieces`` gives them.
 
     Raises
     ------
