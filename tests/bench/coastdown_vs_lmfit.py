@@ -22,7 +22,7 @@ from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
-from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.preparation import prepare
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
-from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.preparation import prepare
 
 MORNING = datetime(2026, 5, 18, 11, 55, 0)
 NAMES = "DATE_TIME,Temperature,Relative Humidity,Barometric Pressure,Station Pressure,Wind Speed,Compass True Direction"

@@ -30,7 +30,7 @@ def first_changed(runs: Sequence[Run]) -> int | None:
     """Index of the first run after the change that the problem finds."""
     problem = prepared(runs).problem
     assert isinstance(problem, CoastdownProblem)
-    return next((k for k, run in enumerate(problem.placed.runs) if run.changed), None)
+    return next((k for k, run in enumerate(problem.campaign_on_road.runs) if run.changed), None)
 
 
 def driven_with(after: Vehicle, seed: int = SEED, effects: dict[str, float] | None = None) -> list[Run]:

@@ -16,7 +16,7 @@ from vdyn_cli.project.execute import execute
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import AddedEffects
-from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.preparation import prepare
 from vdyn_cli.steps.coastdown.step import STEP
 
 estimate = STEP.estimate

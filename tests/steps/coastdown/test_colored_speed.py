@@ -41,5 +41,5 @@ def test_a_filtered_error_of_the_speed_is_found_as_such() -> None:
 def test_a_small_remainder_of_the_road_is_no_error_of_the_speed() -> None:
     exact = messy_day.Logger(noise=0.001, step=0.0)
     day = messy_day.drive(21, messy_day.Day(rms=1e-3, waves="random", upper=25.0, lower=5.0, runs=6, logger=exact))
-    placed = prepared(day, False).problem.placed  # type: ignore[attr-defined]
-    assert not placed.filtered
+    campaign = prepared(day, False).problem.campaign_on_road  # type: ignore[attr-defined]
+    assert not campaign.filtered

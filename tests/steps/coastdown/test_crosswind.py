@@ -23,7 +23,7 @@ def fits() -> tuple[RoadLoadFit, RoadLoadFit]:
     """A calm day and a day with gusts of 0.8 m/s, as in a mean wind of 4 m/s across the road."""
     winds = (messy_day.Weather(gust=0.15, drift=0.0), messy_day.Weather(gust=0.8, drift=0.0))
     days = [messy_day.drive(16, replace(DAY, weather=wind)) for wind in winds]
-    calm, windy = (fit_road_load(prepared(day, False).problem.placed) for day in days)  # type: ignore[attr-defined]
+    calm, windy = (fit_road_load(prepared(day, False).problem.campaign_on_road) for day in days)  # type: ignore[attr-defined]
     return calm, windy
 
 

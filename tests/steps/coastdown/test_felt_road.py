@@ -33,7 +33,7 @@ def felt(case: Case, seed: int) -> RoadLoadFit:
         logs.append(Log(f"run_{k}.csv", run.time, noisy))
     ready = prepared(case, False)
     problem = STEP.prepare(ready.spec, tuple(logs), ready.known)
-    return fit_road_load(problem.placed)  # type: ignore[attr-defined]
+    return fit_road_load(problem.campaign_on_road)  # type: ignore[attr-defined]
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ LEVEL = {"roughness": "0 %"}
 
 
 def fitted(case: messy_day.Case, position: bool = False) -> RoadLoadFit:
-    return fit_road_load(prepared(case, position).problem.placed)  # type: ignore[attr-defined]
+    return fit_road_load(prepared(case, position).problem.campaign_on_road)  # type: ignore[attr-defined]
 
 
 def test_local_forces_are_those_of_the_car() -> None:
@@ -63,7 +63,7 @@ def test_runs_share_no_force_on_a_level_road_and_one_on_an_undulating_road() -> 
 def test_influence_is_that_of_fits_without_the_run() -> None:
     case = messy_day.drive(14, replace(SHORT, runs=6))
     problem = prepared(case, False, road=LEVEL).problem
-    full = fit_road_load(problem.placed)  # type: ignore[attr-defined]
+    full = fit_road_load(problem.campaign_on_road)  # type: ignore[attr-defined]
     shifts = influence(full)
     for k, run in enumerate(full.campaign.runs):
         keep = [i for i in range(6) if i != k]

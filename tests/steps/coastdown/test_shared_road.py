@@ -41,7 +41,7 @@ def test_an_undulating_road_is_no_gust_and_no_resistance() -> None:
 @pytest.mark.slow
 def test_the_way_back_is_found_on_the_road_of_the_way_out() -> None:
     case = messy_day.drive(4, ROUGH)
-    turn = prepared(case, position=False).problem.placed.turn  # type: ignore[attr-defined]
+    turn = prepared(case, position=False).problem.campaign_on_road.turn  # type: ignore[attr-defined]
     starts = {way: np.mean([r.position[0] for r in case.runs if r.direction == way]) for way in ("out", "back")}
     assert turn == pytest.approx(starts["back"] - starts["out"], abs=100.0)
 
@@ -49,7 +49,7 @@ def test_the_way_back_is_found_on_the_road_of_the_way_out() -> None:
 @pytest.mark.slow
 def test_a_level_road_widens_the_interval_a_little() -> None:
     case = messy_day.drive(4, replace(SHORT, rms=0.0))
-    fit = prepared(case, position=False).problem.placed  # type: ignore[attr-defined]
+    fit = prepared(case, position=False).problem.campaign_on_road  # type: ignore[attr-defined]
     assert fit.layout is not None
     with_road, without = fit_road_load(fit), fit_road_load(replace(fit, flat_road=True))
     assert with_road.sizes["roughness"] < 3e-4
@@ -69,7 +69,7 @@ def test_a_profile_over_the_logged_position_can_be_published() -> None:
 
 def test_the_likelihood_of_a_roughness_has_the_slope_it_says() -> None:
     problem = prepared(messy_day.drive(6, ROUGH), position=True).problem
-    fit = fit_road_load(problem.placed)  # type: ignore[attr-defined]
+    fit = fit_road_load(problem.campaign_on_road)  # type: ignore[attr-defined]
     rows, random = fit.rows, fit.rows.random()
     assert random is not None
     start = fit.regression.start()
@@ -96,7 +96,7 @@ def test_every_spectrum_is_a_correlation(spectrum: int) -> None:
 @pytest.mark.parametrize(("rms", "brake"), [(0.0, 150.0), (0.0015, 0.0)], ids=["a brake that fades", "a road"])
 def test_only_what_turns_with_the_heading_is_a_road(rms: float, brake: float) -> None:
     case = messy_day.drive(4, replace(ROUGH, rms=rms, brake=brake, runs=6))
-    found = prepared(case, position=False).problem.placed.shown_roughness  # type: ignore[attr-defined]
+    found = prepared(case, position=False).problem.campaign_on_road.shown_roughness  # type: ignore[attr-defined]
     assert found < 4e-4 if brake else 0.001 < found < 0.003
 
 
@@ -133,5 +133,5 @@ def test_the_forces_of_open_answers_are_held() -> None:
 def test_the_published_fit_does_not_depend_on_where_the_search_ended() -> None:
     problem = prepared(messy_day.drive(4, ROUGH), position=False).problem
     searched = problem.publish().extra["noise"]
-    typical = fit_road_load(problem.placed).sizes  # type: ignore[attr-defined]
+    typical = fit_road_load(problem.campaign_on_road).sizes  # type: ignore[attr-defined]
     assert {n: searched[n] for n in typical} == pytest.approx(typical, rel=0.1)

@@ -21,7 +21,7 @@ DAY = messy_day.Day(rms=0.0, upper=25.0, lower=5.0, runs=4)
 
 @pytest.fixture(scope="module")
 def calm() -> RoadLoadFit:
-    return fit_road_load(prepared(messy_day.drive(16, DAY), False).problem.placed)  # type: ignore[attr-defined]
+    return fit_road_load(prepared(messy_day.drive(16, DAY), False).problem.campaign_on_road)  # type: ignore[attr-defined]
 
 
 def in_wind(fit: RoadLoadFit, wind: float) -> RoadLoadFit:

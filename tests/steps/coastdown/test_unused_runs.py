@@ -13,7 +13,8 @@ from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
+from vdyn_cli.steps.coastdown.preparation import prepare
+from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 from vdyn_cli.steps.coastdown.step import STEP
 
 WINDOW: dict[str, Any] = {"speed_window": ["74 km/h", "21 km/h"]}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from vdyn_cli.steps.coastdown.campaign_checks.planned_logs import PLANNED
 from vdyn_cli.steps.coastdown.campaign_checks.track_check import track_check
-from vdyn_cli.steps.coastdown.problem import CoastdownProblem, prepare
+from vdyn_cli.steps.coastdown.preparation import prepare
+from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step

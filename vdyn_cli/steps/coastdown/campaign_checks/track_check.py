@@ -22,7 +22,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
 )
 from vdyn_cli.steps.coastdown.doubts.changed_runs import CHANGED
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
-from vdyn_cli.steps.coastdown.problem import prepare
+from vdyn_cli.steps.coastdown.preparation import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.step_definition import TrackCheck
 from vdyn_cli.steps.step_policy import STEP_POLICY
