@@ -33,7 +33,7 @@ from vdyn_cli.steps.coastdown.plan import next_coasts
 from vdyn_cli.steps.coastdown.result import result_of
 from vdyn_cli.steps.coastdown.road.accelerometer_zero import AccelerometerZero
 from vdyn_cli.steps.coastdown.road.road_search import LocatedCampaign, located
-from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer
+from vdyn_cli.steps.coastdown.road_load_estimates import RoadLoadEstimates
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.failure import unpublished
@@ -146,10 +146,10 @@ class CoastdownProblem(SimulatedProblem):
         wider, contradiction = with_speed_gain(quality.fit, self._speed_gain)
         across, wind = crosswind_shift(wider, stated_crosswind(self.spec))
         quality = replace(quality, fit=wider)
-        answer = RoadLoadAnswer(wider, self.spec, self.selection, self.zeros, quality, added.effects, across)
+        estimates = RoadLoadEstimates(wider, self.spec, self.selection, self.zeros, quality, added.effects, across)
         of_logs = (f for log in self.logs for f in log.findings)
-        findings = (*self.findings, *contradiction, *wind, *doubts(answer), *of_logs)
-        return result_of(answer, self.known.estimates.get("frontal_area"), added.unknowns, findings)
+        findings = (*self.findings, *contradiction, *wind, *doubts(estimates), *of_logs)
+        return result_of(estimates, self.known.estimates.get("frontal_area"), added.unknowns, findings)
 
     def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""

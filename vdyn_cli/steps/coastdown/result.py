@@ -28,12 +28,16 @@ from vdyn_cli.steps.coastdown.fit.reference_conditions import (
 from vdyn_cli.steps.coastdown.fit.residuals import held_out_rms
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.noise import noise_of
-from vdyn_cli.steps.coastdown.road_load_answer import MAIN, SOURCE, RoadLoadAnswer, temperature_law
+from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed, table_speeds
+from vdyn_cli.steps.coastdown.road_load_estimates import MAIN, SOURCE, RoadLoadEstimates
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 
 
 def result_of(
-    answer: RoadLoadAnswer, frontal_area: Estimate | None, unknowns: Sequence[Unknown], findings: tuple[Finding, ...]
+    estimates: RoadLoadEstimates,
+    frontal_area: Estimate | None,
+    unknowns: Sequence[Unknown],
+    findings: tuple[Finding, ...],
 ) -> Result:
     """The result of a coast-down.
 
@@ -41,36 +45,39 @@ def result_of(
     ----------
     frontal_area : m^2; where given, the drag coefficient is published. unknowns : of the accepted effects.
     """
-    fit = answer.fit
-    tables = [text.coefficients(answer.loads), text.forces(answer.loads, answer.table_speeds)]
-    tables += [text.times(answer.times, answer.load, fit.inertia)] if answer.times else []
-    tables += [answer.quality.table()] if answer.quality.shifts else []
-    tables += [text.rejections(answer.selection.rejected)] if answer.selection.rejected else []
-    parameters, extra = _parameters(answer, frontal_area), _extra(answer)
+    fit, load, corrected = estimates.fit, estimates.load, estimates.corrected
+    loads = {"as tested": load} | ({} if corrected is None else {"corrected": corrected})
+    tables = [text.coefficients(loads), text.forces(loads, table_speeds(fit.speeds))]
+    tables += [text.times(estimates.times, load, fit.inertia)] if estimates.times else []
+    tables += [estimates.quality.table()] if estimates.quality.shifts else []
+    tables += [text.rejections(estimates.selection.rejected)] if estimates.selection.rejected else []
+    parameters, extra = _parameters(estimates, frontal_area), _extra(estimates)
     findings += implausible_drag(parameters.get("drag_coefficient"))
-    restate = partial(text.sentence, fixed=answer.fixed, speed=answer.quoted, logs=_logs(answer))
+    restate = partial(text.sentence, fixed=estimates.fixed, speed=quoted_speed(fit.speeds), logs=_logs(estimates))
     return Result(
         SOURCE,
         restate(parameters, extra),
         parameters,
-        _summary(answer),
-        text.methods(fit, answer.separation, answer.test, answer.reference, temperature_law(answer)),
+        _summary(estimates),
+        text.methods(
+            fit, extra["separation"]["words"], estimates.test, estimates.reference, estimates.temperature_effect
+        ),
         figures.comparisons(fit),
-        figures.figures(fit, answer.load, answer.times, answer.quality.figure(answer.load)),
+        figures.figures(fit, load, estimates.times, estimates.quality.figure(load)),
         tuple(tables),
         findings,
         extra,
         amplitudes=effect_amplitudes(fit.solution, unknowns),
         restate=restate,
-        contradicted=answer.quality.disagreement > 1.0,
+        contradicted=estimates.quality.disagreement > 1.0,
     )
 
 
-def _parameters(answer: RoadLoadAnswer, frontal_area: Estimate | None) -> Parameters:
+def _parameters(estimates: RoadLoadEstimates, frontal_area: Estimate | None) -> Parameters:
     """The estimated parameters with their correlation, and the drag coefficient where the frontal area is known."""
-    solution, load = answer.fit.solution, answer.load
-    found = dict(answer.main)
-    given = answer.spec.settings.fix.drag_coefficient
+    solution, load = estimates.fit.solution, estimates.load
+    found = dict(estimates.main)
+    given = estimates.spec.settings.fix.drag_coefficient
     if given is not None:
         low, high = given.value - NORMAL95 * given.std, given.value + NORMAL95 * given.std
         found["drag_coefficient"] = Estimate.of("drag_coefficient", given.value, given.std, (low, high), "given")
@@ -100,9 +107,9 @@ def _drag_coefficient(drag_area: Estimate, area: Estimate) -> Estimate:
     return Estimate.of("drag_coefficient", value, std, (low, high), drag_area.source)
 
 
-def _summary(answer: RoadLoadAnswer) -> FitSummary:
+def _summary(estimates: RoadLoadEstimates) -> FitSummary:
     """Summary of the fit in the fitted channel: rms, noise floor, unknowns, held-out error."""
-    fit, solution = answer.fit, answer.fit.solution
+    fit, solution = estimates.fit, estimates.fit.solution
     name, unit = ("speed", "m/s") if fit.campaign.speed_fitted else ("acceleration", "m/s^2")
     misses = [fit.simulate(k).outputs[name] - run.channel(name) for k, run in enumerate(fit.campaign.runs)]
     return FitSummary(
@@ -110,7 +117,7 @@ def _summary(answer: RoadLoadAnswer) -> FitSummary:
         rms=float(np.sqrt(np.mean(np.concatenate(misses) ** 2))),
         noise_floor=_noise_floor(fit, name),
         unit=unit,
-        unknowns=tuple(n for n in solution.names if n not in answer.fixed and n not in fit.rows.road),
+        unknowns=tuple(n for n in solution.names if n not in estimates.fixed and n not in fit.rows.road),
         interval_unit=solution.unit,
         interval_units=solution.n_units,
         held_out_rms=held_out_rms(fit),
@@ -131,31 +138,36 @@ def _noise_floor(fit: RoadLoadFit, channel: str) -> float:
     return float(np.hypot(level, np.sqrt(np.mean(np.concatenate(variances)))))
 
 
-def _extra(answer: RoadLoadAnswer) -> dict[str, Any]:
+def _extra(estimates: RoadLoadEstimates) -> dict[str, Any]:
     """Numbers for the JSON in addition to the parameters."""
-    load, corrected, (now, wider) = answer.load, answer.corrected, answer.expected
-    speeds = sorted({*answer.table_speeds, answer.quoted})
+    load, corrected, (now, wider) = estimates.load, estimates.corrected, estimates.expected
+    speeds = sorted({*table_speeds(estimates.fit.speeds), quoted_speed(estimates.fit.speeds)})
+    correlation = None if estimates.fixed else estimates.fit.solution.correlation.get(MAIN[0], {}).get(MAIN[1])
     return {
         "road_load": {
             "tested": load.document(),
             "corrected": None if corrected is None else corrected.document(),
-            "force": [{"speed_kmh": 3.6 * v, **_force(load, v, answer.quality.local)} for v in speeds],
+            "force": [{"speed_kmh": 3.6 * v, **_force(load, v, estimates.quality.local)} for v in speeds],
         },
-        "accuracy": _accuracy(answer.times),
+        "accuracy": _accuracy(estimates.times),
         "rejected": [
             {"run": r.run, "from_s": r.start, "to_s": r.stop, "length_s": r.seconds, "why": r.why}
-            for r in answer.selection.rejected
+            for r in estimates.selection.rejected
         ],
-        "separation": {"now": _as_dict(now), "wider": _as_dict(wider), "words": answer.separation},
-        "noise": dict(answer.fit.sizes),
-        "quality": answer.quality.document(),
-        "accelerometer_zero": {n: {"value": z.value, "std": z.std} for n, z in answer.zeros.items()},
+        "separation": {
+            "now": _as_dict(now),
+            "wider": _as_dict(wider),
+            "words": text.separation(correlation, now, wider),
+        },
+        "noise": dict(estimates.fit.sizes),
+        "quality": estimates.quality.document(),
+        "accelerometer_zero": {n: {"value": z.value, "std": z.std} for n, z in estimates.zeros.items()},
     }
 
 
-def _logs(answer: RoadLoadAnswer) -> str:
-    parts, kind = len(answer.selection.segments), "run" if answer.fit.campaign.speed_fitted else "log"
-    runs = len({s.run for s in answer.selection.segments})
+def _logs(estimates: RoadLoadEstimates) -> str:
+    parts, kind = len(estimates.selection.segments), "run" if estimates.fit.campaign.speed_fitted else "log"
+    runs = len({s.run for s in estimates.selection.segments})
     return f"{runs} {kind}{'s' if runs > 1 else ''}{f' in {parts} parts' if parts > runs else ''}"
 
 

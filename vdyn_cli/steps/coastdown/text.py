@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.quantities.number_text import capitalized, number
 from vdyn_cli.quantities.parameters import Estimate
@@ -12,7 +13,13 @@ from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
 from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import ExpectedAccuracy
 from vdyn_cli.steps.coastdown.coasts.segments import RejectedSegment
-from vdyn_cli.steps.coastdown.fit.reference_conditions import DYNO_KEYS, EPA_KEYS, Conditions, RoadLoad
+from vdyn_cli.steps.coastdown.fit.reference_conditions import (
+    DYNO_KEYS,
+    EPA_KEYS,
+    ROLLING_BY_TEMPERATURE,
+    Conditions,
+    RoadLoad,
+)
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 
 UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
@@ -52,13 +59,15 @@ def sentence(
     )
 
 
-def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference: Conditions, law: str) -> str:
+def methods(
+    fit: RoadLoadFit, separated: str, test: Conditions | None, reference: Conditions, effect: Effect | None
+) -> str:
     """Method text of the report.
 
     Parameters
     ----------
     separated : sentence of ``separation``. test : conditions of the runs, None if unknown.
-    law : temperature law of the rolling part, in words.
+    effect : the accepted effect whose temperature law corrects the rolling part; None for the standards' law.
     """
     solution, sizes = fit.solution, fit.sizes
     if fit.campaign.white:
@@ -80,6 +89,8 @@ def methods(fit: RoadLoadFit, separated: str, test: Conditions | None, reference
         f"{separated}"
     )
     if test is not None:
+        standard = f"{100 * ROLLING_BY_TEMPERATURE:.2g} % per kelvin (UN GTR 15)"
+        law = standard if effect is None else f"the fitted law of {effect.label}"
         found += (
             f" The correction takes the rolling part from {test.temperature - ZERO_CELSIUS:.1f} to "
             f"{reference.temperature - ZERO_CELSIUS:.1f} degC with {law} and the air part from "

@@ -12,28 +12,29 @@ from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
-from vdyn_cli.steps.coastdown.road_load_answer import RoadLoadAnswer, changing_drag
+from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed
+from vdyn_cli.steps.coastdown.road_load_estimates import RoadLoadEstimates, changing_drag
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
 
 
-def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
+def doubts(estimates: RoadLoadEstimates) -> tuple[Finding, ...]:
     """Findings about the runs and the result.
 
     On rejected segments, the air of the test, implausible values, the assumed zero of the accelerometer, the quality
     of the fit, outlying runs and contradicted priors.
     """
     found = []
-    if answer.coasting:  # most of an open road is left out, as the table of rejected parts shows
-        found += _rejected(answer.selection)
-    if answer.test is None:
+    if estimates.coasting:  # most of an open road is left out, as the table of rejected parts shows
+        found += _rejected(estimates.selection)
+    if estimates.test is None:
         remedy = "add 'environment: {temperature: ..., pressure: ...}'"
         found.append(Finding("environment", "the road load is not corrected: the temperature is unknown", "", remedy))
-    elif not STANDARD_DAY[0] <= answer.test.temperature - ZERO_CELSIUS <= STANDARD_DAY[1]:
-        got = f"{answer.test.temperature - ZERO_CELSIUS:.1f} degC"
+    elif not STANDARD_DAY[0] <= estimates.test.temperature - ZERO_CELSIUS <= STANDARD_DAY[1]:
+        got = f"{estimates.test.temperature - ZERO_CELSIUS:.1f} degC"
         found.append(Finding("environment", "temperature outside the 5 to 35 degC of SAE J1263", got))
-    rolling = answer.main["rolling_resistance"].value
+    rolling = estimates.main["rolling_resistance"].value
     if rolling > STEP_POLICY.most_rolling:
         what = "higher than the rolling resistance of tires: it includes a brake, an engaged driveline or a slope"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}"))
@@ -41,23 +42,24 @@ def doubts(answer: RoadLoadAnswer) -> tuple[Finding, ...]:
         what = "lower than the rolling resistance of any car's tires"
         remedy = "check the unit of the speed, the mass, and whether the car was driven"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}", remedy, doubt=True))
-    if answer.zeros and not any(z.by_elevation for z in answer.zeros.values()):
+    if estimates.zeros and not any(z.by_elevation for z in estimates.zeros.values()):
         what = "the accelerometer's zero assumes a mean slope of zero over all roads"
         found.append(Finding("channels", what, remedy="map 'elevation' if the logs have it, or add more logs"))
-    found += _collinear_mass(answer)
-    found += [] if (changing := changing_drag(answer)) is None else [changing.finding()]
-    return (*found, *answer.quality.findings(), *_outlying_runs(answer), *_contradicted_givens(answer))
+    found += _collinear_mass(estimates)
+    found += [] if (changing := changing_drag(estimates)) is None else [changing.finding()]
+    return (*found, *estimates.quality.findings(), *_outlying_runs(estimates), *_contradicted_givens(estimates))
 
 
-def _collinear_mass(answer: RoadLoadAnswer) -> list[Finding]:
+def _collinear_mass(estimates: RoadLoadEstimates) -> list[Finding]:
     """A note that coasts do not show a wrong mass, where it is stated with an error; an exact one has its own note."""
-    mass = next((u.prior for u in answer.fit.campaign.unknowns if u.name == "mass"), None)
-    if not answer.coasting or mass is None:
+    mass = next((u.prior for u in estimates.fit.campaign.unknowns if u.name == "mass"), None)
+    if not estimates.coasting or mass is None:
         return []
-    force = 0.01 * float(answer.load.force(answer.quoted))
+    speed = quoted_speed(estimates.fit.speeds)
+    force = 0.01 * float(estimates.load.force(speed))
     what = (
         f"a wrong mass is collinear with drag area and road load, and coast-downs do not show it: 1 % of mass is "
-        f"{two_digits(force)} N at {3.6 * answer.quoted:.0f} km/h; the intervals include the stated +- {mass[1]:.2g} kg"
+        f"{two_digits(force)} N at {3.6 * speed:.0f} km/h; the intervals include the stated +- {mass[1]:.2g} kg"
     )
     return [Finding("vehicle.mass", what, "", "weigh the car as it was driven, with crew, fuel and load")]
 
@@ -88,13 +90,13 @@ def implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
     return (Finding("drag_coefficient", what, f"{drag.value:.3f}", remedy, doubt=True),)
 
 
-def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
+def _outlying_runs(estimates: RoadLoadEstimates) -> list[Finding]:
     """Coasts that are outliers by a share of the road load that matters; on an open road they are not tested."""
-    if not answer.coasting:
+    if not estimates.coasting:
         return []
-    runs, found = answer.fit.campaign.runs, []
-    forces, headings = run_forces(answer.fit)[0], np.array([r.heading for r in runs])
-    least = STEP_POLICY.material_run_force * float(answer.load.force(answer.quoted))
+    runs, found = estimates.fit.campaign.runs, []
+    forces, headings = run_forces(estimates.fit)[0], np.array([r.heading for r in runs])
+    least = STEP_POLICY.material_run_force * float(estimates.load.force(quoted_speed(estimates.fit.speeds)))
     if (outlier := outlying_run(forces, headings)) is not None and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
@@ -103,14 +105,14 @@ def _outlying_runs(answer: RoadLoadAnswer) -> list[Finding]:
     return found
 
 
-def _contradicted_givens(answer: RoadLoadAnswer) -> list[Finding]:
+def _contradicted_givens(estimates: RoadLoadEstimates) -> list[Finding]:
     """Findings on uncertain given values that the runs contradict."""
     found = []
-    for unknown in answer.fit.campaign.unknowns:
+    for unknown in estimates.fit.campaign.unknowns:
         if unknown.prior is None or unknown.name.startswith("accelerometer"):
             continue
         mean, std = unknown.prior
-        value = answer.fit.solution.values[unknown.name]
+        value = estimates.fit.solution.values[unknown.name]
         if abs(value - mean) > STEP_POLICY.given_shift * std:
             what = f"given as {mean:.4g} +- {std:.2g}; the given value and the runs together give {value:.4g}"
             found.append(Finding(f"vehicle.{unknown.name}", what, remedy="check the value and its standard deviation"))

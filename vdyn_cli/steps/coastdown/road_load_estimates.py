@@ -1,4 +1,4 @@
-"""The fit of a road load, and everything that its result states: loads, times, temperatures, accuracy."""
+"""What a coast-down estimates: road loads and main parameters with their intervals, coast-down times, conditions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.parameters import Estimate
-from vdyn_cli.steps.coastdown import text
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes, coast_times
 from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import (
     SEPARATED,
@@ -27,7 +26,6 @@ from vdyn_cli.steps.coastdown.doubts.drag_over_speed import DragOverSpeed, drag_
 from vdyn_cli.steps.coastdown.doubts.fit_quality import FitQuality
 from vdyn_cli.steps.coastdown.fit.lasting_force import adds_resistance, lasting_force
 from vdyn_cli.steps.coastdown.fit.reference_conditions import (
-    ROLLING_BY_TEMPERATURE,
     Conditions,
     RoadLoad,
     corrected_load,
@@ -41,15 +39,12 @@ from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 
 SOURCE = "coastdown"
 MAIN = ("rolling_resistance", "drag_area")
-QUOTED = tuple(v / 3.6 for v in (60.0, 40.0, 80.0, 100.0, 20.0))  # m/s; the first one in the fitted range is quoted
-TABLE_SPEEDS = tuple(v / 3.6 for v in range(20, 141, 20))  # m/s, of the table of forces
-TABLE_MARGIN = 1.4  # m/s (5 km/h) by which a table speed may lie outside the fitted speeds
 NO_GUSTS = {"gust": 0.0, "gust_time": 8.0, "run_wind": 0.0, "run_force": 0.0}  # plain least squares estimates none
 
 
 @dataclass(frozen=True)
-class RoadLoadAnswer:
-    """The fit and everything else from which the result is built.
+class RoadLoadEstimates:
+    """The fit, and what is estimated from it.
 
     Parameters
     ----------
@@ -96,6 +91,12 @@ class RoadLoadAnswer:
         return Conditions(to.temperature.value, density_of(to.temperature.value, to.pressure.value), mass)
 
     @cached_property
+    def temperature_effect(self) -> Effect | None:
+        """The accepted effect that describes how the resistance depends on temperature, if there is one."""
+        own = (e for e in self.effects if "between_runs" in e.tags and e.lasts and "rolling" in e.on)
+        return next((e for e in own if any(self.fit.at.get(n) for n in e.unknowns)), None)
+
+    @cached_property
     def load(self) -> RoadLoad:
         """The road load as tested, including the accepted effects that belong to the car."""
         return self._load_at(self.temperature)
@@ -122,33 +123,16 @@ class RoadLoadAnswer:
         """
         if self.test is None:
             return None
-        if _temperature_effect(self) is None:
+        if self.temperature_effect is None:
             return corrected_load(self.load, self.test, self.reference)
         there = replace(self.test, temperature=self.reference.temperature)
         return corrected_load(self._load_at(self.reference.temperature), there, self.reference)
-
-    @property
-    def loads(self) -> dict[str, RoadLoad]:
-        """The road loads that are tabulated, by name."""
-        return {"as tested": self.load} | ({} if self.corrected is None else {"corrected": self.corrected})
 
     @cached_property
     def times(self) -> list[CoastTimes]:
         """Coast-down times of pairs of coasts."""
         longest = longest_of_runs(self.selection.segments)
         return coast_times(longest, [r.direction for r in self.spec.runs]) if self.coasting else []
-
-    @property
-    def quoted(self) -> float:
-        """The speed at which the road load is quoted, m/s."""
-        low, high = self.fit.speeds
-        return next((v for v in QUOTED if low <= v <= high), 0.5 * (low + high))
-
-    @property
-    def table_speeds(self) -> list[float]:
-        """The speeds of the table of forces, m/s."""
-        low, high = self.fit.speeds
-        return [v for v in TABLE_SPEEDS if low - TABLE_MARGIN <= v <= high + TABLE_MARGIN] or [self.quoted]
 
     @cached_property
     def main(self) -> dict[str, Estimate]:
@@ -168,8 +152,8 @@ class RoadLoadAnswer:
                 low, high = one_sided(np.array([value]), 0.5 * np.diff(interval), np.array([shift]))
                 interval = float(low[0]), float(high[0])
             if changing is not None:
-                half, interval = float(np.diff(interval)[0]), changing.widened(name, value, interval)
-                std *= float(np.diff(interval)[0]) / half
+                width, interval = float(np.diff(interval)[0]), changing.widened(name, value, interval)
+                std *= float(np.diff(interval)[0]) / width
             found[name] = Estimate.of(name, value, std, interval, "given" if name in self.fixed else SOURCE)
         return found
 
@@ -188,19 +172,13 @@ class RoadLoadAnswer:
         now = expected_accuracy(setup, window)
         return now, None if now.worst <= SEPARATED else wider_window(setup, window)
 
-    @cached_property
-    def separation(self) -> str:
-        """How well both main parameters are separated, as a sentence."""
-        correlation = self.fit.solution.correlation.get(MAIN[0], {}).get(MAIN[1])
-        return text.separation(None if self.fixed else correlation, *self.expected)
 
-
-def changing_drag(answer: RoadLoadAnswer) -> DragOverSpeed | None:
+def changing_drag(estimates: RoadLoadEstimates) -> DragOverSpeed | None:
     """The drag area over speed that is collinear with the accepted effects, where it differs from the estimate."""
-    fit = answer.fit
-    if not answer.coasting or answer.fixed or not any(adds_resistance(e) for e in answer.effects):
+    fit = estimates.fit
+    if not estimates.coasting or estimates.fixed or not any(adds_resistance(e) for e in estimates.effects):
         return None
-    found = drag_over_speed(answer.load, fit.speeds, fit.at["mass"], _air_density(fit))
+    found = drag_over_speed(estimates.load, fit.speeds, fit.at["mass"], _air_density(fit))
     half = 0.5 * float(np.diff(fit.solution.interval95["drag_area"])[0])
     return found if found is not None and found.matters(fit.at["drag_area"], half) else None
 
@@ -209,17 +187,3 @@ def _air_density(fit: RoadLoadFit) -> float:
     """Mean air density of the runs, kg/m^3: a run whose temperature is stated has its own density."""
     given = fit.at["air_density"]
     return float(np.mean([given if r.air_density is None else r.air_density for r in fit.campaign.runs]))
-
-
-def _temperature_effect(answer: RoadLoadAnswer) -> Effect | None:
-    """The accepted effect that describes how the resistance depends on temperature, if there is one."""
-    own = (e for e in answer.effects if "between_runs" in e.tags and e.lasts and "rolling" in e.on)
-    return next((e for e in own if any(answer.fit.at.get(n) for n in e.unknowns)), None)
-
-
-def temperature_law(answer: RoadLoadAnswer) -> str:
-    """The temperature law that corrects the rolling part, in words."""
-    effect = _temperature_effect(answer)
-    if effect is None:
-        return f"{100 * ROLLING_BY_TEMPERATURE:.2g} % per kelvin (UN GTR 15)"
-    return f"the fitted law of {effect.label}"
