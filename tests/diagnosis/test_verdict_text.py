@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vdyn_cli.diagnosis.part.part_record import law_clause
+from vdyn_cli.diagnosis.part.published_part import law_clause
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence
 from vdyn_cli.effects import catalog
 from vdyn_cli.quantities.diagnosis import CurvePoint, FaultyPart, PartLaw

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from vdyn_cli.diagnosis import diagnosis_record as record
+from vdyn_cli.diagnosis import published_fields
 from vdyn_cli.diagnosis.detect.detectable import detectable
 from vdyn_cli.diagnosis.detect.untestable import lacking_channels
 from vdyn_cli.diagnosis.detect.worst_segments import worst_segments
@@ -20,10 +20,10 @@ from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
 from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.part.part_figure import part_figure
 from vdyn_cli.diagnosis.part.part_judgment import PartJudgment, with_part
-from vdyn_cli.diagnosis.part.part_record import with_part_record
+from vdyn_cli.diagnosis.part.published_part import with_published_part
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.materiality import limits_of
-from vdyn_cli.diagnosis.size.size_record import effect_sizes, published_size, remainder
+from vdyn_cli.diagnosis.size.published_size import effect_sizes, published_size, remainder
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, data_fault, not_possible, p_text, verdict_sentence
@@ -84,7 +84,7 @@ def _diagnosed(
     judgment = with_nuisance_effects(strategy, judgment, limits)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)
     extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
-    diagnosis = with_part_record(_described(prepared, strategy, judgment, extension, base), by_part)
+    diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
     result = with_open_answers(strategy, judgment, extension, problem, base)
     result = holding_free_curve(result, extension, by_part.learned, problem)
     diagnosis = _doubted(diagnosis, result, extension.result is not None, doubts)
@@ -122,18 +122,18 @@ def _described(
         verdict=judgment.verdict,
         sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed, size, shown),
         p_value=found.p_value,
-        evidence=record.evidence(found),
-        causes=record.causes(model, judgment, extension, {**amplitudes, **extension.amplitudes}, sizes),
+        evidence=published_fields.evidence(found),
+        causes=published_fields.causes(model, judgment, extension, {**amplitudes, **extension.amplitudes}, sizes),
         extended=extension.effects,
-        ambiguous=record.ambiguous(judgment),
+        ambiguous=published_fields.ambiguous(judgment),
         not_testable=(*judgment.untestable, *lacking_channels(setup)),
         detectable=shown,
-        gain=record.gain(judgment, metric),
+        gain=published_fields.gain(judgment, metric),
         size=size,
         remainder=remainder(judgment),
         material=judgment.material,
         where=worst_segments(base) if found.p_value <= setup.level else (),
-        ranking=record.ranking(model, judgment),
+        ranking=published_fields.ranking(model, judgment),
         next_test=next_tests(strategy, judgment),
         not_extended=extension.failed[0].what if extension.failed else "",
     )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from vdyn_cli.diagnosis.diagnosis_record import interchangeable
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain
 from vdyn_cli.diagnosis.judgment import HELD_OUT_WORSE, NO_GAIN, Judgment
+from vdyn_cli.diagnosis.published_fields import interchangeable
 from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of
 from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.diagnosis import Detectable, Size

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.io.quality.acceleration_mistake import with_right_acceleration
+from vdyn_cli.io.quality.acceleration_mistake import without_mistaken_acceleration
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
@@ -45,7 +45,7 @@ def test_an_acceleration_in_a_wrong_unit_or_of_a_wrong_sign_is_not_used(gain: fl
     whole = [coast(name, False).log for name in ("a.csv", "b.csv")]
     falls = [30.0 * np.exp(-log.time / 60.0) for log in whole]
     logs = [w.with_channels(speed=v, acceleration=-gain * v / 60.0) for w, v in zip(whole, falls, strict=True)]
-    left, found = with_right_acceleration(logs)
+    left, found = without_mistaken_acceleration(logs)
     assert ["acceleration" in log for log in left] == [not remedies] * 2
     assert [all(r in f.remedy for r in remedies) for f in found] == [True] * bool(remedies)
 
@@ -54,6 +54,6 @@ def test_beside_a_torque_an_acceleration_is_evidence_that_the_unit_of_the_speed_
     whole = [coast(name, False).log for name in ("a.csv", "b.csv")]
     falls = [30.0 * np.exp(-log.time / 60.0) for log in whole]
     logs = [w.with_channels(speed=3.6 * v, acceleration=-v / 60.0) for w, v in zip(whole, falls, strict=True)]
-    left, found = with_right_acceleration(logs, or_speed=False)
+    left, found = without_mistaken_acceleration(logs, or_speed=False)
     assert all("acceleration" in log for log in left)
     assert ["speed in km/h read as m/s" in f.remedy for f in found] == [True]

@@ -21,7 +21,7 @@ from vdyn_cli.quantities.diagnosis import Detectable, NotTestable
 from vdyn_cli.quantities.plan_schema import AddedRuns, Separation
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
-SHOWN = 4  # manoeuvres that are listed
+LISTED = 4  # manoeuvres that are listed
 
 Question = tuple[tuple[str, ...], tuple[Contrast, ...]]  # effects, and the contrasts that separate them
 
@@ -59,33 +59,33 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     designer = ExperimentDesigner(strategy, runs / model.runs)
     base = _repeated(strategy.base, runs / model.runs)
     found = detect(strategy, base)
-    hidden = list(untestable(model, base, found.scores))
+    undetectable = list(untestable(model, base, found.scores))
     if runs >= fewest_runs(POLICY.level):
-        hidden = [u for u in hidden if obstacle(model, found.scores, u.effect) != "runs"]
+        undetectable = [u for u in undetectable if obstacle(model, found.scores, u.effect) != "runs"]
     if runs < model.setup.fewest_runs:
         few = f"{runs} {model.setup.run}{'s are' if runs > 1 else ' is'} too few for a diagnosis"
-        hidden += [_hidden(n, f"{few} (needed: {model.setup.fewest_runs})") for n in found.testable]
+        undetectable += [_not_testable(n, f"{few} (needed: {model.setup.fewest_runs})") for n in found.testable]
         found = replace(found, testable=())
     single = [n for n in model.setup.candidates if len(model.amplitudes(n)) == 1]
 
     def contrast(effect: str, *beside: str) -> Contrast:
         return typical_contrast(model, effect, beside)
 
-    shown = [n for n in found.testable if n in single and designer.now([contrast(n)]) >= POLICY.separated_t]
-    pairs: list[Question] = [((a, b), (contrast(a, b), contrast(b, a))) for a, b in combinations(shown, 2)]
+    revealed = [n for n in found.testable if n in single and designer.now([contrast(n)]) >= POLICY.separated_t]
+    pairs: list[Question] = [((a, b), (contrast(a, b), contrast(b, a))) for a, b in combinations(revealed, 2)]
     apart = [(pair, designer.now(pair[1])) for pair in pairs]
     confused = sorted(((p, t) for p, t in apart if t < POLICY.separated_t), key=lambda pair: pair[1])
-    open_ones = [p for p, _ in confused] + [((u.effect,), (contrast(u.effect),)) for u in hidden if u.effect in single]
+    unseen: list[Question] = [((u.effect,), (contrast(u.effect),)) for u in undetectable if u.effect in single]
     return RunPlan(
         detectable(model.setup, found),
-        (*hidden, *lacking_channels(model.setup)),
+        (*undetectable, *lacking_channels(model.setup)),
         tuple(Separation(effects=list(effects), t=t) for (effects, _), t in confused),
-        _added(designer, open_ones),
+        _added(designer, [*(pair for pair, _ in confused), *unseen]),
         designer.spread(),
     )
 
 
-def _hidden(effect: str, because: str) -> NotTestable:
+def _not_testable(effect: str, because: str) -> NotTestable:
     return NotTestable(effect=effect, because=because, size=nan, unit="", would_bias={})
 
 
@@ -105,7 +105,7 @@ def _added(designer: ExperimentDesigner, questions: Sequence[Question]) -> tuple
         round(designer.times * model.runs),
         1,
     )
-    return tuple(_added_by(designer, one, questions) for one in (*designer.manoeuvres[:SHOWN], again))
+    return tuple(_added_by(designer, one, questions) for one in (*designer.manoeuvres[:LISTED], again))
 
 
 def _added_by(designer: ExperimentDesigner, one: Manoeuvre, questions: Sequence[Question]) -> AddedRuns:

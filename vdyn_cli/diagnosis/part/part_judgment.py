@@ -9,8 +9,8 @@ from itertools import combinations
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, Selection, held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, all_needed, candidate_model, with_next
-from vdyn_cli.diagnosis.part.learned_judgment import with_learned_law
 from vdyn_cli.diagnosis.part.learned_law import Learned
+from vdyn_cli.diagnosis.part.learned_law_judgment import with_learned_law
 from vdyn_cli.diagnosis.part.part_finding import LawWithin, PartFinding, part_finding
 from vdyn_cli.diagnosis.part.part_search import rms_share
 from vdyn_cli.diagnosis.policy import POLICY

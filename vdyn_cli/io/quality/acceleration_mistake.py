@@ -74,7 +74,9 @@ def mistake_finding(gains: Sequence[float], second: str) -> Finding | None:
     return Finding("channel 'acceleration'", what, "", "; ".join(remedies), doubt=True)
 
 
-def with_right_acceleration(logs: Sequence[Log], or_speed: bool = True) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
+def without_mistaken_acceleration(
+    logs: Sequence[Log], or_speed: bool = True
+) -> tuple[tuple[Log, ...], tuple[Finding, ...]]:
     """The logs without an acceleration whose unit or sign, or the unit of the speed, is wrong in all; and the finding.
 
     Parameters

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.description.description_model import HEADING
-from vdyn_cli.io.quality.acceleration_mistake import with_right_acceleration
+from vdyn_cli.io.quality.acceleration_mistake import without_mistaken_acceleration
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all
@@ -51,7 +51,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     given = known_parameters(spec, logs, known)
     drive = drive_signal(spec.settings, logs)
     raise_all(f for log in logs for f in sign_findings(log, drive))
-    logs, wrong_acceleration = with_right_acceleration(logs)
+    logs, wrong_acceleration = without_mistaken_acceleration(logs)
     sloped, grades, by_elevation = _with_slopes(spec, _with_winds(spec, logs), drive, given)
     selection, use, zeros = _segments_and_sensor(spec, sloped, selected(spec, sloped, drive, given))
     segments = selection.segments

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
-from vdyn_cli.io.quality.acceleration_mistake import with_right_acceleration
+from vdyn_cli.io.quality.acceleration_mistake import without_mistaken_acceleration
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array
@@ -369,7 +369,7 @@ def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Valid
     """
     if spec.settings.model == "road_load":
         parameter_prior(known, road_load("torque", resistances=resistances(known)).parameters)
-    right, findings = with_right_acceleration(logs, or_speed=False)
+    right, findings = without_mistaken_acceleration(logs, or_speed=False)
     if spec.settings.model == "road_load":
         right, late = with_speed_on_time(right)
         findings = (*findings, *late)

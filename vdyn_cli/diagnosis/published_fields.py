@@ -1,4 +1,4 @@
-"""The parts of the published Diagnosis, from the judgment and the extension."""
+"""Fields of the published Diagnosis: evidence, causes, held-out gain and ranking, from judgment and extension."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The published record of the part at fault: its curve, its share, and the sentence about it."""
+"""The published part at fault: its curve, its share, and the sentence about it."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ ERROR = "a gain and a zero, which the fitted parameters absorb; it is the sensor
 MOST_FORMS = 3  # equally good forms that a sentence names
 
 
-def with_part_record(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
+def with_published_part(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
     """The diagnosis with the part at fault, and with the sentence about that part added to its sentence."""
     finding = found.finding
     if finding is None or not finding.curves:
         return diagnosis
-    part = _record(finding, found.law)
+    part = _faulty_part(finding, found.law)
     learned = _learned(finding, found.learned, diagnosis) if found.learned is not None else None
     sentence = f"{_lies_in(finding, part)}; {law_clause(part, learned, _acting(finding, diagnosis))}."
     sentence = sentence if finding.explains else ""
@@ -36,7 +36,7 @@ def with_part_record(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
     return diagnosis.model_copy(update={"part": part, "learned": learned, "sentence": text})
 
 
-def _record(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
+def _faulty_part(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
     first = finding.parts[0]
     return FaultyPart(
         element=finding.name,

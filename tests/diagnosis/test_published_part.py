@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.diagnosis.part.part_curve import Curve
-from vdyn_cli.diagnosis.part.part_record import points_of
+from vdyn_cli.diagnosis.part.published_part import points_of
 from vdyn_cli.steps.free_part import Part
 
 PART = Part(element="damper", place="rear", coordinate="stroke_rate", span=(-2.0, 2.0), size=500.0, unit="N",
