@@ -13,12 +13,7 @@ import pytest
 
 from tests.engine.plants import HALF_CAR, ROAD_LOAD
 from vdyn_cli import steps
-from vdyn_cli.commands.contract_checks import (
-    finite_derivatives,
-    nothing_at_zero,
-    shipped_models,
-    typical_constants,
-)
+from vdyn_cli.commands.contract_checks import finite_derivatives, nothing_at_zero, shipped_models, typical_constants
 from vdyn_cli.commands.explain import explanation
 from vdyn_cli.effects import PROPERTIES, SITUATIONS, Effect, candidates, catalog
 from vdyn_cli.engine.applicable import applicable

@@ -12,19 +12,7 @@ from tests.effects.recovered import given as stated
 from tests.plant import bump as plant
 from tests.plant.obstacle import Bump
 from tests.plant.vehicle import GRAVITY
-from tests.steps.bump.test_bump import (
-    LOGS,
-    SEED,
-    SPEC,
-    VEHICLE,
-    changed,
-    described,
-    known,
-    logs,
-    missed,
-    run,
-    spec,
-)
+from tests.steps.bump.test_bump import LOGS, SEED, SPEC, VEHICLE, changed, described, known, logs, missed, run, spec
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log

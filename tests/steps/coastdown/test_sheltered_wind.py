@@ -9,11 +9,7 @@ import pytest
 
 from tests.messy_cases import prepared
 from tests.plant import messy_day
-from vdyn_cli.steps.coastdown.doubts.sheltered_wind import (
-    DIFFERENCE,
-    sheltered_wind_finding,
-    sheltered_wind_shift,
-)
+from vdyn_cli.steps.coastdown.doubts.sheltered_wind import DIFFERENCE, sheltered_wind_finding, sheltered_wind_shift
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
 
 DAY = messy_day.Day(rms=0.0, upper=25.0, lower=5.0, runs=4)

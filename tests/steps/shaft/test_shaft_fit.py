@@ -20,13 +20,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
-from vdyn_cli.steps.shaft.sections import (
-    compliance,
-    drawing_budget,
-    polar_moment,
-    shared_modulus_correlation,
-    shares,
-)
+from vdyn_cli.steps.shaft.sections import compliance, drawing_budget, polar_moment, shared_modulus_correlation, shares
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 from vdyn_cli.steps.shaft.shaft_side import ShaftSide

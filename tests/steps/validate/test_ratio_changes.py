@@ -7,8 +7,9 @@ import pytest
 
 from tests.plant.sensors import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.drives.ratio_changes import StatedMotion, ratio_changes
+from vdyn_cli.steps.validate.drives.ratio_changes import ratio_changes
 from vdyn_cli.steps.validate.drives.segments import RunConditions, Segmentation, drive_segments
+from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 
 MASS, RADIUS, STEP = 1700.0, 0.32, 0.05  # kg, m, s
 STATED = StatedMotion(1.0 / (RADIUS * MASS), -160.0 / MASS, -0.9 / MASS)

@@ -10,8 +10,9 @@ import pytest
 from tests.steps.validate.validate_cases import inputs, true_parameters
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.validate.drives.end_speed import end_speed
 from vdyn_cli.steps.validate.drives.regimes import REGIMES
-from vdyn_cli.steps.validate.drives.segments import RunConditions, Segmentation, drive_segments, end_speed
+from vdyn_cli.steps.validate.drives.segments import RunConditions, Segmentation, drive_segments
 from vdyn_cli.steps.validate.problem import ValidateProblem
 
 TIME = np.arange(0.0, 60.0, 0.1)

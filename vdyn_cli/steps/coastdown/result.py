@@ -16,15 +16,11 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.coastdown import figures, text
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
-from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import (
-    ExpectedAccuracy,
-)
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import ExpectedAccuracy
 from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces
 from vdyn_cli.steps.coastdown.doubts.fit_quality import physical_sizes
 from vdyn_cli.steps.coastdown.doubts.result_doubts import implausible_drag
-from vdyn_cli.steps.coastdown.fit.reference_conditions import (
-    RoadLoad,
-)
+from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.fit.residuals import held_out_rms
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.noise import noise_of

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.steps.validate.drives.complete_inputs import WHEELS
 from vdyn_cli.steps.validate.drives.jerk import JERK, low_passed, resolves_jerk, smooth_derivative
 from vdyn_cli.steps.validate.drives.regimes import REGIMES
-from vdyn_cli.steps.validate.drives.segments import WHEELS
 from vdyn_cli.steps.validate.fit.residual_rows import RESTING
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, errors
 

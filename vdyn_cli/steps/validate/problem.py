@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
-from vdyn_cli.io.quality.acceleration_mistake import without_mistaken_acceleration
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -36,8 +34,6 @@ from vdyn_cli.steps.validate.car.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.drives.compared_channels import compared_sensors, has_two_motors
 from vdyn_cli.steps.validate.drives.input_torque import DriveInputs
-from vdyn_cli.steps.validate.drives.late_speed import with_speed_on_time
-from vdyn_cli.steps.validate.drives.ratio_changes import StatedMotion
 from vdyn_cli.steps.validate.drives.segments import (
     RUN_START,
     SLOWEST,
@@ -46,6 +42,7 @@ from vdyn_cli.steps.validate.drives.segments import (
     Segmentation,
     drive_segments,
 )
+from vdyn_cli.steps.validate.drives.stated_motion import stated_motion
 from vdyn_cli.steps.validate.fit.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.fit.effect_fit import fit_effects, fitted, size_beside_parameters
 from vdyn_cli.steps.validate.fit.likely_play import likely_secants, tried_from_zero
@@ -59,27 +56,19 @@ from vdyn_cli.steps.validate.fit.nondifferentiable import (
 from vdyn_cli.steps.validate.fit.posterior import posterior
 from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
-from vdyn_cli.steps.validate.input_checks import (
-    LONGEST_STEP,
-    beyond_band,
-    is_long_trip,
-    missed_drives,
-    refuse_coarse,
-    refuse_sparse,
-)
+from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse, refuse_sparse
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.result import result
 from vdyn_cli.steps.validate.road.drive_roads import DriveRoads, shown_roads
 from vdyn_cli.steps.validate.road.open_road import road_findings
 from vdyn_cli.steps.validate.road.slope_evidence import slope_reduction
-from vdyn_cli.steps.validate.spec import ValidateSpec, WindowSettings
+from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 
 ROAD_LOAD_STEP = 0.05  # s: a mass on a road has no faster dynamics
 ROOM_TEMPERATURE = 293.15  # K, where no temperature is given
 FREE_FORCE = 100.0  # N, prior standard deviation of a free profile
-USUAL_ROLLING, USUAL_DRAG, USUAL_DENSITY = 0.01, 0.7, 1.2  # of a car; m^2; kg/m^3
 STARTS = 4  # linearization points of the baseline whose simulations are kept
 
 
@@ -323,24 +312,6 @@ class ValidateProblem(SimulatedProblem):
         return self._likely[effect.name]
 
 
-def stated_motion(known: Parameters) -> StatedMotion | None:
-    """The acceleration of a driven car with the stated parameters, on a level road; None where some are not known.
-
-    a = i eta / (r (M + mr)), b = -frr M g / (M + mr) and c = -rho A / (2 (M + mr)); without frr or A: of a usual car
-    """
-    if "mass" not in known or "wheel_radius" not in known:
-        return None
-    force = known.value("gear_ratio", 1.0) * known.value("driveline_efficiency", 1.0) / known.value("wheel_radius", 1.0)
-    mass = known.value("mass", 1.0)
-    inertia = mass + known.value("rotating_mass", 0.0)
-    if "road_load_f0" in known:
-        rolling, drag = known.value("road_load_f0", 0.0), known.value("road_load_f2", 0.0)
-    else:
-        rolling = known.value("rolling_resistance", USUAL_ROLLING) * mass * GRAVITY
-        drag = 0.5 * known.value("air_density", USUAL_DENSITY) * known.value("drag_area", USUAL_DRAG)
-    return StatedMotion(force / inertia, -rolling / inertia, -drag / inertia, inertia)
-
-
 def _by_wheel(spec: ValidateSpec) -> bool:
     """Whether the speed is computed from that of a wheel: the stated radius is then also its gain."""
     mapped = {n for channels in (spec.channels, *(one.channels for one in spec.loggers)) for n in channels}
@@ -349,31 +320,6 @@ def _by_wheel(spec: ValidateSpec) -> bool:
 
 def _timed(model: Model) -> Model:
     return replace(model, context=(*model.context, RUN_START))
-
-
-def powered_windows(problem: ValidateProblem) -> tuple[ValidateSpec, ValidateProblem] | None:
-    """Powered windows instead of the long drives of a problem, if the car follows its torque in every drive."""
-    s = problem.spec.settings
-    if s.windows or not is_long_trip(problem.baseline.segments):
-        return None
-    spec = problem.spec.model_copy(update={"settings": s.model_copy(update={"windows": WindowSettings()})})
-    return spec, replace(problem, spec=spec, missed=rms_speed_error(problem.baseline))
-
-
-def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> ValidateProblem:
-    """The problem of drives against a model.
-
-    Raises
-    ------
-    InputError : a mass on a road lacks parameters; they are read before its roads are computed, which takes long.
-    """
-    if spec.settings.model == "road_load":
-        parameter_prior(known, road_load("torque", resistances=resistances(known)).parameters)
-    right, findings = without_mistaken_acceleration(logs, or_speed=False)
-    if spec.settings.model == "road_load":
-        right, late = with_speed_on_time(right)
-        findings = (*findings, *late)
-    return ValidateProblem(spec, right, known, findings=findings)
 
 
 def on_open_road(problem: ValidateProblem) -> bool:

@@ -7,8 +7,9 @@ from dataclasses import replace
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
-from vdyn_cli.steps.validate.drives.segments import FEWEST_SAMPLES, OUTPUTS
-from vdyn_cli.steps.validate.problem import ValidateProblem, powered_windows, prepare
+from vdyn_cli.steps.validate.drives.complete_inputs import FEWEST_SAMPLES, OUTPUTS
+from vdyn_cli.steps.validate.preparation import powered_windows, prepare
+from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
 MOST_GAIN = 15.0  # of a speed by its unit, ratio or pulses a turn, as far as the candidate effect reaches

@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.engine.simulate import Simulated
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.validate.drives.segments import OUTPUTS
+from vdyn_cli.steps.validate.drives.complete_inputs import OUTPUTS
 
 GAINS = ("speed", "shaft_torque", "acceleration")
 FARTHEST_GAIN = 0.5  # from a gain of one: bounds of the fit

@@ -8,7 +8,8 @@ import numpy as np
 
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.validate.car.sensors import Sensors
-from vdyn_cli.steps.validate.drives.segments import OUTPUTS, DriveSegment
+from vdyn_cli.steps.validate.drives.complete_inputs import OUTPUTS
+from vdyn_cli.steps.validate.drives.segments import DriveSegment
 from vdyn_cli.steps.validate.spec import ValidateSpec
 
 

@@ -15,7 +15,8 @@ from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import driven_samples
-from vdyn_cli.steps.validate.drives.ratio_changes import LASTING, LEAST_NOISE, MAIN_SHARE, SAMPLE_STEP, StatedMotion
+from vdyn_cli.steps.validate.drives.ratio_changes import LASTING, LEAST_NOISE, MAIN_SHARE, SAMPLE_STEP
+from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 
 Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
 

@@ -22,6 +22,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import DrivenSamples, driven_samples
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
+from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 
 Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
 
@@ -39,21 +40,6 @@ MOST_UNREPEATED = 3  # levels, above which a drive must return to some of them
 LEAST_KNOWN = 0.7  # share of the driving time in known levels: shifts disturb the rest
 HIGH = 0.9  # quantile of the torque that stands for its largest values
 MAIN_SHARE = 0.2  # within which a ratio may be the stated one: errors of mass, torque and radius together
-
-
-@dataclass(frozen=True)
-class StatedMotion:
-    """The acceleration a T + b + c V^2 of a driven car on a level road, as stated.
-
-    Parameters
-    ----------
-    ratio : a, 1/(kg m). constant : b, m/s^2. drag : c, 1/m. inertia : mass with that of the rotating parts, kg.
-    """
-
-    ratio: float
-    constant: float
-    drag: float
-    inertia: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)

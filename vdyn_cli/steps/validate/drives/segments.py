@@ -1,4 +1,4 @@
-"""Cuts logs into the segments that are simulated: complete inputs on one clock, outputs that may have gaps."""
+"""Cuts logs into the segments that are simulated."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.failure import no_runs
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.complete_inputs import FEWEST_SAMPLES, INPUTS, OUTPUTS, completed, unusable
+from vdyn_cli.steps.validate.drives.end_speed import end_speed
 from vdyn_cli.steps.validate.drives.power_limit import power_limits
-from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, StatedMotion, ratio_changes
+from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
+from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
 from vdyn_cli.steps.validate.drives.unequal_resistance import other_resistance, resistance_finding
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
@@ -27,10 +29,7 @@ from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOP
 
 ModelName = Literal["vehicle", "road_load"]
 
-FEWEST_SAMPLES = 50  # samples of a drive
 FEWEST_DIFFERENCED = 8  # samples that are needed to estimate the noise from third differences
-LONGEST_GAP = 5.0  # longest gap of the clock, in median spacings
-MOSTLY_FILLED = 0.5  # share of rows with values, below which an input comes from a slower logger
 END = 0.1  # share of a spacing: a sample this close to an end of the segment counts as that end
 SLOWEST = 1.0  # m/s, below which the road load model is not valid
 CREEPING = 2.0  # m/s, below which rows are not used: tread damping and brake friction dominate
@@ -40,12 +39,7 @@ SLOWEST_SHARE, CREEPING_SHARE = 0.1, 0.2
 MOVING = 0.35  # m/s, least speed of a moving car
 MARGIN = 0.5  # s left out before and after braking
 SHORTEST_SEGMENT = 5.0  # s, shortest segment
-START = 1.0  # s over which start and end speeds are fitted
-FEWEST_PARABOLA = 8  # samples for a parabola
 RUN_START = "run_start"  # s, context of a drive: its start after that of the first drive of the day
-INPUTS = ("brake_torque", "grade", "wind_speed")  # zero where not recorded
-WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
-OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceleration")
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,10 +147,10 @@ def drive_segments(
     """
     if not logs:
         raise no_runs("validate")
-    raise_all(f for log in logs for f in _problems(log))
+    raise_all(f for log in logs for f in unusable(log))
     found: list[DriveSegment] = []
     findings: list[Finding] = []
-    drives = [_whole(log) for log in logs]
+    drives = [completed(log) for log in logs]
     driven = [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
     limits = power_limits(driven, cut.motion if cut.model == "road_load" else None)
     driven = [(time, channels, limit.torque) for (time, channels, _), limit in zip(driven, limits, strict=True)]
@@ -211,77 +205,6 @@ def _odd_drives(
     return frozenset(odd), findings
 
 
-def _problems(log: Log) -> list[Finding]:
-    """Findings why a log cannot be simulated."""
-    if log.time.size < FEWEST_SAMPLES:
-        what = f"has {log.time.size} rows: at least {FEWEST_SAMPLES} are needed"
-        return [Finding(log.name, what, remedy="log longer or at a higher rate, or leave the run out")]
-    found = []
-    steps = np.diff(log.time)
-    hole = int(np.argmax(steps))
-    if steps[hole] > max(LONGEST_GAP * float(np.median(steps)), 0.02):
-        what = f"no samples for {steps[hole]:.2g} s: the torque is unknown"
-        remedy = _split(log.time[hole], log.time[hole + 1])
-        found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
-    for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
-        if name in log:
-            found += _gaps(log, name)
-    speed = np.isfinite(log["speed"])
-    if speed.sum() < FEWEST_SAMPLES:
-        what = f"has values in {speed.sum()} rows: at least {FEWEST_SAMPLES} are needed"
-        remedy = "map another column, or leave the run out"
-        found.append(Finding(f"{log.name}, channel 'speed'", what, remedy=remedy))
-    return found
-
-
-def _split(before: float, after: float) -> str:
-    """The remedy that cuts a run between two times, s, on the log's clock."""
-    return f"write 'to_time: {before:.6g} s', and list the log once more with 'from_time: {after:.6g} s'"
-
-
-def _gaps(log: Log, name: str) -> list[Finding]:
-    """A finding on the gaps of an input, which must be complete from its first value to its last."""
-    there = np.isfinite(log[name])
-    where = f"{log.name}, channel '{name}'"
-    if there.sum() < 2:
-        return [Finding(where, "contains no numbers", remedy="check the column, or remove the channel")]
-    at = log.time[there]
-    usual = float(np.median(np.diff(at)))
-    inside = slice(int(np.argmax(there)), there.size - int(np.argmax(there[::-1])))
-    missing = np.flatnonzero(~there[inside]) + inside.start
-    if (missing.size and there.mean() > MOSTLY_FILLED) or np.max(np.diff(at)) > 3 * usual + 0.02:
-        gap = int(np.argmax(np.diff(at)))
-        what = f"no values from {at[gap]:.2f} to {at[gap + 1]:.2f} s"
-        if missing.size:
-            what += f"; {missing.size} value{'s are' if missing.size != 1 else ' is'} missing in all"
-        remedy = f"fill the gaps in the log, or {_split(at[gap], at[gap + 1])}"
-        return [Finding(where, f"{what}: an input must be complete", "", remedy)]
-    return []
-
-
-def _whole(log: Log) -> tuple[Log, list[Finding]]:
-    """The log with complete inputs, cut to the time covered by speed and inputs, without mostly empty outputs."""
-    needed = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS) if n in log]
-    there = np.isfinite(log["speed"])
-    first = max([int(np.argmax(there)), *(int(np.argmax(np.isfinite(log[n]))) for n in needed)])
-    last = min(_last(there), *(_last(np.isfinite(log[n])) for n in needed)) if needed else _last(there)
-    part = slice(first, last + 1)
-    time, channels, doubts = log.time[part], {}, _uncovered(log, needed)
-    for name, values in log.channels.items():
-        inside = values[part]
-        good = np.isfinite(inside)
-        if name in needed:
-            channels[name] = inside if good.all() else filled(time, inside)
-        elif good.mean() >= 1.0 - STEP_POLICY.most_missing or (name == "speed" and good.sum() >= FEWEST_SAMPLES):
-            channels[name] = inside
-        elif name in OUTPUTS:
-            what = f"is empty in {100 * (1 - good.mean()):.0f} % of the rows: it is not compared"
-            doubts.append(Finding(f"{log.name}, channel '{name}'", what))
-    for name in INPUTS:
-        channels.setdefault(name, np.zeros(time.size))
-    return Log(log.name, time, channels, log.findings), doubts
-
-
 def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:
     """The samples of inputs that do not have a value in every row, with interpolated ones at the segment's ends."""
     found: dict[str, Samples] = {}
@@ -294,24 +217,6 @@ def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:
             ends = s.inputs[name][[0, -1]]
             found[name] = np.r_[s.time[0], time[inside], s.time[-1]], np.r_[ends[0], read[inside], ends[1]]
     return found
-
-
-def _uncovered(log: Log, needed: Sequence[str]) -> list[Finding]:
-    """Findings on inputs that begin after the speed or end before it; the time without them is left out."""
-    found, speed = [], log.time[np.isfinite(log["speed"])]
-    for name in needed:
-        at = log.time[np.isfinite(log[name])]
-        slack = max(3 * float(np.median(np.diff(at))), 0.05)
-        if at[0] - speed[0] > slack or speed[-1] - at[-1] > slack:
-            got = f"{name} {at[0]:.2f} to {at[-1]:.2f} s, speed {speed[0]:.2f} to {speed[-1]:.2f} s"
-            what = "does not cover the time of the speed: only the time of both is used"
-            remedy = "check that the logs belong to one drive"
-            found.append(Finding(f"{log.name}, channel '{name}'", what, got, remedy, doubt=True))
-    return found
-
-
-def _last(there: Mask) -> int:
-    return there.size - 1 - int(np.argmax(there[::-1]))
 
 
 def _parts(log: Log, cut: Segmentation, top: float, left_out: Mask) -> list[tuple[int, int]]:
@@ -400,37 +305,3 @@ def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: boo
     marks = marked(time, speed, total_drive_torque(log.channels)[part], inputs["brake_torque"])
     made = DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end)
     return replace(made, since=float(time[0] - log.time[0]), run_start=note.start)
-
-
-def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
-    """Speed at the first or last sample by a parabola fitted over one second, and its standard error, m/s.
-
-    The standard error includes half of the difference from a straight line, for stronger curvature, as in a log that
-    begins with a tip-in. A straight line alone is used for few samples only: with a jerk of 0.3 m/s^3 it is off by
-    25 mm/s, an error that all accelerating starts share and that would look like a delay.
-
-    Parameters
-    ----------
-    time, speed : (n,) s and m/s, the speed may contain NaN. first : whether at the first sample, else at the last.
-    """
-    good = np.isfinite(speed)
-    t, v = time[good], speed[good]
-    edge = time[0] if first else time[-1]
-    near = np.abs(t - edge) <= START
-    if near.sum() < 5:
-        near = np.argsort(np.abs(t - edge))[:5]
-    x, y = t[near] - edge, v[near]
-    line, std = _at_zero(x, y, 1)
-    if x.size < FEWEST_PARABOLA:
-        return line, std
-    parabola, wider = _at_zero(x, y, 2)
-    return parabola, float(np.hypot(wider, (parabola - line) / 2))
-
-
-def _at_zero(x: Array, y: Array, order: int) -> tuple[float, float]:
-    """A polynomial's value at zero, and its standard error."""
-    design = np.vander(x, order + 1, increasing=True)
-    fitted = np.linalg.lstsq(design, y, rcond=None)[0]
-    left = y - design @ fitted
-    variance = float(left @ left) / max(x.size - order - 1, 1) * float(np.linalg.pinv(design.T @ design)[0, 0])
-    return float(fitted[0]), float(np.sqrt(variance))

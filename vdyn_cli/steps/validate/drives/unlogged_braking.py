@@ -17,12 +17,7 @@ from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
-from vdyn_cli.steps.validate.drives.span_averages import (
-    least_over_span,
-    level_rate,
-    mean_over_span,
-    slope_over_span,
-)
+from vdyn_cli.steps.validate.drives.span_averages import least_over_span, level_rate, mean_over_span, slope_over_span
 
 SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 FEWEST_DRIVEN = 100  # driven samples that are needed to fit the acceleration

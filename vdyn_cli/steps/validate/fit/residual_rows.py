@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference.bins import Bins, cut
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.validate.drives.complete_inputs import WHEELS
 from vdyn_cli.steps.validate.drives.impacts import impact_samples
-from vdyn_cli.steps.validate.drives.segments import WHEELS, DriveSegment
+from vdyn_cli.steps.validate.drives.segments import DriveSegment
 from vdyn_cli.steps.validate.road.road_slope import SENSED_SLOPE
 
 TORQUES = ("shaft_torque_left", "shaft_torque_right")
