@@ -243,4 +243,7 @@ def test_the_drafted_windows_of_logs_with_a_torque_are_those_of_the_test(falls: 
     time = np.arange(600) * 0.1
     speed = 80.0 - time if falls else 50.0 + 20.0 * WAVE
     log = table(tmp_path / "run.csv", Time_s=time, **{"Speed_km/h": speed, "Motor Torque_Nm": 0.1 * WAVE})
-    assert draft("coastdown", log)[1]["settings"]["windows"] == ("auto" if falls else "powered")
+    found, description = draft("coastdown", log)
+    assert description["settings"]["windows"] == ("auto" if falls else "powered")
+    assert {"gear_ratio", "wheel_radius", "mass"} <= set(found.undecided)  # the torque needs them
+    assert {"gear_ratio", "wheel_radius", "mass", "rotating_mass"} <= set(draft("validate", log)[0].undecided)

@@ -164,7 +164,7 @@ def _drives(
     runs, decided = _runs(made.entries, made.left_out, key, ways, own)
     body = [filled for line in parts.get("DRAFT", "").splitlines() for filled in _filled(line, found.air)]
     at = body.index("vehicle:") + 1 if "vehicle:" in body else 0
-    body[at:at] = _constants(step, made.mapped, body)
+    body[at:at] = _constants(step, parts, made.mapped, body)
     body += [*made.lines, "runs:", *(f"  # {note}" for note in (*notes, *found.notes)), *runs]
     undecided = list(made.undecided)
     if key and not key.startswith("side") and not decided:
@@ -175,11 +175,16 @@ def _drives(
     return body, tuple(dict.fromkeys(made.mapped)), tuple(undecided)
 
 
-def _constants(step: Step, mapped: Sequence[str], body: Sequence[str]) -> list[str]:
-    """The vehicle's constants that are needed to compute channels from others."""
+def _constants(step: Step, parts: Mapping[str, Any], mapped: Sequence[str], body: Sequence[str]) -> list[str]:
+    """The vehicle's constants that are needed for mapped channels, or to compute channels from others."""
+    lines = [
+        f"  {line}" for channel, own in parts.get("CONSTANTS_WITH", {}).items() if channel in mapped for line in own
+    ]
     made = [one for one in step.scaled if one.source in mapped and one.target not in mapped]
-    lines = [f'  {name}: "?"  # {one.equation}' for one in made for name in one.constants]
-    return [line for line in lines if not any(other.startswith(line.split(":")[0] + ":") for other in body)]
+    lines += [f'  {name}: "?"  # {one.equation}' for one in made for name in one.constants]
+    by_key = {line.split(":")[0]: line for line in reversed(lines)}  # the first line of a key
+    there = {line.split(":")[0] for line in body}
+    return [line for key, line in reversed(by_key.items()) if key not in there]
 
 
 def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:

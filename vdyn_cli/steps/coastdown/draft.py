@@ -19,7 +19,6 @@ vehicle:
   mass: "?"                 # as tested, with driver and instruments, such as 1588 +- 2 kg
   rotating_mass: "?"        # wheels and driveline as mass at the tire contact, such as 60 +- 15 kg
   frontal_area: "?"         # gives the drag coefficient from the drag area, such as 2.19 m^2
-  # gear_ratio, wheel_radius: needed if drive_torque is mapped
 environment:
   temperature: "?"          # of the air, such as 24 degC
   pressure: "?"             # of the air at the track, not reduced to sea level, such as 98.9 kPa
@@ -43,6 +42,11 @@ _WAYS = {
     "back": re.compile(r"(?i)\b(her|back|return|zurück|zurueck|rück|rueck)(fahrt)?(?![a-z])"),
 }
 DRIVE = ("drive_torque", "drive_force", "motor_current")
+_OF_TORQUE = (
+    'gear_ratio: "?"           # turns of the torque sensor\'s shaft per turn of the wheel, such as 3.267',
+    'wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm',
+)
+CONSTANTS_WITH = {"drive_torque": _OF_TORQUE, "motor_current": _OF_TORQUE}  # lines of the vehicle with a mapped channel
 
 
 def table_runs(path: Path) -> tuple[tuple[float, float], ...]:

@@ -1,9 +1,12 @@
 """Keys of a validation that cannot be read from logs, for ``vdyn init``."""
 
 DRAFT = """\
-vehicle:
+vehicle:                    # remove the lines that a parameter file of other steps gives (--known parameters.json)
+  mass: "?"                 # as tested, with driver and instruments, such as 1588 +- 2 kg
+  rotating_mass: "?"        # wheels and driveline as mass at the tire contact, such as 60 +- 15 kg
+  wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm
   gear_ratio: "?"           # turns of the torque sensor's shaft per turn of the wheel, such as 3.267
-  # mass, drag_area, ... come from the other steps: --known parameters.json
+  # rolling_resistance, drag_area, ... come from the other steps: --known parameters.json
 """
 SETTINGS = """\
 settings:
