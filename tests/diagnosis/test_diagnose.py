@@ -238,14 +238,22 @@ def test_a_requested_effect_is_not_reported_with_the_gain_of_the_one_that_was_fo
     assert asked.biased
 
 
-def test_a_misfit_that_no_effect_explains_is_not_called_adequate_in_words() -> None:
+@pytest.mark.parametrize(
+    ("missed", "said"),
+    [
+        ({"rms": 11.0, "noise_floor": 1.0}, "the rms residual is 11 times the noise floor"),
+        ({"warnings": ("jerk is outside its prediction band",)}, "jerk is outside its prediction band."),
+    ],
+    ids=["misfit", "warning"],
+)
+def test_a_misfit_that_no_effect_explains_is_not_called_adequate_in_words(missed: dict[str, Any], said: str) -> None:
     spec = spec_of(Campaign(4))
     base = STEP.estimate(spec, Campaign(4), Parameters())
-    base = replace(base, fit=replace(base.fit, rms=11.0, noise_floor=1.0))
+    base = replace(base, fit=replace(base.fit, **missed))
     told = diagnose.diagnosed(prepared(spec, Campaign(4)), base).diagnosis
     assert told is not None
     assert told.sentence.startswith("No candidate effect is significant (p = ")
-    assert "the rms residual is 11 times the noise floor" in told.sentence
+    assert said in told.sentence
     assert told.doubt
 
 

@@ -87,7 +87,7 @@ def _diagnosed(
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
     result = with_open_answers(strategy, judgment, extension, problem, base)
     result = holding_free_curve(result, extension, by_part.learned, problem)
-    diagnosis = _doubted(diagnosis, result, extension.result is not None, doubts)
+    diagnosis = _doubted(diagnosis, result, doubts)
     notes = (*extension.failed, *already_included(prepared, setup), *_note(diagnosis))
     result = replace(
         result,
@@ -161,17 +161,16 @@ def _note(diagnosis: Diagnosis) -> tuple[Finding, ...]:
     return (Finding("diagnosis", diagnosis.sentence, remedy=remedy, minor=True),)
 
 
-def _doubted(diagnosis: Diagnosis, last: Result, is_extended: bool, doubts: Sequence[Finding]) -> Diagnosis:
+def _doubted(diagnosis: Diagnosis, last: Result, doubts: Sequence[Finding]) -> Diagnosis:
     """The diagnosis with the first reason to doubt the result; the sentence of an adequate model states it."""
     stated = next((f"{f.where}: {f.what}" for f in (*doubts, *last.findings) if f.doubt), "")
-    doubt = stated or last.fit.misfit
-    if not doubt and is_extended:
-        doubt = next(iter(last.fit.warnings), "")
+    doubt = stated or last.fit.misfit or next(iter(last.fit.warnings), "")
     sentence = diagnosis.sentence
-    if diagnosis.verdict == "adequate" and stated:
-        sentence += f" But {stated}."
-    elif diagnosis.verdict == "adequate" and doubt and diagnosis.p_value is not None:
-        sentence = f"No candidate effect is significant ({p_text(diagnosis.p_value)}), but {doubt}."
+    if diagnosis.verdict == "adequate" and doubt:
+        if stated or diagnosis.material is False or diagnosis.p_value is None:
+            sentence += f" But {doubt}."
+        else:
+            sentence = f"No candidate effect is significant ({p_text(diagnosis.p_value)}), but {doubt}."
     return diagnosis.model_copy(update={"doubt": doubt, "sentence": sentence})
 
 

@@ -24,7 +24,7 @@ def short_name(log: str) -> str:
 
 
 def sentence(v: Validation) -> str:
-    """The error of the speed over all logs, and whether model and parameters agree with the drives."""
+    """The error of the speed over all logs, and which outputs leave their band; what is wrong is the diagnosis's."""
     logs = len({s.log for s in v.segments})  # a cut divides one into several runs
     rms = float(np.sqrt(np.mean(v.errors("speed") ** 2)))
     start = f"Over {logs} log{'s' if logs > 1 else ''} the simulated speed is off by {3.6 * rms:.2f} km/h rms"
@@ -33,7 +33,8 @@ def sentence(v: Validation) -> str:
         test, names = v.tests[worst], ", ".join(words(n) for n in v.outside[:4])
         return (
             f"{start}; {names} leave{'s' if len(v.outside) == 1 else ''} the prediction band ({words(worst)} for "
-            f"{100 * test.share:.0f} % of the time, most in {_worst_regime(test)}): the model or a parameter is wrong."
+            f"{100 * test.share:.1f} % of the time, most in {_worst_regime(test)}; a correct model: at most "
+            f"{100 * test.limit:.1f} %)."
         )
     if v.contradicted:
         names = ", ".join(words(n) for n in v.contradicted[:3])
