@@ -265,7 +265,31 @@ def test_a_coast_with_a_long_gap_of_the_clock_is_to_be_repeated(tmp_path: Path) 
     (why,), (gap,) = document["runs"][1]["why"], [f for f in document["flags"] if f["test"] == "clock_gap"]
     assert "are missing: time steps by 40.1 s" in why
     assert gap["share"] == pytest.approx(40.1 / 94.9, rel=1e-3)
-    assert any("include the runs to repeat" in s and "coast_1" in s for s in document["coasts"]["sentences"])
+    coasts = document["coasts"]
+    assert any("without the runs to repeat" in s and "coast_1" in s for s in coasts["sentences"])
+    assert (coasts["out"], coasts["back"], coasts["pairs"]) == (4, 3, 3)
+    assert [row["mean"] is None for row in coasts["runs"]] == [k == 1 for k in range(RUNS)]
+    assert coasts["runs"][1]["influence"] is not None
+
+
+def test_runs_that_cannot_be_used_leave_the_others_to_be_judged(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda k, t, v: v * (0.6214 if k == 6 else 1.0))
+    text = (tmp_path / "coast_2.csv").read_text()
+    (tmp_path / "coast_2.csv").write_text(text.replace("GPS Speed", "GPS Sped"))
+    (tmp_path / "coast_4.csv").unlink()
+    (tmp_path / "coast_5.csv").write_bytes((tmp_path / "coast_0.csv").read_bytes())
+    document = checked(path, tmp_path / "out", 1)
+    verdicts = [r["verdict"] for r in document["runs"]]
+    assert verdicts == ["keep", "keep", "unreadable", "keep", "unreadable", "wrong", "wrong", "keep"]
+    said = "Cannot read 2 of 8 runs: coast_2.csv, coast_4.csv. Correct the entries of 2 of 8 runs: coast_5.csv, coast_6"
+    assert document["sentence"].startswith(said)
+    assert (document["coasts"]["out"], document["coasts"]["back"]) == (1, 3)
+    assert sum(f["doubt"] and bool(f["remedy"]) for f in document["findings"]) == 4
+    (tmp_path / "coast_2.csv").write_text(text)
+    lines = path.read_text().splitlines()
+    fixed = [line[:-1] + ", units: {speed: mph}}" if "coast_6" in line else line for line in lines]
+    path.write_text("\n".join(line for line in fixed if "coast_4" not in line and "coast_5" not in line))
+    assert checked(path, tmp_path / "out2", 0)["good"]
 
 
 def test_a_clock_that_lost_samples_is_noted(tmp_path: Path) -> None:

@@ -52,8 +52,9 @@ def check_lines(document: CheckDocument) -> Iterator[str]:
     yield document.sentence
     yield ""
     wide = max(len(run_name(run.run)) for run in document.runs)
+    first = max(len("repeat"), *(len(run.verdict) for run in document.runs))
     for run in document.runs:
-        yield f"  {run.verdict:<7}  {run_name(run.run):<{wide}}  {'; '.join(run.why) or 'no fault found'}"
+        yield f"  {run.verdict:<{first}}  {run_name(run.run):<{wide}}  {'; '.join(run.why) or 'no fault found'}"
     if document.flags:
         yield "\nFlags"
         rows = [

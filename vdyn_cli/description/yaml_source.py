@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,17 @@ class YamlSource:
             if place:
                 return place
         return self.path.name
+
+    def without(self, key: str, left_out: Collection[int]) -> YamlSource:
+        """The source without some entries of a list; the places of the others are kept under their new index."""
+        kept = [i for i in range(len(self.data[key])) if i not in left_out]
+        new = {old: i for i, old in enumerate(kept)}
+        lines = {
+            (key, new[int(at[1])], *at[2:]) if at[:1] == (key,) and len(at) > 1 else at: place
+            for at, place in self.lines.items()
+            if at[:1] != (key,) or len(at) < 2 or at[1] in new
+        }
+        return replace(self, data={**self.data, key: [self.data[key][i] for i in kept]}, lines=lines)
 
 
 def load_yaml(path: Path) -> YamlSource:

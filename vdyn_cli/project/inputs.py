@@ -40,6 +40,7 @@ from vdyn_cli.project.reading.channel_sources import (
     unused_sources,
 )
 from vdyn_cli.project.reading.given_values import contradicted_values, given_air, given_parameters, read_known
+from vdyn_cli.project.reading.left_out_runs import LeftOutRun, RunProblems, WrongRunsError
 from vdyn_cli.project.reading.road_profile import road_findings, survey_note, surveyed_road
 from vdyn_cli.project.reading.run_parts import split_runs
 from vdyn_cli.project.reading.run_reading import log_names, read_run, ready_log, within_physical_limits
@@ -62,7 +63,7 @@ class Inputs:
 
     ``step`` is that of the description's manoeuvre; ``scalings`` are the channels computed from others; ``unsplit`` are
     the runs before they were split at long cuts; ``clocks`` are the differences of the loggers' clocks; ``road`` is the
-    survey that gives the grade.
+    survey that gives the grade; ``left_out`` are the runs of the description that are not among the others.
     """
 
     step: Step
@@ -79,6 +80,7 @@ class Inputs:
     unsplit: tuple[CutLog, ...] = ()
     clocks: tuple[ClockDifference, ...] = ()
     road: RoadSurvey | None = None
+    left_out: tuple[LeftOutRun, ...] = ()
 
     def data_with(self, logs: tuple[Log, ...]) -> Any:
         """The data for ``step.prepare``, from other logs."""
@@ -95,10 +97,8 @@ class Inputs:
         )
 
 
-def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
-    """Read a test's description and all its files, and report all problems at once.
-
-    Wrong entries of the description are removed, so that the logs are checked nevertheless.
+def gather_usable(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
+    """The inputs of the runs that can be used, where only single runs are wrong: unreadable or unlike the others.
 
     Parameters
     ----------
@@ -106,13 +106,41 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
 
     Raises
     ------
+    InputError : as for ``gather``, if another problem remains, or no run.
+    """
+    known_files, left_out = tuple(known_files), list[LeftOutRun]()
+    first: InputError | None = None
+    while True:
+        try:
+            found = gather(step, path, known_files, frozenset(run.index for run in left_out))
+            return replace(found, left_out=tuple(sorted(left_out, key=lambda run: run.index)))
+        except WrongRunsError as error:
+            left_out += error.runs
+            first = first or error
+        except InputError as error:
+            raise first or error from None
+
+
+def gather(
+    step: Step, path: Path, known_files: Iterable[Path] = (), left_out: frozenset[int] = frozenset[int]()
+) -> Inputs:
+    """Read a test's description and all its files, and report all problems at once.
+
+    Wrong entries of the description are removed, so that the logs are checked nevertheless.
+
+    Parameters
+    ----------
+    path : the description. known_files : parameter files, of which later ones have priority.
+    left_out : indices of runs in the description that are not read.
+
+    Raises
+    ------
+    WrongRunsError : with all problems, if only some of the runs have any.
     InputError : with all problems of the description, the logs and the parameter files.
     """
-    refuse_other_test(step, path)
-    described = load_partial(path, step.spec)
+    described, kept = _described(step, path, left_out)
     spec, source, problems = described.spec, described.source, list(described.problems)
-    if spec is None:
-        raise InputError(*in_file_order([*problems, *missing_logs(source)], source.path.name))
+    assert spec is not None
     step, known_files = step.of(spec), tuple(known_files)
     unreadable, repeats = wrong_channels(step, spec, source, described.dropped), repeated_entries(spec, source)
     problems += [*unreadable, *contradictory_keys(spec, source), *wrong_effects(step, spec, source)]
@@ -125,20 +153,21 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
     made = attempt(problems, scalings, step, spec, known) or ()
     road = attempt(problems, surveyed_road, spec, source, files)
     unreadable += problems[before:]
-    attempts = {i: attempt(problems, read_run, step, spec, source, i, files) for i in range(len(spec.runs))}
-    read = {i: one for i, one in attempts.items() if one is not None}
-    ready = partial(ready_log, step, constants, made, road)
-    clocks = tuple(clock for _, differences in read.values() for clock in differences)
-    cut = tuple(replace(one, log=ready(one.log)) for one, _ in read.values())
+    apart, ready = RunProblems(), partial(ready_log, step, constants, made, road)
+    read, clocks = _read_runs(step, described, apart, files)
+    whole = {i: replace(one, log=ready(one.log)) for i, one in read.items()}
     if not unreadable:
-        cut = tuple(one for one in cut if attempt(problems, within_physical_limits, step, one.log) is not None)
-    cut = with_pair_warnings(clocks, cut)
+        tested = {i: attempt(apart.of(i), within_physical_limits, step, one.log) for i, one in whole.items()}
+        whole = {i: one for i, one in whole.items() if tested[i] is not None}
+    cut = with_pair_warnings(clocks, tuple(whole.values()))
     logs = tuple(one.log for one in cut)
     if len(read) == len(logs) and not repeats:
-        problems += repeated_runs(logs, [source.where(("runs", i)) for i in read])
+        apart.compared.extend(repeated_runs(logs, [source.where(("runs", i)) for i in read]))
     if not unreadable:
-        problems += [*_wrong_units(step, spec, logs), *road_findings(road, spec, logs)]
-        problems += _contradicted_speed(spec, source, logs, known)
+        apart.compared.extend(_wrong_units(step, spec, logs))
+        problems += [*road_findings(road, spec, logs), *_contradicted_speed(spec, source, logs, known)]
+    wrong = () if problems else apart.left_out(spec, source, dict(zip(whole, logs, strict=True)), kept)
+    problems += apart.all()
     unsplit = cut
     there = [spec.runs[i] for i in read]
     if len(logs) == len(spec.runs):
@@ -156,11 +185,43 @@ def gather(step: Step, path: Path, known_files: Iterable[Path] = ()) -> Inputs:
             found = _of_step(step, spec.model_copy(update={"runs": there}), data, known, described)
             problems += [f for f in found if f not in problems]
         names = [name for run in spec.runs for name in log_names(run)]
-        raise InputError(*in_file_order(merge_logs(with_run_signs(problems, logs, source), names), source.path.name))
+        merged = in_file_order(merge_logs(with_run_signs(problems, logs, source), names), source.path.name)
+        raise WrongRunsError(*merged, runs=wrong) if wrong else InputError(*merged)
     findings = (*contradicted_values(stated, known, source), *unused_sources(step, spec, source))
     findings += (*(s.note() for s in made), *unread_keys(step, spec, source), *survey_note(road))
     findings += (*condensing, *(refused() if step.diagnosable else ()))
     return Inputs(step, spec, source, data, logs, known, files, findings, made, cut, ready, unsplit, clocks, road)
+
+
+def _described(step: Step, path: Path, left_out: frozenset[int]) -> tuple[PartialSpec[Any], list[int]]:
+    """The description without some of its runs, and the indices of the others.
+
+    Raises
+    ------
+    InputError : the description cannot be read.
+    """
+    refuse_other_test(step, path)
+    described = load_partial(path, step.spec)
+    spec, source = described.spec, described.source
+    if spec is None:
+        raise InputError(*in_file_order([*described.problems, *missing_logs(source)], source.path.name))
+    kept = [i for i in range(len(spec.runs)) if i not in left_out]
+    if not left_out:
+        return described, kept
+    spec = spec.model_copy(update={"runs": [spec.runs[i] for i in kept]})
+    return replace(described, spec=spec, source=source.without("runs", left_out)), kept
+
+
+def _read_runs(
+    step: Step, described: PartialSpec[Any], apart: RunProblems, files: dict[Path, str]
+) -> tuple[dict[int, CutLog], tuple[ClockDifference, ...]]:
+    """The runs that can be read, by index, and the differences of their clocks; their files are added to ``files``."""
+    spec, source = described.spec, described.source
+    assert spec is not None
+    found = {i: attempt(apart.of(i), read_run, step, spec, source, i, files) for i in range(len(spec.runs))}
+    read = {i: one for i, one in found.items() if one is not None}
+    clocks = tuple(clock for _, differences in read.values() for clock in differences)
+    return {i: one for i, (one, _) in read.items()}, clocks
 
 
 def _with_files(

@@ -14,7 +14,7 @@ Decision = Literal["cut", "kept", "marked"]
 Outcome = Literal["met", "not met", "not checked"]
 
 
-RunVerdict = Literal["keep", "repeat", "wrong", "unknown"]
+RunVerdict = Literal["keep", "repeat", "wrong", "unreadable", "unknown"]
 
 
 class CheckedRun(Entry):
@@ -23,11 +23,12 @@ class CheckedRun(Entry):
     run: str = Field(description="name of the run's log")
     verdict: RunVerdict = Field(
         description="repeat: the run cannot be used for its step; wrong: its entries in the description are wrong; "
-        "unknown: the run is not judged before another entry is corrected"
+        "unreadable: its log cannot be read as described; unknown: the run is not judged before another entry is "
+        "corrected"
     )
     why: list[str] = Field(description="reasons of the verdict; for a run to keep: notes about it")
-    duration: float = Field(description="time from the first to the last sample, s")
-    samples: int = Field(description="number of rows")
+    duration: float = Field(description="time from the first to the last sample, s; 0 for an unreadable log")
+    samples: int = Field(description="number of rows; 0 for an unreadable log")
     lost: float = Field(
         description="share of the evaluated time in which a needed channel is cut or the clock pauses, 0 to 1"
     )

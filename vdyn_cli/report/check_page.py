@@ -37,6 +37,8 @@ def render_check(document: CheckDocument, runs: Sequence[CutLog], units: Mapping
         if document.good
         else "description wrong"
         if any(r.verdict in ("wrong", "unknown") for r in document.runs)
+        else "unreadable log"
+        if any(r.verdict == "unreadable" for r in document.runs)
         else "repeat",
         sentence=typography.prose(document.sentence),
         runs=_runs(document),

@@ -12,12 +12,14 @@ from vdyn_cli.description.yaml_source import load_yaml
 from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.cuts import TESTS, CutLog
+from vdyn_cli.project.checks.campaign import balance_of_kept, track_check
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.checks.description_checks import refuse_pipeline
 from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
 from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
-from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
+from vdyn_cli.project.inputs import Inputs, errors_of_step, gather_usable
+from vdyn_cli.project.reading.left_out_runs import LeftOutRun
 from vdyn_cli.quantities.check_schema import (
     CheckDocument,
     CheckedRun,
@@ -29,7 +31,6 @@ from vdyn_cli.quantities.check_schema import (
 )
 from vdyn_cli.quantities.cut_ledger import LedgerRow
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, VdynError, did_you_mean, merge_similar
-from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 from vdyn_cli.quantities.result_schema import FindingEntry
@@ -69,12 +70,16 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     ------
     InputError : the description or a log is wrong, as for the step itself, or there is no log.
     """
-    inputs = gather(step_of(path), path, known_files)
+    inputs = gather_usable(step_of(path), path, known_files)
     if not inputs.unsplit:
         what = "the description has no runs: there is no log to check"
         remedy = f"list each log under 'runs'; a test without logs needs no check: run 'vdyn {inputs.step.name}'"
         raise InputError(Finding(str(path), what, remedy=remedy))
-    found, refused = _track_check(inputs), _refused(inputs)
+    lacking = tuple(replace(f, doubt=True) for run in inputs.left_out for f in run.problems)
+    try:
+        found, refused = track_check(inputs), _refused(inputs)
+    except InputError as error:
+        raise type(error)(*lacking, *error.findings) from None
     contradicted = (*found.contradicted, *contradicted_conditions(inputs.spec, inputs.source))
     wrong = _corrections(inputs, refused, contradicted)
     tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
@@ -83,22 +88,24 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]
     if wrong:
         runs = [_until_corrected(inputs, k, run, contradicted) for k, run in enumerate(runs)]
+    coasts, runs = balance_of_kept(inputs, found.coasts, runs), _with_left_out(runs, inputs.left_out)
     document = CheckDocument(
         format="vdyn/check/1",
         step=inputs.step.name,
         title=inputs.spec.title,
         good=all(r.verdict == "keep" for r in runs),
-        sentence=_correct_first(inputs, wrong) if wrong else _sentence(runs, found, vehicle),
+        sentence=_correct_first(inputs, wrong, runs) if wrong else _sentence(runs, coasts, vehicle),
         runs=runs,
         flags=[flag for one in inputs.unsplit for flag in _flags(one)],
         redundancy=redundancy,
         clocks=list(inputs.clocks),
-        coasts=_with_repeated(found.coasts, runs),
+        coasts=coasts,
         parameters="not evaluated",
         findings=[
             FindingEntry(**f.to_json())
             for f in merge_similar(
                 [
+                    *lacking,
                     *refused.findings,
                     *contradicted,
                     *found.findings,
@@ -113,6 +120,17 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
     return document, inputs
 
 
+def _with_left_out(runs: Sequence[CheckedRun], left_out: Sequence[LeftOutRun]) -> list[CheckedRun]:
+    """The runs in the order of the description, with those that could not be judged."""
+    every = list(runs)
+    for one in left_out:
+        why = [_text(f) if f.where in (one.name, "") else f"{f.where}: {_text(f)}" for f in one.problems]
+        log, verdict = one.log, "unreadable" if one.log is None else "wrong"
+        size = {"duration": 0.0, "samples": 0} if log is None else {"duration": log.duration, "samples": log.time.size}
+        every.insert(one.index, CheckedRun(run=one.name, verdict=verdict, why=why, lost=1.0, **size))
+    return every
+
+
 def _corrections(inputs: Inputs, refused: VdynError, contradicted: Sequence[Finding]) -> tuple[str, ...]:
     """What is wrong in the description, each with its remedy; until it is corrected, the runs cannot be judged."""
     units = merge_similar(wrong_units(f for one in inputs.unsplit for f in one.log.findings))
@@ -124,15 +142,17 @@ def _corrections(inputs: Inputs, refused: VdynError, contradicted: Sequence[Find
     )
 
 
-def _correct_first(inputs: Inputs, wrong: Sequence[str]) -> str:
+def _correct_first(inputs: Inputs, wrong: Sequence[str], runs: Sequence[CheckedRun]) -> str:
+    unreadable = [r.run for r in runs if r.verdict == "unreadable"]
+    wrong = [*wrong, *([f"correct or remove the unreadable runs: {', '.join(unreadable)}"] if unreadable else [])]
     again = f"Then run 'vdyn check {inputs.source.path.name}' again: until then, it is not known which runs are good."
     return f"Correct the description first: {'. '.join(wrong)}. {again}"
 
 
-def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[Finding]) -> str:
+def _sentence(runs: Sequence[CheckedRun], coasts: CoastBalance | None, vehicle: Sequence[Finding]) -> str:
     """The answer: doubts about the vehicle, the runs to repeat or those with notes, and missing directions or unmet
     limits of the campaign."""
-    coasts, said = track.coasts, [*(f"Doubtful: {f.what}." for f in vehicle), _of_runs(runs)]
+    said = [*(f"Doubtful: {f.what}." for f in vehicle), _of_runs(runs)]
     if coasts is None:
         return " ".join(said)
     if not coasts.out and not coasts.back:
@@ -146,37 +166,20 @@ def _sentence(runs: Sequence[CheckedRun], track: TrackCheck, vehicle: Sequence[F
 
 
 def _of_runs(runs: Sequence[CheckedRun]) -> str:
-    bad = [r.run for r in runs if r.verdict == "repeat"]
-    noted = [r.run for r in runs if r.why]
+    of = {verdict: [r.run for r in runs if r.verdict == verdict] for verdict in ("unreadable", "wrong", "repeat")}
+    noted = [r.run for r in runs if r.why and r.verdict == "keep"]
     number = f"{len(runs)} {'run' if len(runs) == 1 else 'runs'}"
-    if bad:
-        return f"Repeat {len(bad)} of {number}: {', '.join(bad)}."
+    words = {"unreadable": "Cannot read", "wrong": "Correct the entries of", "repeat": "Repeat"}
+    said = [f"{words[v]} {len(names_)} of {number}: {', '.join(names_)}." for v, names_ in of.items() if names_]
+    if of["repeat"]:
+        return " ".join(said)
+    if said or noted:
+        said.append(f"No {'other ' if said else ''}run must be repeated.")
     if noted:
-        return f"No run must be repeated. {len(noted)} of {number} with notes: {', '.join(noted)}."
+        return " ".join([*said, f"{len(noted)} of {number} with notes: {', '.join(noted)}."])
+    if said:
+        return " ".join(said)
     return f"All {number} are good." if len(runs) > 1 else "The run is good."
-
-
-def _track_check(inputs: Inputs) -> TrackCheck:
-    if inputs.step.track_check is None:
-        return TrackCheck()
-    whole = tuple(inputs.ready(_bridged(one)) for one in inputs.unsplit)
-    with errors_of_step(inputs.step, inputs.source, inputs.logs):
-        try:
-            return inputs.step.track_check(inputs.spec, whole, inputs.data, inputs.known, run_of_parts(inputs))
-        except InputError as error:
-            found = (placed(f, inputs.spec, inputs.source, inputs.logs) for f in error.findings)
-            raise type(error)(*found) from None
-
-
-def _bridged(one: CutLog) -> Log:
-    """The log interpolated linearly over its cuts, so that wrong samples do not affect the extent of its run."""
-    measured = {name: values for name, values in one.log.channels.items() if name in one.whole}  # others are recomputed
-    bridged = {}
-    for name, values in measured.items():
-        cut, known = np.isnan(values) & ~np.isnan(one.whole[name]), np.isfinite(values)
-        if cut.any() and known.any():
-            bridged[name] = np.where(cut, np.interp(one.log.time, one.log.time[known], values[known]), values)
-    return replace(one.log, channels=measured).with_channels(**bridged)
 
 
 def _refused(inputs: Inputs) -> VdynError:
@@ -191,15 +194,6 @@ def _refused(inputs: Inputs) -> VdynError:
     except ArithmeticError:  # from an estimate during the preparation
         pass
     return ResultError()
-
-
-def run_of_parts(inputs: Inputs) -> tuple[int, ...]:
-    """The index of the run of each log; the parts of a run that long cuts split share their ledger."""
-    found: list[int] = []
-    for i, part in enumerate(inputs.cut):
-        again = i > 0 and len(part.ledger) > 0 and part.ledger is inputs.cut[i - 1].ledger
-        found.append(found[-1] if again else (found[-1] + 1 if found else 0))
-    return tuple(found)
 
 
 def _checked(inputs: Inputs, index: int, track: TrackCheck, refused: VdynError, tied: Sequence[TiedPair]) -> CheckedRun:
@@ -300,18 +294,6 @@ def _needed(step: Step) -> tuple[str, ...]:
     names_ = [n for entry in step.required for n in named_channels(entry)]
     sources = [one.source for one in step.scaled if one.target in names_]
     return tuple(n for n in (*names_, *sources) if n != "time")
-
-
-def _with_repeated(coasts: CoastBalance | None, runs: Sequence[CheckedRun]) -> CoastBalance | None:
-    """The balance of a campaign that names the runs in it that must be repeated."""
-    if coasts is None:
-        return None
-    used = {r.run for r in coasts.runs if r.mean is not None}
-    again = [r.run for r in runs if r.verdict == "repeat" and r.run in used]
-    if not again:
-        return coasts
-    said = f"these include the runs to repeat, as do accuracy and limits: {', '.join(again)}"
-    return coasts.model_copy(update={"sentences": [*coasts.sentences[:1], said, *coasts.sentences[1:]]})
 
 
 def _lost(one: CutLog, needed: Sequence[str], span: tuple[float, float], continuous: bool) -> float:

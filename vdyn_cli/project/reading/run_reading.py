@@ -73,8 +73,8 @@ def read_run(
         elif "time" in found.columns:  # else it is reported with the channels
             window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
             options = ReadOptions(**logger.reading.model_dump(), window=window, recording=run.recording)
-            called = _called(name, run, spec)
-            reader = partial(_log_and_file, file, found.columns, options, called)
+            named = called(name, run, spec)
+            reader = partial(_log_and_file, file, found.columns, options, named)
             read.append(attempt(problems, read_unchanged, reader, (file,)))
     raise_all(problems)
     logs = [one[0] for one in read if one is not None]
@@ -89,7 +89,7 @@ def read_run(
     return _checked(step, spec, _in_window(run, cut, place), no_unit), clocks
 
 
-def _called(name: str, run: Run, spec: Description) -> str:
+def called(name: str, run: Run, spec: Description) -> str:
     """What messages and results call a run's log: with the columns or times that distinguish it from another run's."""
     if run.columns:
         return f"{name} ({', '.join(run.columns.values())})"
