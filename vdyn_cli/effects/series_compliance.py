@@ -8,7 +8,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="compliant joints in series with the half-shaft",
     signature="The shaft is softer in the log than calculated from its drawing, at every torque and rate.",
     alike=("shaft_stiffness",),
-    confirm="Clamp the shaft at its outer joint, hang a known torque on its inner end and read the twist at both ends.",
+    confirm="Clamp the shaft at its outer joint, apply a known torque at its inner end, read the twist at both ends.",
     tags={"shaft_twist", "beside_drawing"},
 )
 def series_compliance(shaft: Law, s: Signals, q: Signals) -> Number:

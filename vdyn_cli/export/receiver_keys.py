@@ -56,7 +56,7 @@ def refuse_outside(parameter_file: ParameterFile, keys: Iterable[ReceiverKey], r
             continue
         span = f"{key.lower:g} to {key.upper:g}" if math.isfinite(key.upper) else f"{key.lower:g} or more"
         what = f"{key.name} is outside the range of {receiver}, {span}"
-        remedy = f"check the test that gave it ({key.why})"
+        remedy = f"check the test that estimated it ({key.why})"
         found.append(Finding(parameter_file.name, what, f"{key.value:.6g}", remedy))
     raise_all(found)
 

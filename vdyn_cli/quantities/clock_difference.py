@@ -18,7 +18,9 @@ class ClockDifference(Entry):
 
     run: str = Field(description="log of the first logger, which is the reference")
     logger: str = Field(description="log of the other logger")
-    pair: tuple[str, str] = Field(description="channels from which it is estimated; 'time' twice: it is stated")
+    pair: tuple[str, str] = Field(
+        description="channels from which the delay is estimated; 'time' twice where the description states it"
+    )
     delay: float = Field(description="by which the other logger's clock is ahead, s")
     delay_std: float = Field(description="standard error of the delay, s; the parameters' intervals contain it")
     at: float = Field(description="time of the first logger for which the delay holds, s")

@@ -170,7 +170,15 @@ class ExperimentDesigner:
         return PlannedTest(one, times * one.each, t)
 
     def separation(self, rows: Array, contrasts: Sequence[Contrast]) -> float:
-        """The separation t by ``rows`` and the priors, in standard errors, of the least separated contrast."""
+        """The separation t by ``rows`` and the priors, in standard errors, of the least separated contrast.
+
+        t = |(1 - P) J a|, with a the amplitudes of the contrast and P the projection onto the effects beside it
+
+        Parameters
+        ----------
+        rows : J, (k, s), whitened sensitivities to the shared unknowns, such as those of ``after``.
+        contrasts : 0 without any.
+        """
         known = self._driven[1]
         every = np.vstack([rows, known])
         return min((self._separation(every, len(known), one) for one in contrasts), default=0.0)

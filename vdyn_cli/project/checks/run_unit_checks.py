@@ -61,8 +61,11 @@ def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]])
     for k, one in found:
         runs = {i for i, other in found if other.channel == one.channel}
         if len(runs) < len(logs) and one.channel not in stated[k]:
-            remedy = f"write 'units: {{{one.channel}: {one.stated}}}' at this run: the files of the other runs agree "
-            yield replace(one, remedy=f"{remedy}with the description; '{one.read}' if its file is wrong")
+            remedy = (
+                f"write 'units: {{{one.channel}: {one.stated}}}' at this run, since the files of the other runs agree "
+                f"with the description; write '{one.read}' instead if its file states a wrong unit"
+            )
+            yield replace(one, remedy=remedy)
 
 
 def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:

@@ -116,7 +116,7 @@ def _clock_note(
     why = "does not cover the times of day of all runs (other time zones?)"
     if None in spans:
         why = "cannot be compared with the clocks of the runs, which are not times of day"
-    return f"the clock of {station.name} {why}: no wind is taken from it"
+    return f"the clock of {station.name} {why}, so that its wind is not used"
 
 
 def _air(station: StationLog, name: str, span: tuple[float, float] | None) -> str:

@@ -90,7 +90,7 @@ class StationLog:
         return along, abs(across)
 
     def covers(self, span: tuple[float, float]) -> bool:
-        """Whether it recorded during the whole span."""
+        """Whether the station recorded during a whole span: its first and last time, s, on the station's clock."""
         step = (self.time[-1] - self.time[0]) / max(self.time.size - 1, 1)
         return bool(self.time[0] - step <= span[0] and span[1] <= self.time[-1] + step)
 

@@ -68,10 +68,10 @@ def radius_or_mass_exact(road: RoadInertia) -> bool:
 
 
 def published_inertia(road: RoadInertia | None, pendulum: PendulumInertia | None) -> Budget:
-    """The published inertia from one or both methods, of which at least one is given.
+    """The published inertia, kg m^2, from one or both methods, of which at least one is given.
 
-    Where both agree and the road's uncertainty is complete, it is their mean weighted by inverse variance. Otherwise
-    it is the pendulum's, which depends only on lengths, mass and time.
+    Where both agree within ``agreeing_std`` and the road's uncertainty is complete, it is their mean weighted by
+    inverse variance. Otherwise it is the pendulum's, which depends only on lengths, mass and time.
     """
     if pendulum is None:
         assert road is not None

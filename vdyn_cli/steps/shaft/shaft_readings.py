@@ -55,9 +55,12 @@ class ShaftReadings:
 
     @classmethod
     def of(cls, log: Log, gear_ratio: float) -> ShaftReadings:
-        """The readings of a log with shaft_torque and with twist, or motor_speed and wheel_speed, or all of them.
+        """The readings of a log, with the rate of twist by motor_speed / gear_ratio - wheel_speed, else by the twist.
 
-        ``gear_ratio`` : turns of the motor_speed channel per turn of the wheel.
+        Parameters
+        ----------
+        log : shaft_torque (N m), and twist (rad), or motor_speed and wheel_speed (rad/s), or all of them. Rows in
+            which one is missing are left out. gear_ratio : turns of the motor_speed channel per turn of the wheel.
         """
         used = _used(log)
         good = np.all([np.isfinite(log[name]) for name in used], axis=0)

@@ -68,7 +68,10 @@ class PredictionBand:
 
 
 def bands(w: WhitenedDrives) -> tuple[dict[str, PredictionBand], ...]:
-    """The bands by output, for every segment; ``jerk`` is the slope of the specific force unless it is measured."""
+    """The bands by output, for every segment, in the unit of the output; see ``PredictionBand``.
+
+    ``jerk``, m/s^3, is the slope of the specific force unless it is measured.
+    """
     return tuple(_segment_bands(w, k) for k in range(len(w.setup.segments)))
 
 

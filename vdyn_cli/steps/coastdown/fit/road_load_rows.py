@@ -111,7 +111,7 @@ class RoadLoadRows:
         return self.center / self.noise.sizes[ROUGHNESS]
 
     def on_road(self, shared: Mapping[str, float]) -> RoadLoadRows:
-        """The rows simulated on the road that these values of the shared unknowns describe."""
+        """The rows simulated on another road: its unknowns, among the ``shared`` ones, in units of its roughness."""
         layout = self.campaign.layout
         if layout is None or not self.road:
             return self
