@@ -225,7 +225,7 @@ def slope_response(s: Surroundings) -> Array:
 
 
 def slope_response_of_both(s: Surroundings) -> Array:
-    """Response (2 b, b) of the mean speed, m/s, and specific force, m/s^2, of each bin to an uphill slope in another.
+    """Response (2 b, b) of mean speed, m/s, and specific force, m/s^2, in each of b bins to an uphill slope in another.
 
     v = -g share integral(i dt),   f = g (1 - share) i
     """

@@ -264,7 +264,7 @@ class Objective:
         return evaluate(self.regression, x)
 
     def cost(self, x: Array) -> float:
-        """The cost at x, infinite where the model cannot be computed; from residuals alone where that is cheaper."""
+        """The cost at x (s + g m,), infinite where there is no model; from residuals alone where that is cheaper."""
         rows = self.regression.rows
         if not isinstance(rows, Residuals):
             point = self(x)

@@ -196,7 +196,7 @@ def late_rows(time: Array) -> Mask:
 
 
 def rises_but_for(time: Array) -> int:
-    """The number of late rows if they are so few that the column is a damaged clock, ``_MOST_LATE``; else 0.
+    """The number of late rows of a clock (n,) if at most ``_MOST_LATE`` of them are, so that it is damaged; else 0.
 
     ``_RESTARTED`` late rows one after another are another recording, as after an overflow of the clock.
     """

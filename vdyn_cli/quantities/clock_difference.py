@@ -39,7 +39,7 @@ class ClockDifference(Entry):
         return self.pair == ("time", "time")
 
     def stamp(self, time: Array) -> Array:
-        """Times of the logger's clock, s, at times of the reference's clock."""
+        """Times (n,) of the logger's clock, s, at times (n,) of the reference's clock: t + delay + drift (t - at)."""
         rate = self.drift if self.corrected else 0.0
         return time + self.delay + rate * (time - self.at)
 

@@ -87,7 +87,7 @@ class Panel:
     width: float
 
     def px(self, x: Array) -> Array:
-        """Positions of x values in px from the left of the row."""
+        """Positions (n,) of x values (n,) in px from the left of the row."""
         return self.left + (x - self.start) / (self.end - self.start) * self.width
 
 
@@ -139,7 +139,7 @@ def rms(values: Array) -> float:
 
 
 def judged_residual(one: RunTrace) -> Array:
-    """The residual of the samples in the fit; of all samples for a run that the fit does not use."""
+    """The residual (m,) of the samples in the fit; of all samples for a run that the fit does not use."""
     return one.residual[one.used] if one.used.any() else one.residual
 
 

@@ -22,7 +22,7 @@ def slopes_by_known(
     Parameters
     ----------
     extended : the fit's regression with the known numbers as further shared unknowns; held ones have no prior.
-    values, per_run : of all its unknowns at the solution, SI.
+    values, per_run : of all its unknowns at the solution, SI; those of each run (runs,).
     """
     shared, own, g = extended.shared, extended.own, len(extended.runs)
     held = [k for k, u in enumerate(shared) if u.name in known and u.prior is None]

@@ -209,7 +209,7 @@ def quadratic(contributions: Array, variance: Array) -> Array:
 
 
 def equivalent(statistic: Array | float, degrees: int) -> Array:
-    """The normal deviate with the tail probability of this chi-square, to 0.02 from the median to the farthest tail.
+    """The normal deviate (k,) with the tail probability of a chi-square (k,), to 0.02 from the median to any tail.
 
     r* = r + log(u / r) / r with x = chi-square / degrees, r = sign(x - 1) sqrt(degrees (x - 1 - log x)) and
     u = sqrt(degrees / 2) (x - 1). In the tail, Wilson and Hilferty's cube root favors candidates with many unknowns.

@@ -245,7 +245,7 @@ def linearized_system(linear: LinearizedRuns) -> LinearizedSystem:
 
 
 def column_groups(names: Mapping[str, Sequence[str]]) -> dict[str, NDArray[np.int64]]:
-    """By group, the places of its columns among the columns of all groups, which follow each other."""
+    """By group, the indices (k,) of its columns among the columns of all groups, which follow each other."""
     ends = np.cumsum([0, *(len(each) for each in names.values())])
     return {name: np.arange(first, last) for name, first, last in zip(names, ends[:-1], ends[1:], strict=True)}
 

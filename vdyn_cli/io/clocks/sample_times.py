@@ -207,7 +207,7 @@ def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf) -> str:
 
     Parameters
     ----------
-    line_of : row -> line of the file.
+    rows : (n,). line_of : row -> line of the file.
     """
     shown = ", ".join(str(line_of(int(row))) for row in rows[:_MOST_LINES])
     return shown + (", ..." if len(rows) > _MOST_LINES else "")

@@ -53,7 +53,7 @@ class TablesBeside:
         return self._numbers.lines.of(row)
 
     def columns(self, wanted: Sequence[StoredChannel]) -> Sequence[Array | None]:
-        """The samples of channels; None for a column of text. All clocks count from the first time of the first one."""
+        """The samples (n,) of channels; None for text. All clocks count from the first time of the first one."""
         return [self._samples(int(str(one.at))) for one in wanted]
 
     def _samples(self, at: int) -> Array | None:

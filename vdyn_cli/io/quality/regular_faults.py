@@ -43,7 +43,7 @@ def _every(log: Log, first: int, stop: int, test: str, why: str) -> Fault:
 
 
 def contradicted_command(channel: SampledChannel, marked: Mask, log: Log) -> Found:
-    """Rests of a command that the car's motion, its own jumps or the quantization of its source contradict."""
+    """Rests of a command that the car's motion, its jumps or the quantization of its source contradict; mask (n,)."""
     time, values = channel.time, channel.values
     rests = [
         (a - 1, b)
@@ -67,7 +67,7 @@ def contradicted_command(channel: SampledChannel, marked: Mask, log: Log) -> Fou
 
 
 def regular_faults(channel: SampledChannel, marked: Mask) -> Found:
-    """Segments in which a channel is frozen or follows a straight line; ``marked`` samples are excluded."""
+    """Segments in which a channel is frozen or follows a straight line; ``marked`` (n,) samples are excluded."""
     time, values, moving = channel.time, channel.values, channel.moving
     longer = QUALITY.varying_rest_ratio if channel.varies else QUALITY.command_rest_ratio
     judged = moving & ~marked

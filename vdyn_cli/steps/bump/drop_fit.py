@@ -165,7 +165,7 @@ class DropFit:
         return self.simulator(self.runs[run].drive, theta[: len(self.simulator.unknowns)])
 
     def rows(self, run: int, theta: Array) -> Rows:
-        """Whitened residuals of one drop, channel by channel; samples without a reading are left out."""
+        """Whitened residuals (n,) and Jacobian (n, k) of one drop, channel by channel; without missing readings."""
         drop, simulated = self.runs[run], self.simulate(run, theta)
         first = len(self.simulator.unknowns)
         measured = MeasuredChannels(drop.time, {n: drop.heights[n] for n in self.channels}, drop.noise)

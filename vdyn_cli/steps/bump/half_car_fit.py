@@ -95,7 +95,7 @@ class BumpFit:
 
     @cached_property
     def scales(self) -> tuple[Array, ...]:
-        """For each crossing, SI units per unit of each simulated unknown; not 1 for errors of the speed."""
+        """For each crossing, SI units per unit of each simulated unknown, (k,); not 1 for errors of the speed."""
         scales = []
         for crossing in self.crossings:
             scale = np.ones(len(self.simulator.unknowns))

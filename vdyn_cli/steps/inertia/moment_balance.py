@@ -303,7 +303,7 @@ class MomentBalance:
         Parameters
         ----------
         names : parameters of the model.
-        values, per_run : a solution with these effects.
+        values, per_run : a solution with these effects, SI; per run (runs,).
         """
         known = [Unknown(name, self.wheel[name]) for name in names]
         extended = self.regression(values["wheel_inertia"], replace(added, unknowns=(*added.unknowns, *known)))

@@ -13,7 +13,7 @@ from vdyn_cli.steps.tire.tire_regression import FittedCurve
 
 
 def comparisons(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> tuple[Comparison, ...]:
-    """Measured and fitted force of each sweep's bins; ``residuals`` are fitted minus measured, N."""
+    """Measured and fitted force of each sweep's bins; ``residuals`` are fitted minus measured, (bins,) N each."""
     return tuple(
         Comparison(sweep.run, "force_x", "N", sweep.time, "time in s", sweep.force, sweep.force + residual)
         for sweep, residual in zip(sweeps, residuals, strict=True)
@@ -43,7 +43,7 @@ def friction_over_slip(curve: FittedCurve) -> Figure:
 
 
 def residual_over_slip(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> Figure:
-    """Figure of measured minus fitted friction over the slip; ``residuals`` are fitted minus measured, N."""
+    """Figure of measured minus fitted friction over slip; ``residuals`` are fitted minus measured, (bins,) N each."""
     series = tuple(
         Series(sweep.run, sweep.slip, -residual / sweep.load, "points", role="residual")
         for sweep, residual in zip(sweeps, residuals, strict=True)

@@ -225,7 +225,7 @@ class ValidateProblem(SimulatedProblem):
         return drive_parts(self.segmented[0], self.prior) if simple else ()
 
     def coordinate(self, part: Part, solution: Solution) -> Array | None:
-        """The values of a part's coordinate in all segments, as measured."""
+        """The values (n,) of a part's coordinate in all segments, as measured."""
         return coordinate_values(part, self.segmented[0])
 
     @cached_property

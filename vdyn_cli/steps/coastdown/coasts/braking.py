@@ -135,7 +135,7 @@ def braked_while_coasting(
 
     Parameters
     ----------
-    wholes : each run from its highest speed on. known, directions : as in ``without_braking``.
+    wholes : each run from its highest speed on. known : (n,) m/s^2 each; directions : as in ``without_braking``.
     """
     found: dict[int, list[tuple[float, str]]] = {}
     for each in _compared(wholes, known, directions):

@@ -108,6 +108,10 @@ def absorbed(fit: RoadLoadFit, force: Callable[[Array], Array]) -> Mapping[str, 
     """Shift of rolling resistance and drag area (m^2) by a force over speed, for those of the two that are estimated.
 
     Least squares of the force on M g and 1/2 rho V^2 over the fitted speeds.
+
+    Parameters
+    ----------
+    force : speed (n,) m/s -> force (n,) N.
     """
     at, speed = fit.at, np.linspace(*fit.speeds, SPEEDS)
     columns = {

@@ -192,7 +192,7 @@ class SimulationSetup:
 
     @cached_property
     def perturbed(self) -> tuple[Mapping[str, Array], ...]:
-        """Change of the outputs of every segment by additional noise of the torque sensor's level.
+        """Change of the outputs, (n,) each, of every segment by additional noise of the torque sensor's level.
 
         For a full vehicle always of the car at its prior, so that fits with different effects have the same weights.
         """

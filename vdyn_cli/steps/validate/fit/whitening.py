@@ -102,7 +102,7 @@ class WhitenedDrives:
     sizes: Mapping[str, float]
 
     def slow_covariance(self, run: int) -> Array:
-        """Covariance of a segment's slow rows by gusts, winds, road and torque, without the sensors' noise."""
+        """Covariance (n, n) of a segment's slow rows by gusts, winds, road and torque, without the sensors' noise."""
         one, values = self.whitenings[run], self.setup.prior.values
         slow = noise.slow_noise(self.setup.segments[run], one.layout, one.layout.bins, values, one.torque_level)
         return slow.covariance({**self.sizes, "speed_noise": 0.0, "acceleration_noise": 0.0})
