@@ -25,6 +25,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.result_schema import FindingEntry
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Failure, Step, published
+from vdyn_cli.steps.fit_outcome import rms
 
 # Simulated days: a standard error from eight units scatters by a quarter, the mean of ten by a tenth.
 DAYS = 10
@@ -116,13 +117,9 @@ def _from_days(test: DayDescription) -> _Expected:
     for name in found[0].parameters:
         each = [one.parameters[name] for one in found if name in one.parameters]
         value = test.at.get(name, float(np.median([e.value for e in each])))
-        figures[name] = (value, _rms([e.std for e in each]), _rms([e.half_width for e in each]))
+        figures[name] = (value, rms([e.std for e in each]), rms([e.half_width for e in each]))
     plan_, failed = _run_plan(days[0], len(test.spec.runs))
     return _Expected(days[0], found[0], figures, plan_, failed)
-
-
-def _rms(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _published(inputs: Inputs) -> Result | Failure:

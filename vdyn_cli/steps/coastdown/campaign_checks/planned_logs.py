@@ -13,10 +13,10 @@ from vdyn_cli.quantities.constants import GRAVITY, ROTATING_SHARE
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import LONGEST_COAST
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay, guess, setting
 
 FINE = 0.05  # s, of the simulated motion, whose speed is nearly linear in a step; logs of any rate interpolate it
-LONGEST_COAST = 900.0  # s, of a simulated coast
 BETWEEN = 200.0  # s from the start of one coast to the next, where the description does not say
 WAVELENGTHS = (250.0, 400.0, 700.0, 1200.0, 2500.0)  # m, of the road's slope: undulations within a coast of 1 to 2 km
 SETTINGS = (

@@ -11,7 +11,7 @@ from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
 from vdyn_cli.steps.validate.drives.span_averages import least_over_span, level_rate, mean_over_span, slope_over_span
 
-SLOWEST = 2.0  # m/s, below which tires creep
+SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 COARSEST = 0.25  # s, spacing of samples above which a second has no slope
 
 

@@ -20,12 +20,12 @@ from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.driven_samples import SLOWEST
 from vdyn_cli.steps.validate.drives.segments import total_drive_torque
 from vdyn_cli.steps.validate.drives.span_averages import level_rate, mean_over_span
 
 LONGEST = 3.0  # s, delay that is searched
 STEP = 0.1  # s between delays, and between samples
-SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 LASTING = 3.0  # s that an error of the rate lasts, mostly of gusts and hills
 SHORTEST_DRIVE = 60.0  # s of samples, of which a delay is estimated
 

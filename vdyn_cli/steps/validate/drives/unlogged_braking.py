@@ -13,19 +13,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.drives.driven_samples import SLOWEST
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
 from vdyn_cli.steps.validate.drives.span_averages import least_over_span, level_rate, mean_over_span, slope_over_span
 
-SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 FEWEST_DRIVEN = 100  # driven samples that are needed to fit the acceleration
 FADED = 0.4  # share of the limit at which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
 REWEIGHTINGS = 10  # in a fit with Huber's weights
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
-NORMAL_MAD = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +190,7 @@ def _robust(columns: Array, y: Array) -> tuple[Array, float]:
         root = np.sqrt(weight)
         found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
         left = y - columns / scale @ found
-        scatter = NORMAL_MAD * float(np.median(np.abs(left - np.median(left))))
+        scatter = NORMAL_FROM_MEDIAN * float(np.median(np.abs(left - np.median(left))))
         weight = 1.0 / np.maximum(np.abs(left) / max(HUBER * scatter, 1e-12), 1.0)
     return found / scale, scatter
 
