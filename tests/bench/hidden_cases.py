@@ -95,6 +95,7 @@ BUMP = (
     *_each("bump", "", "named", suspension_friction=150.0, progressive_spring=3.0, tire_damping=300.0),
     *_each("bump", "", "named", tire_enveloping=0.1, speed_error=0.02, clock_offset=5e-3),
     *_each("bump", "", "named", bump_height_error=0.02, bump_width_error=0.02, bump_trapezoid=0.1),
+    Cell("bump", "", {"wheel_circle": 1.0}, "named"),
     *_each("bump", "", "unknown", degressive_damping=0.1),
     _pair("bump", "", asymmetric_damping=0.3, suspension_friction=100.0),
     _pair("bump", "", asymmetric_damping=0.3, speed_error=0.01),

@@ -37,6 +37,7 @@ HIDDEN = (
     Hidden("bump_stop", 400.0),
     Hidden("tire_damping", 300.0),
     Hidden("tire_enveloping", 0.12),
+    Hidden("wheel_circle", 1.0),
     Hidden("bump_height_error", 0.04),
     Hidden("bump_width_error", -0.05),
     Hidden("bump_trapezoid", 0.3),

@@ -35,6 +35,7 @@ EFFECTS = {
     "bump_height_error": "1: the bump is (1 + q) times as high as the tester measured",
     "bump_width_error": "1: the bump is (1 + q) times as wide as the tester measured",
     "bump_trapezoid": "1: share of a trapezoid, flat over 0.4 of its width, in the bump's profile",
+    "wheel_circle": "1: share of the path of a circle of 0.31 m that rolls over the bump",
     "degressive_damping": "s/m: damper force C v (1 - q |v|), a shape that no law of the catalog has, for controls",
 }
 # Sizes at which finite differences are taken.
@@ -42,7 +43,7 @@ SMALL = {"asymmetric_damping": 1e-3, "suspension_friction": 100.0, "progressive_
 SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "rear_load_delay": 1e-4}
 SMALL |= {"bump_height_error": 1e-3, "bump_stop": 4.0}
 SMALL |= {"front_load_gain": 1e-3, "rear_load_gain": 1e-3, "logger_filter": 0.004}
-SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3}
+SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3, "wheel_circle": 1e-3}
 SMALL |= {"degressive_damping": 1e-3}
 ONE_SIDED = ("suspension_friction", "tire_enveloping", "logger_filter")
 PARAMETERS = (
@@ -234,6 +235,7 @@ def _measure(
         height=known.height * (1.0 + effects.get("bump_height_error", 0.0)),
         width=known.width * (1.0 + effects.get("bump_width_error", 0.0)),
         trapezoid=effects.get("bump_trapezoid", 0.0),
+        circle=effects.get("wheel_circle", 0.0),
     )
     speed, up, distance = driven.T[:, :, None]
     behind = np.array([0.0, 1.0]) * np.sum(cars.levers, axis=1)[:, None]

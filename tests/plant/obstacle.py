@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,7 +16,8 @@ class Bump:
 
     ``shape`` is "haversine" (a full cosine period), "half_sine", or "profile" with ``table`` (2, k) of distance and
     height, straight between its points. ``patch`` is the length over which the tire averages. ``trapezoid`` is the
-    share of a trapezoid, flat over its middle 0.4, in a shape without table.
+    share of a trapezoid, flat over its middle 0.4, in a shape without table, and ``circle`` that of the path of a
+    circle of ``radius`` that rolls over it.
     """
 
     height: float = 0.07
@@ -24,6 +26,8 @@ class Bump:
     table: Array | None = None
     patch: float = 0.0
     trapezoid: float = 0.0
+    circle: float = 0.0
+    radius: float = 0.31
 
     def level(self, s: Array) -> Array:
         """Road height under the contact point, m."""
@@ -35,6 +39,10 @@ class Bump:
         """Rise of that height per meter."""
         if self.patch > 0:
             return (self._level(s + self.patch / 2) - self._level(s - self.patch / 2)) / self.patch
+        if self.circle:
+            where, _, steep = self._rolled
+            rolled = np.interp(s, where, steep, left=0.0, right=0.0)
+            return (1.0 - self.circle) * replace(self, circle=0.0).slope(s) + self.circle * rolled
         inside = (s > 0) & (s < self.width)
         if self.trapezoid:
             ramp = 0.3 * self.width
@@ -55,7 +63,21 @@ class Bump:
             raise ValueError(f"no such bump: {self.shape}")
         return self.table
 
+    @cached_property
+    def _rolled(self) -> tuple[Array, Array, Array]:
+        """Where the circle's lowest point is, its height and its rise, for the ground that the circle touches."""
+        plain = replace(self, circle=0.0)
+        touched = np.linspace(0.0, self.width, 20001)[1:-1]
+        turned = np.arctan(plain.slope(touched))
+        height = plain.level(touched) - self.radius * (1.0 - np.cos(turned))
+        above = height > 0.0
+        return (touched - self.radius * np.sin(turned))[above], height[above], np.tan(turned)[above]
+
     def _level(self, s: Array) -> Array:
+        if self.circle:
+            where, height, _ = self._rolled
+            rolled = np.interp(s, where, height, left=0.0, right=0.0)
+            return (1.0 - self.circle) * replace(self, circle=0.0)._level(s) + self.circle * rolled
         if self.trapezoid:
             corners = np.array([0.0, 0.3, 0.7, 1.0]) * self.width
             straight = np.interp(s, corners, [0.0, self.height, self.height, 0.0])

@@ -13,6 +13,7 @@ from tests.plant import bump as plant
 from tests.plant.obstacle import Bump
 from tests.plant.vehicle import GRAVITY
 from tests.steps.bump.test_bump import LOGS, SEED, SPEC, VEHICLE, changed, described, known, logs, missed, run, spec
+from vdyn_cli.physics.laws.road import Hump
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
@@ -140,3 +141,14 @@ def test_loads_that_a_rolling_circle_may_explain_are_doubted() -> None:
     assert "a circle of 0.310 m is up to 26 mm" in doubt.got
     assert "push the car slowly" in doubt.remedy
     assert not path.doubts(stiffness=400e3, residual=50.0)
+
+
+def test_the_path_over_a_profile_is_that_over_the_bump_that_it_describes() -> None:
+    along = np.linspace(0.0, 0.48, 241)
+    profile = tuple(zip(along.tolist(), (0.07 * np.sin(np.pi * along / 0.48) ** 2).tolist(), strict=True))
+    hump, lines = (rolling_path(SPEC, BumpData(LOGS, points), known()).shape for points in (None, profile))
+    assert isinstance(hump, Hump)
+    assert not isinstance(lines, Hump)
+    for x, height in lines:
+        assert 0.07 * hump(x / 0.48) == pytest.approx(height, abs=1e-4)
+    assert max(height for _, height in lines) == pytest.approx(0.07, abs=1e-4)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 from vdyn_cli.engine.maths import fmax, fmin, sin
@@ -38,6 +39,29 @@ def haversine(share: Number) -> Number:
 def half_sine(share: Number) -> Number:
     """Half a period of a sine, sin(pi x / lambda), corners at both edges; ``share`` x / lambda, zero outside 0 to 1."""
     return sin(math.pi * fmin(fmax(share, 0.0), 1.0))
+
+
+@dataclass(frozen=True)
+class Hump:
+    """A smooth hump between two kinks, symmetric about the bump's middle, such as the path of a circle over a bump.
+
+    u / A = sum_k c_k e^k,   e = max(0, 1 - ((x / lambda - 1/2) / r)^2),   k from 1
+
+    Parameters
+    ----------
+    reach : r, from the middle to a kink, in bump widths. coefficients : c_k, in bump heights.
+    """
+
+    reach: float
+    coefficients: tuple[float, ...]
+
+    def __call__(self, share: Number) -> Number:
+        """The height u / A at ``share`` = x / lambda, which may lie outside 0 to 1."""
+        inside = fmax(1.0 - ((share - 0.5) / self.reach) ** 2, 0.0)
+        total: Number = 0.0
+        for coefficient in reversed(self.coefficients):
+            total = (total + coefficient) * inside
+        return total
 
 
 def straight_lines(points: Sequence[tuple[float, float]]) -> Shape:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Literal
+from typing import Any, Literal
 
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
-from vdyn_cli.physics.laws.road import Shape, half_sine, haversine, road, straight_lines
+from vdyn_cli.physics.laws.road import Hump, Shape, half_sine, haversine, road, straight_lines
 from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.physics.laws.tire_vertical import tire_vertical
 from vdyn_cli.physics.models.longitudinal_hubs import Hub, LongitudinalMotion, hub_states
@@ -34,6 +34,9 @@ BODY = ("heave", "heave_rate", "pitch", "pitch_rate")
 ROLLING = 1.28  # the wheels, 1.1 kg m^2 and 0.31 m, turn as their hubs move: 11.5 kg beside the 41 kg of a corner
 SLOPE_STEP = 5e-4  # m, difference step for the slope of the road
 
+# Of a wheel of 0.31 m over the paper's bump, 7 cm high and 48 cm long, within 0.01 mm.
+USUAL_CIRCLE = Hump(0.55, (0.86152, 0.29241, -0.22770, 0.08711, -0.01332))
+
 Points = tuple[tuple[float, float], ...]
 
 
@@ -55,6 +58,21 @@ BODY_OF = ("mass", "cg_to_front", "wheelbase", "unsprung_mass_front", "unsprung_
 
 @cache
 def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
+    """The half car on a bump of this shape, and the path of a usual wheel over the paper's bump (``half_car_over``)."""
+    return half_car_over(half_sine if shape == "half_sine" else haversine, USUAL_CIRCLE)
+
+
+@cache
+def half_car_on_profile(points: Points, circle: Points | None = None) -> Model:
+    """The half car on a measured profile, (position, height) in m; ``bump_height`` and ``bump_width`` scale it.
+
+    ``circle`` : points of the path of a rolling wheel's lowest point.
+    """
+    return half_car_over(straight_lines(points), straight_lines(circle) if circle else None, points[-1][0])
+
+
+@cache
+def half_car_over(shape: Shape, circle: Shape | None = None, length: float = 1.0) -> Model:
     """Heave and pitch of the body and two axles, with tires that lift off, relative to rest.
 
     Ms z'' = -Sf - Sr,   Is th'' = -lf Sf + lr Sr + s Ms V',   mf zf'' = Sf + Fzf - F0f,   mr zr'' = Sr + Fzr - F0r
@@ -62,6 +80,11 @@ def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
     with th nose-up; Sf = spring + damper over the stroke z + lf th - zf, Sr over z - lr th - zr; Fz the load between
     tires and road, F0 that at rest. The slope of the road brakes the car (V' of the body) and pushes the hubs fore and
     aft (``longitudinal_hubs``); their forces meet the body s = ``longitudinal_lever`` m below its center.
+
+    Parameters
+    ----------
+    shape : of the bump. length : of the bump, in bump widths.
+    circle : shape of the path of a rolling wheel's lowest point over it; None: no effect can use it.
 
     Returns
     -------
@@ -80,19 +103,9 @@ def half_car(shape: Literal["haversine", "half_sine"] = "haversine") -> Model:
     at constant torque, equal wheels of an axle.
     Source: doi:10.4271/2017-01-1574, equations (8) to (15).
     """
-    return _model({"haversine": haversine, "half_sine": half_sine}[shape], 1.0)
-
-
-@cache
-def half_car_on_profile(points: Points) -> Model:
-    """The half car on a measured profile, (position, height) in m; ``bump_height`` and ``bump_width`` scale it."""
-    return _model(straight_lines(points), points[-1][0])
-
-
-def _model(shape: Shape, length: float) -> Model:
-    """The half car on a bump of this shape, which is ``length`` times ``bump_width`` long."""
-
-    bump = shape, length
+    bump: dict[str, Any] = {"shape": shape}
+    if circle is not None:
+        bump["circle_shape"] = circle
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         p = e.p
@@ -102,10 +115,10 @@ def _model(shape: Shape, length: float) -> Model:
         sprung, to_front = sprung_body(*(getattr(p, name) for name in BODY_OF))
         share = p.cg_to_front / p.wheelbase
         ahead = x - p.distance_front + p.longitudinal_lever * pitch, speed + p.longitudinal_lever * turn
-        front, hub = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), ahead, bump, 1.0 - share)
+        front, hub = _axle(e, "front", (z + to_front * pitch, w + to_front * turn), ahead, (bump, length), 1.0 - share)
         arm = to_front - p.wheelbase
         behind = ahead[0] - p.wheelbase, ahead[1]
-        rear, hub_rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), behind, bump, share)
+        rear, hub_rear = _axle(e, "rear", (z + arm * pitch, w + arm * turn), behind, (bump, length), share)
         motion = LongitudinalMotion(sprung, p.sprung_pitch_inertia, p.longitudinal_lever, (hub, hub_rear))
         heave_acceleration = -(front + rear) / sprung
         pitch_acceleration = motion.pitch_acceleration(-(to_front * front + arm * rear))
@@ -122,13 +135,13 @@ def _axle(
     end: str,
     body: tuple[Number, Number],
     crossing: tuple[Number, Number],
-    bump: tuple[Shape, float],
+    bump: tuple[dict[str, Any], float],
     share: Number,
 ) -> tuple[Number, Hub]:
     """Add one axle; returns its hubs, and the downward force of springs and dampers on the body, N."""
     offset, rate = hub_states(e, end)
     past, speed = crossing[0] + offset, crossing[1] + rate  # m beyond the start of the bump, m/s
-    shape, length = bump  # length in bump widths
+    shapes, length = bump  # length in bump widths
     p, at = e.p, f"_{end}"
     stiffness, damping = getattr(p, f"suspension_stiffness{at}"), getattr(p, f"suspension_damping{at}")
     mass, rigid = getattr(p, f"unsprung_mass{at}"), p.tire_vertical_stiffness
@@ -139,7 +152,7 @@ def _axle(
 
     def level(position: Number) -> Number:
         size = {"height": p.bump_height, "width": p.bump_width, "length": length * p.bump_width}
-        return e(road, at, position=position, shape=shape, **size)
+        return e(road, at, position=position, **shapes, **size)
 
     slope = (level(past + SLOPE_STEP) - level(past - SLOPE_STEP)) / (2 * SLOPE_STEP)
     static = p.mass * GRAVITY * share

@@ -198,17 +198,22 @@ def on_its_road(fit: BumpFit) -> BumpFit:
     return found
 
 
-def with_soft_hubs(fit: BumpFit) -> BumpFit:
+def with_soft_hubs(fit: BumpFit, rolling: Model) -> BumpFit:
     """The fit with the fore-aft compliance of the hubs as unknowns; the same fit where that is not a real car's.
 
-    An estimate at the end of its range stands for another error, such as that of a tire that averages the road.
+    An estimate at the end of its range stands for another error, such as that of a tire that averages the road, or
+    of wheels that roll over the bump as circles: these hide soft hubs from a fit with point contact.
+
+    Parameters
+    ----------
+    rolling : the half car with wheels that roll over the bump as circles.
     """
     soft = replace(fit, known=fit.known.with_soft_hubs())
-    try:
-        soft.solve()
-    except ResultError:
-        return fit
-    return soft
+    for tried in (soft, replace(soft, model=rolling)):
+        with suppress(ResultError):
+            tried.solve()
+            return soft
+    return fit
 
 
 def _with_effects_fixed(fit: BumpFit) -> Solution | None:

@@ -76,17 +76,16 @@ def load(spec: BumpSpec, folder: Path, logs: tuple[Log, ...]) -> tuple[BumpData,
     return BumpData(logs, points, tuple(findings)), (path,)
 
 
-def simplified(position: Array, height: Array) -> tuple[Points, float]:
+def simplified(position: Array, height: Array, tolerance: float = TOLERANCE) -> tuple[Points, float]:
     """The fewest measured points whose polyline approximates the others, and its largest error, m.
 
     Ramer-Douglas-Peucker: a segment whose points all lie within the tolerance becomes one line. The tolerance begins
-    at 0.01 mm and is doubled until at most 150 points are left.
+    at ``tolerance``, m, and is doubled until at most 150 points are left.
 
     Parameters
     ----------
     position, height : (n,) m, position increasing.
     """
-    tolerance = TOLERANCE
     while (kept := _corners(position, height, tolerance)).size > MOST_POINTS:
         tolerance *= 2
     error = float(np.max(np.abs(height - np.interp(position, position[kept], height[kept]))))

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution
-from vdyn_cli.physics.models.half_car import half_car, half_car_on_profile
+from vdyn_cli.physics.laws.road import Hump, half_sine, haversine
+from vdyn_cli.physics.models.half_car import half_car_on_profile, half_car_over
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.parameters import Parameters
@@ -106,21 +107,25 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     InputError : known numbers or logs that cannot be used, with every reason.
     """
     car, doubtful_car = known_car(spec, known)
-    model, width = _model_on_bump(spec, data)
+    path = rolling_path(spec, data, known)
+    model, rolling, width = _models_on_bump(spec, data, path)
     stated = [(run.distance_front, run.distance_rear) for run in spec.runs] or [(None, None)] * len(data.runs)
     crossings, doubtful_runs = select_crossings(data.runs, stated, car, model, width)
     channels = [n for n in CHANNELS if all(n in c.channels for c in crossings)]
     rear_weight = spec.settings.rear_weight
     weights = ChannelWeights(dict.fromkeys(channels, 1.0), rear_weight.value if rear_weight else None)
     of_logs = (f for log in data.runs for f in log.findings)
-    fit = with_soft_hubs(on_its_road(BumpFit(crossings, model, car, weights)))
+    fit = with_soft_hubs(on_its_road(BumpFit(crossings, model, car, weights)), rolling)
     findings = (*doubtful_car, *data.findings, *doubtful_runs, *of_logs, *text.uneven_road(fit))
-    return BumpProblem(fit, width, findings, rolling_path(spec, data, known))
+    return BumpProblem(fit, width, findings, path)
 
 
-def _model_on_bump(spec: BumpSpec, data: BumpData) -> tuple[Model, float]:
-    """The half car on the described bump, and the bump's width, m."""
-    if data.profile is not None:
-        return half_car_on_profile(data.profile), data.profile[-1][0] - data.profile[0][0]
+def _models_on_bump(spec: BumpSpec, data: BumpData, path: RollingPath) -> tuple[Model, Model, float]:
+    """The half car on the described bump, that on the path of a wheel that rolls over it, and the bump's width, m."""
+    if data.profile is not None and not isinstance(path.shape, Hump):
+        length = data.profile[-1][0] - data.profile[0][0]
+        return half_car_on_profile(data.profile, path.shape), half_car_on_profile(path.shape), length
+    assert isinstance(path.shape, Hump)
     assert spec.obstacle.width is not None
-    return half_car("half_sine" if spec.obstacle.shape == "half_sine" else "haversine"), spec.obstacle.width.value
+    described = half_sine if spec.obstacle.shape == "half_sine" else haversine
+    return half_car_over(described, path.shape), half_car_over(path.shape), spec.obstacle.width.value
