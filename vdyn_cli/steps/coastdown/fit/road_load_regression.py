@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -107,41 +107,51 @@ def transferred(regression: Regression, campaign: Campaign, values: Mapping[str,
 
 
 def initial_regression(campaign: Campaign, added: AddedEffects = NO_EFFECTS) -> Regression:
-    """The regression with typical noise amplitudes, started at estimates from the decelerations."""
-    effects, extra = added.effects, added.unknowns
-    hills = tuple(n for e in effects if describes_road(e) for n in e.unknowns) if campaign.speed_fitted else ()
-    hills = hills if hills and {u.name for u in extra} >= set(hills) else ()
-    campaign = replace(
+    """The regression with typical noise amplitudes, started at estimates from the decelerations.
+
+    Its shared unknowns are those of the campaign, the slopes of the shared road, and those of the effects; each run's
+    own unknown is its start speed.
+    """
+    campaign = _without_described_road(campaign, added.effects)
+    layout, hills = campaign.layout, _described_slopes(campaign, added)
+    road = () if layout is None else road_unknowns(layout)
+    unknowns = (*with_start_values(campaign), *road, *added.unknowns)
+    of_road = tuple(u.name for u in road)
+    simulator = Simulator(
+        campaign.model,
+        campaign.values,
+        unknowns=(*(u.name for u in unknowns if u.name not in of_road), START, "wind_variance"),
+        effects=added.effects,
+        substeps=1 if campaign.nodes is None else SUBSTEPS,
+    )
+    simulation, level = SimulatedRuns(campaign, simulator), np.zeros(len(road)) if road else None
+    rows = RoadLoadRows(simulation, tuple(u.name for u in unknowns), RowNoise({}, {}), of_road, level, hills)
+    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
+    if (hills or road) and not campaign.white:
+        sizes[ROUGHNESS] = max(SOURCES[ROUGHNESS].typical, campaign.roughness or 0.0)
+    starts: dict[str, Array] = {}
+    if campaign.speed_fitted:
+        unknowns = (*unknowns, Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True))
+        starts = {START: np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])}
+    names, origins = tuple(r.name for r in campaign.runs), tuple(r.origin for r in campaign.runs)
+    return with_hill_prior(Regression(unknowns, names, rows.weighted(sizes, campaign.values), starts, origins=origins))
+
+
+def _without_described_road(campaign: Campaign, effects: Sequence[Effect]) -> Campaign:
+    """The campaign whose random road leaves out what the effects describe: all of it, or its mean slope."""
+    return replace(
         campaign,
         flat_road=campaign.flat_road or any(describes_road(e) for e in effects),
         zero_mean_slope=campaign.zero_mean_slope or any(describes_mean_slope(e) for e in effects),
     )
-    layout = campaign.layout
-    road = () if layout is None else road_unknowns(layout)
-    unknowns = (*with_start_values(campaign), *road, *extra)
-    names = tuple(u.name for u in unknowns)
-    sizes = typical_sizes(noise_of(campaign, 0, campaign.values))
-    if (hills or road) and not campaign.white:
-        sizes[ROUGHNESS] = max(SOURCES[ROUGHNESS].typical, campaign.roughness or 0.0)
-    else:
-        hills = ()
-    inside = [n for n in names if n not in {u.name for u in road}]
-    simulator = Simulator(
-        campaign.model,
-        campaign.values,
-        unknowns=(*inside, START, "wind_variance"),
-        effects=effects,
-        substeps=1 if campaign.nodes is None else SUBSTEPS,
-    )
-    level = np.zeros(len(road)) if road else None
-    simulation, none = SimulatedRuns(campaign, simulator), RowNoise({}, {})
-    rows = RoadLoadRows(simulation, names, none, tuple(u.name for u in road), level, hills)
-    rows = rows.weighted(sizes, campaign.values)
-    starts = np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])
-    own = (Unknown(START, 15.0, -5.0, 160.0, "m/s", per_run=True, nuisance=True),) if campaign.speed_fitted else ()
-    names = tuple(r.name for r in campaign.runs)
-    origins = tuple(r.origin for r in campaign.runs)
-    return with_hill_prior(Regression((*unknowns, *own), names, rows, {START: starts} if own else {}, origins=origins))
+
+
+def _described_slopes(campaign: Campaign, added: AddedEffects) -> tuple[str, ...]:
+    """Names of the road's slopes that an effect describes; none where no noise or no speed depends on them."""
+    if campaign.white or not campaign.speed_fitted:
+        return ()
+    slopes = tuple(n for e in added.effects if describes_road(e) for n in e.unknowns)
+    return slopes if set(slopes) <= set(added.names) else ()
 
 
 def with_hill_prior(regression: Regression) -> Regression:
