@@ -20,7 +20,7 @@ quick = settings(
 )
 
 
-OTHERS = [name for name in steps.names() if name not in ("coastdown", "bump")]
+OTHERS = [name for name in steps.names() if name != "bump"]
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def day(tmp_path_factory: pytest.TempPathFactory, root: Path) -> Path:
     return small_day(root, tmp_path_factory.mktemp("day"))
 
 
-@pytest.mark.parametrize("step", ["coastdown", "bump", *(pytest.param(n, marks=pytest.mark.slow) for n in OTHERS)])
+@pytest.mark.parametrize("step", ["bump", *(pytest.param(n, marks=pytest.mark.slow) for n in OTHERS)])
 @quick
 @given(st.integers(0, 2**32 - 1))
 def test_a_damaged_description_gives_a_result_or_a_clear_error(step: str, day: Path, seed: int) -> None:

@@ -119,6 +119,7 @@ def test_a_direction_that_the_position_contradicts_is_corrected_before_runs_are_
     assert [r["verdict"] for r in document["runs"]] == ["wrong", *["unknown"] * (RUNS - 1)]
 
 
+@pytest.mark.slow
 def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_runs_are_judged(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     for k in range(RUNS):

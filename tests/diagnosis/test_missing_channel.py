@@ -34,6 +34,7 @@ def test_hills_without_a_position_are_listed_with_the_channel_that_they_need(tmp
     assert hills["would_bias"] == {}
 
 
+@pytest.mark.slow
 def test_who_requests_them_learns_which_channel_to_map(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="it needs channel 'position', which is not logged"):
         execute("coastdown", described(tmp_path, extend=["grade_profile"]))

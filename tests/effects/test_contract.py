@@ -28,6 +28,7 @@ EACH = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name
 
 
 MODELS = (ROAD_LOAD, HALF_CAR, *shipped_models())
+EVERY = [pytest.mark.slow, pytest.mark.thorough]
 IN_EACH_MODEL = pytest.mark.parametrize("number", range(len(MODELS)), ids=lambda k: f"{k}-{MODELS[k].name}")
 
 
@@ -124,9 +125,9 @@ def test_some_model_can_take_it(effect):
 
 
 @IN_EACH_MODEL
-@pytest.mark.parametrize("effects", [chosen, pytest.param(hosted, marks=pytest.mark.slow)], ids=["one", "all"])
+@pytest.mark.parametrize("effects", [chosen, pytest.param(hosted, marks=EVERY)], ids=["one", "all"])
 def test_effects_are_exactly_nothing_at_zero(number, effects):
-    """In one variant of each model, as ``vdyn test-plugin`` asks; the slow tests try all variants."""
+    """In one variant of each model, as ``vdyn test-plugin`` asks; the thorough tests try all variants."""
     wrong = {e.name: list(nothing_at_zero(e, MODELS[number])) for e in effects(number)}
     assert not any(wrong.values()), wrong
 

@@ -138,6 +138,7 @@ def test_loads_that_are_not_the_weight_are_doubted_and_those_of_a_wheel_too_many
         write_step("cg", path, (), tmp_path / "out", None)
 
 
+@pytest.mark.slow
 def test_a_doubt_is_reported_before_anything_else(root: Path, tmp_path: Path) -> None:
     """A scale that is wrong by some percent is absorbed by the fit and not detected; the result is still doubtful."""
     text = (root / "configs" / "coastdown.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))

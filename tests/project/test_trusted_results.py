@@ -51,7 +51,7 @@ EDITS: dict[str, Callable[[str], str]] = {
     "empty": lambda text: "",
     "a list": lambda text: "[]",
 }
-FAST_EDITS = ("another value", "null", "cut")
+FAST_EDITS = ("null", "cut")
 
 
 @pytest.mark.parametrize("edit", [e if e in FAST_EDITS else pytest.param(e, marks=pytest.mark.slow) for e in EDITS])

@@ -61,6 +61,7 @@ def _write(path: Path, time: np.ndarray, columns: dict[str, np.ndarray]) -> None
     np.savetxt(path, rows, fmt="%.6g", delimiter=",", header=",".join(["t", *columns]), comments="")
 
 
+@pytest.mark.slow
 def test_delay_is_found_from_speed_and_acceleration_and_published(described: Path, tmp_path: Path) -> None:
     record = execute("cg", described, level=None)
     clocks = record.result.quality.clocks

@@ -51,6 +51,7 @@ def at_60(result: Result) -> tuple[float, float, float]:
     return found["force_N"], *found["interval95"]
 
 
+@pytest.mark.slow
 def test_summer_trips_give_the_road_load_and_winter_trips_more(trips: Season) -> None:
     summer = trips("summer", diagnose=False)
     force, low, high = at_60(summer)

@@ -53,6 +53,7 @@ def test_hills_beside_a_loss_that_outweighs_them_are_named(shared_data: Path, tm
     assert told.extended == ("accelerometer_slope", "driveline_loss")
 
 
+@pytest.mark.thorough
 def test_one_of_several_answers_is_published_where_the_baseline_misses_the_trip(
     shared_data: Path, tmp_path: Path
 ) -> None:
@@ -67,6 +68,7 @@ def test_one_of_several_answers_is_published_where_the_baseline_misses_the_trip(
     assert any("3 other answers" in f.what for f in result.findings)
 
 
+@pytest.mark.thorough
 def test_windows_answer_for_a_long_trip_that_is_missed_as_a_whole(shared_data: Path, tmp_path: Path) -> None:
     """Over 20 s windows, hills are named in one trip alone; the result states that it holds for windows only."""
     result = validated("TripA11", shared_data, tmp_path)

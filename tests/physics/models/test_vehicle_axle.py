@@ -60,7 +60,7 @@ def test_the_body_is_turned_back_by_the_whole_drive_torque_of_a_motor_at_wheel_s
     assert np.max(np.abs(moved[TIME < 0.1])) < 0.1 * spun[-1]
 
 
-@pytest.mark.parametrize("seed", [3, 8])
+@pytest.mark.parametrize("seed", [3, pytest.param(8, marks=pytest.mark.slow)])
 def test_locked_it_drives_as_the_locked_plant_does(seed: int) -> None:
     car: Vehicle = random_vehicle(seed).but(differential_locked=True)
     plan = plant.pedals(car, seed)[0]

@@ -57,6 +57,7 @@ def test_it_agrees_with_an_adaptive_integrator_at_the_default_step(exact: dict[s
     assert np.max(np.abs(found["shaft_torque_left"] - exact["shaft_torque_left"])) < 1e-3
 
 
+@pytest.mark.slow
 def test_the_error_falls_with_the_fourth_power_of_the_step(exact: dict[str, Array]) -> None:
     found = {step: rolling_off(step) for step in (2e-3, 1e-3, 5e-4)}
     for name in NAMES:

@@ -44,6 +44,7 @@ def test_only_an_uneven_road_is_part_of_the_noise() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough  # a diagnosis of half a minute
 def test_its_intensity_is_found_and_nothing_is_named() -> None:
     given = known()
     problem = prepare(SPEC, BumpData(ROUGH), given)

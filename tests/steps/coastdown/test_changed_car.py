@@ -53,7 +53,7 @@ def test_the_run_after_the_change_is_found(hidden: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("effects", [{}, {"tire_warmup": 0.3}, {"headwind": 1.5}, {"road_grade": 1e-3}], ids=str)
-@pytest.mark.parametrize("seed", [11, 12, 13])
+@pytest.mark.parametrize("seed", [11, *(pytest.param(n, marks=pytest.mark.thorough) for n in (12, 13))])
 def test_a_day_without_a_change_has_none(effects: dict[str, float], seed: int) -> None:
     assert first_changed(coast.campaign(REFERENCE, seed, DAY, effects)) is None
 

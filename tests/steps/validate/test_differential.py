@@ -48,7 +48,8 @@ def test_drives_of_a_car_with_an_open_differential_show_no_error(seed: int, tmp_
     assert execute("validate", path).document["diagnosis"]["verdict"] in SILENT
 
 
-@pytest.mark.slow  # whole diagnoses
+@pytest.mark.slow
+@pytest.mark.thorough  # the description that is used seldom
 @pytest.mark.parametrize("seed", [7301])
 def test_a_locked_differential_shows_no_error_where_the_description_says_so(seed: int, tmp_path: Path) -> None:
     path = described(_Locked("validate", {}, seed), tmp_path, "locked")
