@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.inference.robust_fits import least_absolute_deviations
 from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
 from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
 from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
@@ -26,7 +27,6 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which a deceleration is averaged
 DRIVEN_ON = 5  # intervals in which a driver who braked has driven on; a later throttle is found as such
-REWEIGHTINGS = 30  # in a fit with least absolute deviations
 
 
 @dataclass(frozen=True)
@@ -260,21 +260,6 @@ def _places(segment: CoastSegment, direction: str | None, time: Array) -> Array 
     if first is None:
         return None
     return first + heading * np.interp(time, log.time, cumulative_integral(log.time, log["speed"]))
-
-
-def least_absolute_deviations(design: Array, values: Array) -> Array:
-    """Coefficients (k,) of least absolute deviations, by iteratively reweighted least squares.
-
-    Parameters
-    ----------
-    design : (n, k). values : (n,).
-    """
-    weight = np.ones(values.size)
-    for _ in range(REWEIGHTINGS):
-        root = np.sqrt(weight)
-        law = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
-        weight = 1.0 / np.maximum(np.abs(values - design @ law), 1e-3)
-    return np.asarray(law)
 
 
 def _undisturbed_part(

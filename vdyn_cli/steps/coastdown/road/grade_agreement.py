@@ -17,11 +17,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.inference.robust_fits import least_absolute_deviations
 from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.coastdown.coasts.braking import least_absolute_deviations
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.elevation_grade import ElevationGrade
 from vdyn_cli.steps.step_policy import STEP_POLICY

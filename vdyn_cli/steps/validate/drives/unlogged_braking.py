@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
+from vdyn_cli.inference.robust_fits import huber_fit
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -24,8 +24,6 @@ from vdyn_cli.steps.validate.drives.span_averages import least_over_span, level_
 FEWEST_DRIVEN = 100  # driven samples that are needed to fit the acceleration
 FADED = 0.4  # share of the limit at which braking begins and ends
 RAMP = 1.0  # s over which a brake is pressed or released
-REWEIGHTINGS = 10  # in a fit with Huber's weights
-HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +144,7 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
     driven = moving & (least_over_span(time, torque) > idle)
     if np.count_nonzero(driven) < FEWEST_DRIVEN:
         return None
-    law, scatter = _robust(columns[driven], rate[driven])
+    law, scatter = huber_fit(columns[driven], rate[driven])
     free = moving & (force <= idle)
     by_accelerometer = _by_accelerometer(time, channels, columns, driven)
     pulled = np.abs(law[0] * np.minimum(force, 0.0))
@@ -162,7 +160,7 @@ def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array
     if np.isfinite(logged).mean() < STEP_POLICY.brake_confirmed:
         return None
     force = mean_over_span(time, filled(time, logged))
-    return np.asarray(columns @ _robust(columns[driven], force[driven])[0] - force)
+    return np.asarray(columns @ huber_fit(columns[driven], force[driven])[0] - force)
 
 
 def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
@@ -180,19 +178,6 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
     spacing = float(np.median(np.diff(time)))
     left_out, moving = (spacing * np.count_nonzero(m) for m in (braked & seen.moves, seen.moves))
     return UnloggedBraking(braked, braking, largest, seen.by_accelerometer is not None, left_out, moving)
-
-
-def _robust(columns: Array, y: Array) -> tuple[Array, float]:
-    """Coefficients with Huber's weights, and the robust standard deviation of the residual."""
-    scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
-    weight, found, scatter = np.ones(y.size), np.zeros(columns.shape[1]), 0.0
-    for _ in range(REWEIGHTINGS):
-        root = np.sqrt(weight)
-        found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
-        left = y - columns / scale @ found
-        scatter = NORMAL_FROM_MEDIAN * float(np.median(np.abs(left - np.median(left))))
-        weight = 1.0 / np.maximum(np.abs(left) / max(HUBER * scatter, 1e-12), 1.0)
-    return found / scale, scatter
 
 
 def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float], ...]:

@@ -1,0 +1,49 @@
+"""Linear fits that outliers hardly affect, by iteratively reweighted least squares."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
+from vdyn_cli.quantities.arrays import Array
+
+ABSOLUTE_ROUNDS = 30  # reweightings for least absolute deviations
+HUBER_ROUNDS = 10  # reweightings with Huber's weights
+HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
+
+
+def least_absolute_deviations(design: Array, values: Array) -> Array:
+    """Coefficients (k,) of least absolute deviations; residuals below 1e-3, in the unit of the values, weigh alike.
+
+    Parameters
+    ----------
+    design : (n, k). values : (n,).
+    """
+    weight = np.ones(values.size)
+    for _ in range(ABSOLUTE_ROUNDS):
+        root = np.sqrt(weight)
+        law = np.linalg.lstsq(design * root[:, None], values * root, rcond=None)[0]
+        weight = 1.0 / np.maximum(np.abs(values - design @ law), 1e-3)
+    return np.asarray(law)
+
+
+def huber_fit(columns: Array, y: Array) -> tuple[Array, float]:
+    """Coefficients (k,) with Huber's weights, and the standard deviation of the residual by its median.
+
+    min sum rho(y - columns b): rho quadratic up to ``HUBER`` standard deviations, and linear beyond.
+
+    Parameters
+    ----------
+    columns : (n, k), of any units. y : (n,).
+
+    Source: Huber, Annals of Mathematical Statistics 35 (1964) 73.
+    """
+    scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    weight, found, scatter = np.ones(y.size), np.zeros(columns.shape[1]), 0.0
+    for _ in range(HUBER_ROUNDS):
+        root = np.sqrt(weight)
+        found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
+        left = y - columns / scale @ found
+        scatter = NORMAL_FROM_MEDIAN * float(np.median(np.abs(left - np.median(left))))
+        weight = 1.0 / np.maximum(np.abs(left) / max(HUBER * scatter, 1e-12), 1.0)
+    return found / scale, scatter
