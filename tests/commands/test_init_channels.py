@@ -195,6 +195,10 @@ def test_words_and_units_behind_a_name_are_read(name: str, tmp_path: Path) -> No
         ("电机转矩(N·m)", "drive_torque", "N·m"),
         ("Couple moteur (N-m)", "drive_torque", "Nm"),
         ("DISTANCE_MILE", "position", "mile"),
+        ("Скорость, км/ч", "speed", "km/h"),
+        ("Snelheid (km/u)", "speed", "km/h"),
+        ("Hız (km/sa)", "speed", "km/h"),
+        ("Hastighet [km/h]", "speed", "km/h"),
         ("Torque_kNm", "drive_torque", "kNm"),
         # what is not the motion itself
         ("gnss_posTime", "", ""),

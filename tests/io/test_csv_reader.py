@@ -219,6 +219,25 @@ def test_a_last_line_that_is_cut_off_is_left_out_aloud(tmp_path: Path) -> None:
     assert "run.csv:52: the last line is incomplete and ignored" in said(log)
 
 
+def test_a_last_number_that_is_cut_off_is_left_out_aloud(tmp_path: Path) -> None:
+    """Also with the zero bytes of a file whose logger lost power; a whole row needs no line end."""
+    assert read(tmp_path, table().rstrip()).findings == ()
+    log = read(tmp_path, table() + "0.5000,40.1234,1.0" + 5000 * "\0")
+    assert largest_error(log) < 1e-12
+    assert "run.csv:52: the last line is incomplete and ignored" in said(log)
+
+
+@pytest.mark.parametrize("above", ["# t v x\n# s km/h N m\n", "# run 7\n# columns: t[s] v[km/h] x\n", "#  t   v  x\n"])
+def test_a_header_written_as_a_comment_names_the_columns_below_it(above: str, tmp_path: Path) -> None:
+    rows = "".join(f"{t:.4f} {v:.4f} {x:.4f}\n" for t, v, x in zip(TIME, SPEED, TORQUE, strict=True))
+    at = "[s]" if "[s]" in above else ""
+    of = "[km/h]" if at else ""
+    columns = {"time": Column("t" + at, "s", "s"), "speed": Column("v" + of, "km/h", "m/s")}
+    log = read(tmp_path, above + rows, columns)
+    np.testing.assert_allclose(log.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(log["speed"], SPEED / 3.6, atol=1e-4)
+
+
 def test_missing_values_are_nan_and_said(tmp_path: Path) -> None:
     lines = table().splitlines()
     for row, word in ((5, ""), (6, "NaN"), (9, "-")):

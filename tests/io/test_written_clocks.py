@@ -95,6 +95,12 @@ def test_other_cells_are_no_time_of_day(cell: str) -> None:
     assert not is_instant(cell)
 
 
+@pytest.mark.parametrize("days", [("03/07/2026", "03/08/2026"), ("07/03/2026", "08/03/2026")])
+def test_two_dates_of_one_night_show_whether_the_month_is_first(days: tuple[str, str]) -> None:
+    cells = np.array([f"{days[0]} 23:59:59.5", f"{days[1]} 00:00:00.5"], dtype=object)
+    assert np.diff(written_seconds(cells)) == 1.0
+
+
 def test_a_clock_passes_midnight_twice() -> None:
     seconds = np.array([86399.0, np.nan, 1.0, 86399.5, 0.5])
     assert since_first(seconds) == pytest.approx([0.0, np.nan, 2.0, 86400.5, 86401.5], nan_ok=True)

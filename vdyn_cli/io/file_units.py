@@ -18,6 +18,7 @@ _OTHER_WORDS = {
     "m_sec2": "m/s2",  # of Car Scanner
     "*C": "°C",  # of VCDS
     **{"км/ч": "km/h", "м/с": "m/s", "об/мин": "1/min", "公里/小时": "km/h", "千米/小时": "km/h", "转/分": "1/min"},
+    **{"km/u": "km/h", "km/t": "km/h", "km/sa": "km/h"},  # Dutch, Danish and Norwegian, Turkish
     **{"N•m": "N m", "N-m": "N m", "N.m": "N m"},
 }
 _NAME_ENDS = {  # units as the last word of a name
@@ -96,8 +97,8 @@ def words_and_unit(name: str) -> tuple[tuple[str, ...], str]:
     for written, short in _IN_WORDS:
         plain = written.sub(f" {short}", plain)
     before, _, last = plain.rpartition(" ")
-    if before and "/" in last and is_unit(last):
-        return words_and_unit(before)[0], last
+    if before and "/" in last and is_unit(unit_text(last)):
+        return words_and_unit(before)[0], unit_text(last)
     plain = _COMPOUND.sub(r"\1 ", plain)
     split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-Z](?=[A-Z][a-zäöü])|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
     lower = tuple(w.lower() for w in split)

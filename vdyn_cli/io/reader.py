@@ -18,7 +18,8 @@ from vdyn_cli.quantities.quantity import UnitError, to_si
 _CLOCK = re.compile(
     r"((elapsed|log|sample|device|gps|utc|local|system|recording)[ _]?time|time|"
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
-    r"(\w+[ _.])?time[ _]?stamps?|(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
+    r"(\w+[ _.])?time[ _]?stamps?|stamp(?=_[mun]?s\b)|date[ /_-]?time|"
+    r"(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
     r"x_value|utc|(ms|seconds)_today|"
     r"(milli|micro)s(econds)?|(minutes|seconds|secs?|ms)(?=\W*$)|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
     re.IGNORECASE,
@@ -31,7 +32,7 @@ _RESTARTED = 10
 _SERIAL = (20_000.0, 80_000.0)  # days since 1900 as spreadsheets count them: the years 1954 to 2119
 _UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
 UnitFrom = Literal["file", "name", "rate"]
-_TIME_UNITS = frozenset(["s", "sec", "secs", "second", "seconds", "ms", "msec", "us", "usec", "min"])
+_TIME_UNITS = frozenset(["s", "sec", "secs", "second", "seconds", "ms", "msec", "us", "usec", "ns", "nsec", "min"])
 
 
 @dataclass(frozen=True)

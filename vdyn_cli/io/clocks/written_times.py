@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+import warnings
 from contextlib import suppress
 
 import numpy as np
@@ -119,22 +120,31 @@ def seconds_of_digits(values: Array, name: str) -> Array | None:
 
 
 def _days(dates: object) -> Array:
-    """Days since 1970 of dates; 0 where there is none, NaN where the date is impossible."""
+    """Days since 1970 of dates; 0 where there is none, NaN where the date is impossible.
+
+    A date such as 03/07/2026 has the day first, unless the dates of the log are closer together with the month first.
+    """
     import pandas as pd
 
     series = pd.Series(dates, dtype=object)
-    days = {}
-    for date in series.dropna().unique():  # few: one per day
-        if "day" in date:
-            days[date] = float(date.split()[0])
-            continue
-        try:
-            day = pd.to_datetime(_with_english_month(date), dayfirst=not date[:4].isdigit())
-        except ValueError:
-            days[date] = np.nan
-        else:
-            days[date] = float(day.value // (10**9 * 86400))
-    return series.map(days).where(series.notna(), 0.0).to_numpy(float)
+    written = list(series.dropna().unique())  # few: one per day
+    orders = [{date: _day(date, day_first) for date in written} for day_first in (True, False)]
+    spans = [np.ptp(list(order.values())) if order else 0.0 for order in orders]
+    return series.map(orders[int(spans[1] < spans[0])]).where(series.notna(), 0.0).to_numpy(float)
+
+
+def _day(date: str, day_first: bool) -> float:
+    """Days since 1970 of a date; NaN if it is impossible."""
+    import pandas as pd
+
+    if "day" in date:
+        return float(date.split()[0])
+    try:
+        with warnings.catch_warnings(action="ignore"):  # of a day above 12 in the place of a month
+            day = pd.to_datetime(_with_english_month(date), dayfirst=day_first and not date[:4].isdigit())
+    except ValueError:
+        return float("nan")
+    return float(day.value // (10**9 * 86400))
 
 
 def _with_english_month(date: str) -> str:

@@ -22,7 +22,9 @@ MOST_BAD = 1000  # cells that are not numbers, after which reading stops
 SMALL = 4_000_000  # bytes, which numpy reads in less time than it takes to import pandas, the faster reader
 
 _WHITE = r"\s+"
-_END_MARK = b"\x1a"  # as DOS programs write it
+_END_MARK = b"\x1a\0"  # as DOS programs write it, and zeros as of a logger that lost power
+_TAIL = 1 << 16  # bytes at the end of a file that contain its last rows
+_ALIKE = 10  # rows with the same number of decimals in their last cell, so that fewer are a cell cut off
 _BLANK = b" \t\r\n"
 
 
@@ -62,7 +64,7 @@ class Numbers:
     infinite : number of infinite cells, which count as empty.
     multiline : number of rows with a quoted line break, which make lines within a block approximate.
     begins : first time of each column of times of day: s since 1970, or since midnight if no date is stated.
-    unfinished : whether the last row has no line end and too few fields.
+    unfinished : whether the last row has no line end and too few fields, or fewer digits than the others.
     complete : whether the whole file was read.
     """
 
@@ -135,7 +137,7 @@ def read_numbers(
             growing[position].extend(values)
         bad += [BadCell(row + c.row, c.column, c.text) for c in cells]
         grouped, multiline = grouped + n_grouped, multiline + height - size
-        row, line, last = row + size, line + height, text
+        row, line, last = row + size, line + height, (last + text[-_TAIL:])[-_TAIL:]
         rows.append(row)
         lines.append(line)
         if len(bad) > MOST_BAD:
@@ -164,10 +166,22 @@ def _count_lines(text: bytes) -> int:
 
 
 def _unfinished(text: bytes, layout: Layout) -> bool:
-    last = text[text.rfind(b"\n") + 1 :]
+    """Whether the last row has no line end and too few fields, or fewer decimals than the last cells of rows above.
+
+    ``text``: the end of the file.
+    """
+    *above, last = text.split(b"\n")
+    if not last.strip():
+        return False
     delimiter = layout.delimiter.encode()
     fields = len(last.split()) if layout.delimiter == " " else last.count(delimiter) + 1
-    return bool(last.strip()) and fields < len(layout.header)
+    *others, own = (_decimals(line.rstrip().rpartition(delimiter)[2]) for line in [*above[-_ALIKE:], last])
+    cut = len(others) == _ALIKE and len(set(others)) == 1 and own < others[0]
+    return fields < len(layout.header) or (fields == len(layout.header) and cut)
+
+
+def _decimals(cell: bytes) -> int:
+    return len(cell) - 1 - max(cell.rfind(b"."), cell.rfind(b",")) if b"." in cell or b"," in cell else 0
 
 
 def _parse(

@@ -210,6 +210,7 @@ def _sniff(path: Path, first: bytes, known: str | None) -> tuple[str, int]:
             return "utf-16-le", 0
         if head[::2].count(0) > 0.8 * half and head[1::2].count(0) < 0.05 * half:
             return "utf-16-be", 0
+    head = head.rstrip(b"\0")  # a logger that lost power leaves the space that it had reserved
     odd = len(head) - len(head.translate(None, bytes(range(9)) + bytes(range(14, 26)) + bytes(range(27, 32)) + b"\x7f"))
     if odd > 0.01 * len(head):
         raise InputError(Finding(str(path), "is not a text file", remedy="export the channels as CSV"))

@@ -26,6 +26,7 @@ _LONGEST_RECORD = 8  # lines of a row; more are joined by a stray quote, such as
 # Name, unit, range and rate in one cell of the header.
 _BARRED = re.compile(r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}')
 _SECTION = re.compile(r"\s*\[[^\]]+\]\s*")  # such as [Channel Data], alone in its line
+_COMMENT = ("#", "%")
 _UNNAMED = "Unnamed: 0"  # the name by pandas of a column without one
 
 
@@ -82,6 +83,7 @@ def table_with_header(
     records : split at the delimiter. wanted : names of the mapped columns, by which the header is found.
     options : of the reading, such as the line of the header.
     """
+    records = _without_comment_marks(records, wanted)
     cells = [_names(r.fields, encoding, wanted) for r in records]
     hits = [len(set(wanted).intersection(row)) for row in cells]
     if options.header_row is not None:
@@ -93,8 +95,6 @@ def table_with_header(
     if at is None:
         return None
     header = cells[at]
-    if header[0] in ("#", "%") and at + 1 < len(records) and len(header) == len(records[at + 1].fields) + 1:
-        header = header[1:]  # a header written as a comment
     # A table of split times may begin with levels that no vehicle passed.
     clock = header.index(wanted[0]) if wanted and wanted[0] in header and options.split_times is None else None
     start = _first_of_numbers(records, at + 1, len(header), clock)
@@ -116,6 +116,32 @@ def table_with_header(
     own = [_BARRED.fullmatch(decoded(f, encoding)) for f in records[at].fields]
     barred = [unit_text(m[2]) if m else "" for m in own]
     return CsvTable(delimiter, header, between, above, barred, numbers, records[at].line, mapped, hits[at], score)
+
+
+def _without_comment_marks(records: list[CsvRow], wanted: Sequence[str]) -> list[CsvRow]:
+    """The rows; above the numbers without the mark # or % of a comment, and without a word such as "columns:".
+
+    The names of columns may begin with such a mark themselves: a mark that is a cell is one where the row has a cell
+    more than the numbers, and another one where all rows above the numbers have it.
+    """
+    columns = numeric_columns(records)
+    first = next((i for i, r in enumerate(records) if len(r.fields) > 1 and is_numbers(r.fields, columns)), 0)
+    width, above = len(records[first].fields) if records else 0, [r.fields for r in records[:first] if any(r.fields)]
+    begins = [tidy(fields[0]) for fields in above]
+    if not any(cell.startswith(_COMMENT) for cell in begins) or any(cell in wanted for cell in begins):
+        return records
+    everywhere = all(cell.startswith(_COMMENT) for cell in begins)
+    uncommented = []
+    for row in records[:first]:
+        fields = row.fields
+        if fields and tidy(fields[0]) in _COMMENT and len(fields) > width:
+            fields = fields[1:]
+        elif fields and everywhere and tidy(fields[0]) not in _COMMENT:
+            fields = [tidy(fields[0]).lstrip("".join(_COMMENT)).strip(), *fields[1:]]
+        if len(fields) == width + 1 and fields[0].endswith(":"):
+            fields = fields[1:]
+        uncommented.append(CsvRow(row.line, fields))
+    return [*uncommented, *records[first:]]
 
 
 def _padded(header: Sequence[str], fields: Sequence[str]) -> Iterator[tuple[str, str]]:

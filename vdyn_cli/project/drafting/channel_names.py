@@ -6,11 +6,11 @@ import re
 import unicodedata
 from collections.abc import Mapping
 
-# Other spellings of the words in the rules below, also in German, French, Spanish, Italian, Portuguese, Dutch and
-# Polish, without accents.
+# Other spellings of the words in the rules below, also in German, French, Spanish, Italian, Portuguese, Dutch,
+# Polish, Czech and Scandinavian languages, without accents.
 _SPELLINGS = {
     "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita "
-    "snelheid predkosc",
+    "snelheid predkosc hastighet hastighed rychlost",
     "accel": "acceleration accelerometer acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione "
     "versnelling przyspieszenie",
     "long": "longitudinal lon inline forward laengs längs longitudinale",
@@ -52,7 +52,7 @@ NOT_DRIVEN = frozenset(("target", "max", "mean", "error", "status"))  # not the 
 
 # Words of languages without blanks between words, Chinese, Japanese, Korean and Russian, and joined words.
 _JOINED = {
-    "speed": "车速 車速 速度 차속 속도 скорость",
+    "speed": "车速 車速 速度 차속 속도 скорость hız",
     "accel": "加速度 가속도 ускорение",
     "long": "纵向 縱向 縦 前后 前後 종방향 продольное",
     "lat": "横向 侧向 橫向 左右 横 횡방향",
