@@ -1,4 +1,4 @@
-"""An interval wider than its value makes the result doubtful, except for a parameter that may have either sign."""
+"""A parameter with an interval wider than its value is withheld, except for a parameter that may have either sign."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.report.parameter_table import parameter_rows
 
 
 def result(half: float, name: str = "drag_area") -> Result:
@@ -27,7 +26,18 @@ def test_a_wide_interval_is_said_first(half: float, name: str, wide: int) -> Non
     assert len(found.fit.warnings) == wide
     assert found.sentence.startswith("Not determined: drag_area (95 % interval wider than the value)") == bool(wide)
     assert "is not conclusive" in found.sentence or not wide
-    assert [row.wide for row in parameter_rows(found.parameters)] == [bool(wide)]
+
+
+def test_a_parameter_with_a_wide_interval_is_withheld_and_a_result_without_others_is_refused() -> None:
+    wide = result(0.7)
+    assert with_warnings(result(0.5)).parameters == result(0.5).parameters
+    (refused,) = with_warnings(wide).refused
+    assert "no parameter is determined" in refused.what
+    known = Estimate.of("rolling_resistance", 0.01, 1e-4, (0.0098, 0.0102), "coastdown")
+    found = with_warnings(replace(wide, parameters=Parameters({**wide.parameters, "rolling_resistance": known})))
+    assert list(found.parameters) == ["rolling_resistance"]
+    assert not found.refused
+    assert "wider than its value" in found.withheld["drag_area"]
 
 
 def test_a_warning_states_the_value_and_the_remedy() -> None:

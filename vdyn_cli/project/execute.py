@@ -24,7 +24,7 @@ from vdyn_cli.quantities.number_text import capitalized
 from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
-from vdyn_cli.steps.interval_text import within_physical_range
+from vdyn_cli.steps.interval_text import with_interval, within_physical_range
 
 _LOG = logging.getLogger(__name__)
 
@@ -75,7 +75,7 @@ def execute(
     result = with_warnings(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)
     record = StepRecord(result, made)
-    if refused:
+    if result.refused:
         raise RefusedResultError(record)
     return record
 
@@ -154,18 +154,36 @@ def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
 
 
 def with_warnings(result: Result) -> Result:
-    """The result with a warning for each doubtful finding, an interval wider than its value, and a large residual."""
+    """The result with a warning for each doubtful finding and a large residual, without parameters not determined."""
     fit = result.fit
     doubts = [str(f) for f in merge_similar(result.findings) if f.doubt]
     warnings = [*doubts, *fit.warnings]
     if fit.misfit:
         warnings.append(f"{fit.misfit}. Unmodeled effect present; values may be off by more than their intervals state")
+    result = replace(result, fit=replace(fit, warnings=tuple(warnings)))
     wide = [n for n, e in result.parameters.items() if e.source == result.step and wider_than_value(n, e)]
-    if not wide:
-        return replace(result, fit=replace(fit, warnings=tuple(warnings)))
+    return _withholding(result, wide) if wide else result
+
+
+def _withholding(result: Result, wide: Sequence[str]) -> Result:
+    """The result without the parameters ``wide``, whose intervals are wider than their values, and with a warning."""
     verdict = result.diagnosis.verdict if result.diagnosis else ""
     left = ", and the diagnosis is not conclusive" if verdict in ("unknown", "not_testable", "ambiguous") else ""
     doubt = f"not determined: {', '.join(wide)} (95 % interval wider than the value){left}"
-    warnings.insert(0, doubt)
-    sentence = f"{capitalized(doubt)}. {result.sentence}"
-    return replace(result, sentence=sentence, fit=replace(fit, warnings=tuple(warnings)))
+    withheld = {**result.withheld}
+    for name in wide:
+        one = result.parameters[name]
+        withheld[name] = f"its 95 % interval is wider than its value: {with_interval(one, one.unit)}"
+    left_over = result.parameters.without(wide)
+    refused = result.refused
+    if not any(e.source == result.step for e in left_over.values()):
+        what = "no parameter is determined: each 95 % interval is wider than its value"
+        refused = (*refused, Finding(result.step, what, "", "log more runs, or state more values as known"))
+    return replace(
+        result,
+        sentence=f"{capitalized(doubt)}. {result.sentence}",
+        fit=replace(result.fit, warnings=(doubt, *result.fit.warnings)),
+        parameters=left_over,
+        withheld=withheld,
+        refused=refused,
+    )
