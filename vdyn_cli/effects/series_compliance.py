@@ -9,12 +9,12 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     signature="The shaft is softer in the log than calculated from its drawing, at every torque and rate.",
     alike=("shaft_stiffness",),
     confirm="Clamp the shaft at its outer joint, apply a known torque at its inner end, read the twist at both ends.",
-    tags={"shaft_twist", "beside_drawing"},
+    tags={"shaft_twist", "beside_drawing", "test_only"},
 )
 def series_compliance(shaft: Law, s: Signals, q: Signals) -> Number:
     """Constant-velocity joints and splines that twist in series with the bar.
 
     1/k = 1/k_bar + s, k the shaft's stiffness and k_bar the bar's, N m/rad. Visible only in comparison with a drawing,
-    or another measurement of the bar alone.
+    or another measurement of the bar alone. Later steps do not add it: the published stiffness is that of both.
     """
     return shaft(s.but(stiffness=s.stiffness / (1 + s.stiffness * q.series_compliance)))

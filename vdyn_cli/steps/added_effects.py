@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -30,6 +30,12 @@ class AddedEffects:
 
     def __add__(self, others: AddedEffects) -> AddedEffects:
         return AddedEffects((*self.effects, *others.effects), (*self.unknowns, *others.unknowns))
+
+    def without(self, effects: Collection[Effect]) -> AddedEffects:
+        """The other effects, with their unknowns."""
+        names = {name for effect in effects for name in effect.unknowns}
+        others = tuple(e for e in self.effects if e not in effects)
+        return AddedEffects(others, tuple(u for u in self.unknowns if u.name not in names))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -16,7 +16,8 @@ All channels have noise. The readings are adjusted, each within its noise, until
 integral of its rate. Plain least squares would underestimate c by some percent.
 
 The stiffness from a log includes all parts between its two sensors, such as joints and splines; where there is a log,
-its value is published. If it is below that of the drawing, the compliance in series is reported. A plain half-shaft of
+its value is published with its measured interval. A drawing or a bar that agrees refines it; one that contradicts it
+is reported with both numbers, and the compliance in series if the log is the softer one. A plain half-shaft of
 24 to 28 mm has 2 900 to 8 000 N m/rad; SAE 2017-01-1574 publishes two to four times that.
 
 Assumes no free play, constant k and c, one shear modulus (79.3 +- 0.8 GPa, steel, where none is given).

@@ -100,7 +100,7 @@ class ShaftProblem(SimulatedProblem):
         """Stiffness of each side with a drawing or a test, and damping where it was logged.
 
         Each side is fitted separately, also with effects in the law. If an effect is in series with the bar, the
-        bar's stiffness is published, with the drawing as its prior.
+        stiffness of both together is published, which is that of the car.
 
         Raises
         ------
@@ -109,7 +109,7 @@ class ShaftProblem(SimulatedProblem):
         sides = []
         for side in self.sides:
             logged = side.logged(added) if side.runs else None
-            sides.append(compared_stiffness(side, logged, bool(logged and side.drawn_bar(added.effects))))
+            sides.append(compared_stiffness(side, logged))
         return shaft_result(sides, (*self.findings, *(f for side in sides for f in side.findings), *self.log_findings))
 
 

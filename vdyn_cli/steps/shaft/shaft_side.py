@@ -23,6 +23,7 @@ from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 UNIT = "N m/rad"
+IN_SERIES = "beside_drawing"  # tag of the effects in series with the bar
 EXACT = 1e-3  # least relative standard deviation of a drawing's stiffness
 
 
@@ -99,7 +100,7 @@ class ShaftSide:
         None if the log is stiffer than the drawing: no effect in series explains that, and other effects would be
         fitted to the difference.
         """
-        if self.drawing is None or not any("beside_drawing" in effect.tags for effect in effects):
+        if self.drawing is None or not any(IN_SERIES in effect.tags for effect in effects):
             return None
         drawn = self.drawing.value, max(self.drawing.std, EXACT * self.drawing.value)
         log = even_if_refused(lambda: self.linear)
@@ -123,10 +124,20 @@ class ShaftSide:
         A torque that is logged late by d reads k phi(t - d), to first order k phi - k d phi': the damping is too small
         by k d.
 
+        Stiffness and damping are those of the shaft with its joints. With an effect in series, they come from the fit
+        without it: the log contains only the stiffness of both, and the drawing only divides it.
+
         Raises
         ------
         ResultError : the logs do not determine a stiffness.
         """
+        found, in_series = self._logged(added), [e for e in added.effects if IN_SERIES in e.tags]
+        if not in_series:
+            return found
+        both = self._logged(added.without(in_series))
+        return replace(found, stiffness=both.stiffness, damping=both.damping, correlation=both.correlation)
+
+    def _logged(self, added: AddedEffects) -> LoggedShaft:
         fit = self._fit(added)
         solution, covariance = fit.solve(self.linear)
         std = np.sqrt(np.diag(covariance)).tolist()

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.inference.uncertainty_budget import Budget, Contribution, weighted_mean
-from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.inference.uncertainty_budget import Budget, weighted_mean
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.interval_text import with_interval
 from vdyn_cli.steps.shaft.shaft_side import UNIT, LoggedShaft, ShaftSide
@@ -28,22 +27,14 @@ class ComparedStiffness:
     findings: tuple[Finding, ...]
 
 
-def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used: bool) -> ComparedStiffness:
+def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None) -> ComparedStiffness:
     """Publish the log's stiffness (that of the car), else the bar's, else the drawing's.
 
-    Methods that agree with it and have an uncertainty are averaged with it, weighted by inverse variance. A log that is
-    softer than its drawing shows further compliance in series. Other methods that contradict it, as a log that is
-    stiffer than its drawing, widen its interval until it includes theirs, since either may be wrong.
-
-    Parameters
-    ----------
-    drawing_used : the log's fit has the drawing as a prior, so that the drawing is not compared again.
+    Methods that agree with it and have an uncertainty are averaged with it, weighted by inverse variance. A method that
+    contradicts it is reported with both numbers and does not change it: a measured value keeps its interval. A log that
+    is softer than its drawing shows further compliance in series.
     """
-    given = {
-        "log": logged.stiffness if logged else None,
-        "bar": side.bar,
-        "drawing": None if drawing_used else side.drawing,
-    }
+    given = {"log": logged.stiffness if logged else None, "bar": side.bar, "drawing": side.drawing}
     methods = {name: budget for name, budget in given.items() if budget is not None}
     first, best = next(iter(methods.items()))
     joined, findings = {first: best}, []
@@ -52,46 +43,29 @@ def compared_stiffness(side: ShaftSide, logged: LoggedShaft | None, drawing_used
         if abs(apart) > STEP_POLICY.agreeing_std:
             got = f"{with_interval(best)} against {with_interval(budget, UNIT)}, {abs(apart):.1f} standard deviations"
             softer = best.value < budget.value and other == "drawing"
-            what, remedy = _disagreement(best, other, budget)
+            what, remedy = _disagreement((first, best), (other, budget))
             findings.append(Finding(f"{side.name}, {first} and {other}", what, got, remedy, doubt=not softer))
-            if not softer:
-                std = float(np.hypot((best.value - budget.value) / NORMAL95, budget.std))
-                differs = Contribution(f"difference from the {other}", 0.0, std, UNIT, 1.0)
-                joined[first] = replace(joined[first], contributions=(*joined[first].contributions, differs))
         elif budget.std > 0 and best.std > 0:
             joined[other] = budget
-    if drawing_used and side.drawing is not None:
-        findings.append(_attributed_to_joints(side, side.drawing))
     findings += _implausible(side.name, best)
     published = joined[first] if len(joined) == 1 else weighted_mean(joined, UNIT)
     return ComparedStiffness(side, methods, logged, published, tuple(findings))
 
 
-def _disagreement(best: Budget, other: str, budget: Budget) -> tuple[str, str]:
-    """Fact and remedy of a disagreement between two methods."""
+def _disagreement(published: tuple[str, Budget], contradicting: tuple[str, Budget]) -> tuple[str, str]:
+    """Fact and remedy of a disagreement between two methods, each with its name."""
+    (first, best), (other, budget) = published, contradicting
+    ours = f"that of the {first} is published"
     if best.value < budget.value and other == "drawing":
         series = 1 / best.value - 1 / budget.value
         return (
             f"the shaft is {100 * (1 - best.value / budget.value):.0f} % softer than calculated from its drawing: "
-            f"joints and splines with {series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual)"
-        ), "none, if the joints belong to the shaft of the model"
+            f"joints and splines with {series:.2g} rad/(N m) in series would explain it (20 to 60 % is usual), and an "
+            f"error of the drawing of this size looks the same; {ours}"
+        ), "none, if the joints belong to the shaft of the model; else check diameters (fourth power), shear modulus"
     joints = "; joints cannot make a shaft stiffer than its bar" if other == "drawing" else ""
-    return f"the stiffnesses differ{joints}", "check units and gains of torque and twist, diameters, shear modulus"
-
-
-def _attributed_to_joints(side: ShaftSide, drawing: Budget) -> Finding:
-    """The finding that an error of the drawing cannot be separated from the joints in the model."""
-    log = side.linear.values["shaft_stiffness"]
-    softer = 1 - log / drawing.value
-    return Finding(
-        f"{side.name}, log and drawing",
-        f"the shaft is {100 * abs(softer):.0f} % {'softer' if softer > 0 else 'stiffer'} than calculated from its "
-        "drawing, and the model attributes this to joints in series; an error of the drawing of this size looks the "
-        "same, and the published stiffness is that of the drawing",
-        f"{log:.5g} against {drawing.value:.5g} {UNIT}",
-        "check diameters (fourth power) and shear modulus; 'extend: never' publishes the log's stiffness",
-        doubt=True,
-    )
+    remedy = "check units and gains of torque and twist, diameters, shear modulus"
+    return f"the stiffnesses differ{joints}; {ours}", remedy
 
 
 def _implausible(name: str, best: Budget) -> list[Finding]:
