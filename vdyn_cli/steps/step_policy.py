@@ -392,6 +392,10 @@ class StepPolicy:
         1.3, "times the sensors' noise", "of the residuals, beyond which the law is doubted",
         "Noise levels are known to 10 %.",
     )  # fmt: skip
+    delay_std: float = threshold(
+        3.0, "standard deviations", "of the delay of a shaft's torque, below which none is corrected",
+        "By chance once in 400 logs, and the fit must also leave a residual without the delay.",
+    )  # fmt: skip
     ratio_agreement: float = threshold(
         0.02, "share of the gear ratio", "by which the ratio of the speeds may differ from it",
         "A gear ratio is exact, because teeth are counted; gains of two speed sensors differ by less.",

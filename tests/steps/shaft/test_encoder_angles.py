@@ -53,7 +53,7 @@ def test_stiffness_and_damping_are_recovered(one_turn: bool) -> None:
 
 
 def test_a_rate_that_was_not_read_does_not_take_in_the_torques_noise() -> None:
-    run = readings_of(spec(), (angles(),))["left"][0]
+    run = readings_of(spec(), (angles(),), 0.0)["left"][0]
     assert np.diff(run.time).mean() == pytest.approx(2e-3, rel=0.01)  # averaged to 500 Hz
     assert np.abs(run.linked(run.time**2, 2 * run.time)).max() < 1e-13
     alternating = np.resize([1.0, -1.0], run.time.size)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
@@ -29,6 +29,7 @@ from vdyn_cli.steps.shaft.shaft_readings import readings_of
 from vdyn_cli.steps.shaft.shaft_side import ShaftSide
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 from vdyn_cli.steps.shaft.stiffness_comparison import compared_stiffness
+from vdyn_cli.steps.shaft.torque_clock import torque_delay
 
 FREE_TORQUE = 50.0  # N m, plausible amplitude of a free profile
 TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: twist of a half-shaft in a tip-in, and its rate
@@ -125,7 +126,9 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     ------
     InputError : neither drawing, bar nor log is given; or as :func:`readings_of`.
     """
-    readings = readings_of(spec, logs)
+    read = cache(lambda seconds: readings_of(spec, logs, seconds))
+    delay, clocks = torque_delay(read, spec.settings.torque_delay)
+    readings = read(delay.value)
     modulus, findings = _shear_modulus(spec, known)
     sides = []
     for name in SIDES:
@@ -133,12 +136,12 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
         drawing = drawing_budget(sections, modulus) if sections else None
         bar = propagate(rod_stiffness, spec.pendulum[name].measured(), UNITS) if name in spec.pendulum else None
         if readings[name] or drawing or bar:
-            gain, delay = spec.settings.torque_gain.value, spec.settings.torque_delay
+            gain = spec.settings.torque_gain.value
             sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain, delay))
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
-    log_findings = tuple(f for log in logs for f in log.findings)
+    log_findings = (*clocks, *(f for log in logs for f in log.findings))
     return ShaftProblem(tuple(sides), findings, log_findings)
 
 

@@ -191,8 +191,8 @@ def _used(log: Log) -> list[str]:
     return ["shaft_torque", *(["twist"] if "twist" in log else []), *(speeds if len(speeds) == 2 else [])]
 
 
-def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[ShaftReadings, ...]]:
-    """The readings of the runs of each side.
+def readings_of(spec: ShaftSpec, logs: Sequence[Log], delay: float) -> dict[SideName, tuple[ShaftReadings, ...]]:
+    """The readings of the runs of each side, with the torque shifted earlier by its ``delay``, s.
 
     Raises
     ------
@@ -206,7 +206,7 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log]) -> dict[SideName, tuple[Sh
         if by_angles and (doubts := ratio_of_angles_doubts(logged, ratio)):
             findings += doubts
             continue
-        log = _with_torque_on_time(logged, spec.settings.torque_delay.value)
+        log = _with_torque_on_time(logged, delay)
         log = with_twist_of_angles(log, ratio) if by_angles else log
         used = _used(log)
         if "motor_speed" not in used:

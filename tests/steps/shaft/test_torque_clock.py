@@ -1,0 +1,42 @@
+"""A torque on another clock than the twist is shifted where that explains the logs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.plant import shaft as plant
+from tests.plant.vehicle import random_vehicle
+from tests.steps.shaft.test_shaft_fit import log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.shaft.problem import prepare
+from vdyn_cli.steps.shaft.spec import ShaftSpec
+
+VEHICLE = random_vehicle(4)
+
+
+def spec(delay: str = "0 ms") -> ShaftSpec:
+    runs = [{"log": "tip_in.csv", "side": "left"}]
+    return ShaftSpec.model_validate({"test": "shaft", "runs": runs, "settings": {"torque_delay": delay}})
+
+
+@pytest.mark.parametrize("late", [0.04, -0.03])
+def test_a_late_torque_is_shifted_and_the_stiffness_stays_true(late: float) -> None:
+    data = log(VEHICLE, 4)
+    shifted = np.interp(data.time - late, data.time, data["shaft_torque"])
+    problem = prepare(spec(), (data.with_channels(shaft_torque=shifted),), Parameters())
+    (said,) = (f for f in problem.log_findings if "relative to the twist" in f.what)
+    assert said.fault
+    side = problem.sides[0]
+    assert side.torque_delay.value == pytest.approx(late, abs=3 * side.torque_delay.std)
+    result = problem.publish()
+    true = plant.truth(VEHICLE)["shaft_stiffness_left"]
+    assert result.parameters["shaft_stiffness_left"].value == pytest.approx(true, rel=5e-3)
+    damping = result.parameters.get("shaft_damping_left")
+    assert damping is None or damping.interval95[0] < VEHICLE.shaft_damping_left < damping.interval95[1]
+
+
+def test_a_stated_delay_that_the_log_agrees_with_stands() -> None:
+    problem = prepare(spec("0.1 +- 0.2 ms"), (log(VEHICLE, 4),), Parameters())
+    assert problem.sides[0].torque_delay.value == pytest.approx(1e-4)
+    assert not [f for f in problem.log_findings if "relative to the twist" in f.what]

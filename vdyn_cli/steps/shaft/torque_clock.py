@@ -1,0 +1,115 @@
+"""The delay of a logged torque behind the twist of the same shaft, from the logs.
+
+To first order a delay d is a damping that is too small by k d: k phi(t - d) = k phi - k d phi'. Logs of tip-ins hardly
+contain the second order, so that only the sum c - k d is determined: the delay within the damping times c / k of
+half-shafts, and the stiffness. A delay is sought where the fit without one leaves a residual above the noise, and
+accepted where it explains that with a physical damping. The logs are then evaluated with the torque shifted, as with a
+stated delay, and the uncertainty of the damping time is that of the delay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.shaft.shaft_fit import MOST_DAMPING, linear_solution
+from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
+from vdyn_cli.steps.shaft.spec import SideName
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+Readings = Mapping[SideName, tuple[ShaftReadings, ...]]
+LONGEST, STEP = 0.2, 2e-3  # s: the longest delay tried (telemetry: a few hundredths), and the distance of trials
+# s, c / k of half-shafts: 1 to 10 ms of steel (MOST_DAMPING), and the standard deviation of a delay for want of it.
+DAMPING_TIME, UNKNOWN = 5e-3, 3e-3
+
+
+@dataclass(frozen=True)
+class _Fits:
+    """The fits to all logged sides with one delay of the torque."""
+
+    solutions: tuple[Solution, ...]
+    excess: float  # of the residuals, times the sensors' noise
+    physical: bool  # no damping is significantly negative, or that of friction
+
+    @property
+    def damping_time(self) -> float:
+        """c / k, s, the mean of the sides."""
+        return float(np.mean([s.values["shaft_damping"] / s.values["shaft_stiffness"] for s in self.solutions]))
+
+
+def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Given, tuple[Finding, ...]]:
+    """The delay of the torque, s, with a finding where the logs show another one than stated.
+
+    Parameters
+    ----------
+    read : the readings with a delay of the torque in s compensated.
+    stated : the delay of the description, s; it stands where the logs do not contradict it.
+    """
+    before = _fits(read(stated.value))
+    if before is None or before.excess <= STEP_POLICY.shaft_excess:
+        return stated, ()
+    near = stated.value + _start([run for runs in read(stated.value).values() for run in runs])
+    about = _tried(read, near)
+    if about is None:
+        return stated, ()
+    found = Given(near + DAMPING_TIME - about.damping_time, UNKNOWN)
+    after = _tried(read, found.value)
+    if after is None or not after.physical or after.excess > STEP_POLICY.shaft_excess:
+        return stated, ()
+    if abs(found.value - stated.value) < STEP_POLICY.delay_std * found.std:
+        return stated, ()
+    late = f"{1e3 * abs(found.value):.0f} +- {1e3 * found.std:.0f} ms {'late' if found.value > 0 else 'early'}"
+    what = f"is logged {late} relative to the twist, and is shifted by that"
+    got = f"residual {before.excess:.1f} times the noise without the shift, {after.excess:.1f} times with it"
+    state = f"'torque_delay: {1e3 * found.value:.0f} +- 0.1 ms'"
+    remedy = f"measure the delay, and write it under settings as {state}; damping is then determined"
+    return found, (Finding("channel 'shaft_torque'", what, got, remedy, fault=True, doubt=True),)
+
+
+def _fits(readings: Readings) -> _Fits | None:
+    """The fits without effects; None if one of them fails."""
+    sides = [runs for runs in readings.values() if runs]
+    if not sides:
+        return None
+    try:
+        solutions = [linear_solution(runs) for runs in sides]
+    except ResultError:
+        return None
+    squares = sum(float(np.sum(r**2)) for s in solutions for r in s.residuals)
+    conditions = sum(run.conditions_per_sample * run.time.size for runs in sides for run in runs)
+    return _Fits(tuple(solutions), (squares / conditions) ** 0.5, all(_physical(s) for s in solutions))
+
+
+def _tried(read: Callable[[float], Readings], delay: float) -> _Fits | None:
+    try:
+        return _fits(read(delay))
+    except InputError:
+        return None
+
+
+def _physical(solution: Solution) -> bool:
+    damping, margin = solution.values["shaft_damping"], NORMAL95 * solution.std["shaft_damping"]
+    return -margin < damping < MOST_DAMPING * solution.values["shaft_stiffness"] + margin
+
+
+def _start(runs: Sequence[ShaftReadings]) -> float:
+    """The delay, s, with which torque is best proportional to twist and rate, each run with its zero and drift."""
+    delays = np.arange(-LONGEST, LONGEST + STEP / 2, STEP)
+    costs = np.zeros(delays.size)
+    for run in runs:
+        inner = (run.time > run.time[0] + LONGEST) & (run.time < run.time[-1] - LONGEST)
+        if np.count_nonzero(inner) < 10:
+            continue
+        ones = np.ones(run.time.size)
+        columns = np.column_stack([ones, run.time - run.time[0], run.twist, run.rate])[inner]
+        basis = np.linalg.qr(columns / np.abs(columns).max(axis=0))[0]
+        for k, delay in enumerate(delays):
+            torque = np.interp(run.time[inner] + delay, run.time, run.torque)
+            costs[k] += np.sum(torque**2) - np.sum((basis.T @ torque) ** 2)
+    return float(delays[np.argmin(costs)])
