@@ -92,7 +92,7 @@ def test_the_door_finds_the_same() -> None:
 def test_the_step_takes_every_effect_that_it_looks_for_and_without_a_speed_what_needs_none() -> None:
     sweeps = logs(HIDDEN[0], 1.0)
     wanted = candidates(load_step("tire").situations)
-    own = {"friction_drift", "slip_lag"}  # tests/steps/tire/test_named_faults.py
+    own = {"friction_drift", "tread_wear", "slip_lag"}  # tests/steps/tire/test_named_faults.py
     assert {h.plant for h in HIDDEN} | own == {e.name for e in applicable(prepare(SPEC, sweeps, KNOWN).model, wanted)}
     slips = tuple(
         Log(s.name, s.time, {"slip": s["slip"], "force_x": s["force_x"], "force_z": s["force_z"]})
@@ -100,5 +100,5 @@ def test_the_step_takes_every_effect_that_it_looks_for_and_without_a_speed_what_
     )
     names = {e.name for e in applicable(prepare(SPEC, slips, KNOWN).model, wanted)}
     expected = {"load_sensitivity", "slip_offset", "force_offset", "rolling_force", "friction_drift", "slip_lag"}
-    expected |= {"braking_friction"}
+    expected |= {"braking_friction", "tread_wear"}
     assert names == expected

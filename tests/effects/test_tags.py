@@ -40,7 +40,7 @@ CANDIDATES = {
     """,
     "tire": """
         braking_friction force_offset friction_drift friction_fade load_sensitivity rolling_force slip_lag slip_offset
-        tire_relaxation
+        tire_relaxation tread_wear
     """,
     "validate": """
         accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag

@@ -16,4 +16,5 @@ def slip_offset(slip: Law, s: Signals, q: Signals) -> Number:
 
     s = (1 + s_read) (1 - s0) - 1, s the slip, a fraction: an error of s0 without slip, and of zero at a locked wheel.
     """
-    return (1 + slip(s)) * (1 - q.slip_offset) - 1
+    read = slip(s)
+    return read - (1 + read) * q.slip_offset

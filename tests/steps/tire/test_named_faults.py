@@ -16,6 +16,7 @@ CURVE = (12.0, 1.55, 0.98, 0.1)
 LOAD, RATE = 4000.0, 100.0  # N, Hz
 LOSS, SPEED, RADIUS = 0.01, 13.0, 0.31  # 1/s, m/s, m: a tread that loses friction while it slides
 BRAKING = 0.1  # share by which the peak in braking exceeds that in driving
+WEAR = 0.002  # 1/s of sweeping, by which a tread loses friction over the day
 LATE = 0.03  # s by which a rig logs its slip late
 TIME = np.arange(1200) / RATE
 
@@ -42,6 +43,17 @@ def on_a_flat_track(k: int) -> dict[str, np.ndarray]:
     return {"slip": read, "force_x": force, "force_z": LOAD + 12.0 * rng.standard_normal(TIME.size)}
 
 
+def worn(k: int) -> dict[str, np.ndarray]:
+    """A sweep of a tread that wears from sweep to sweep."""
+    rng = np.random.default_rng(k)
+    slip = 0.3 * np.sin(2 * np.pi * TIME / 12.0) * np.clip(TIME, 0.0, 1.0)
+    day = TIME[-1] * k + TIME
+    force = friction(slip, *CURVE) * LOAD * (1.0 - WEAR * day)
+    noise = rng.standard_normal((4, TIME.size)) * np.array([[0.05], [0.02], [12.0], [12.0]])
+    read = np.array([SPEED * (1.0 + slip) / RADIUS, np.full(TIME.size, SPEED), force, np.full(TIME.size, LOAD)])
+    return dict(zip(("wheel_speed", "vehicle_speed", "force_x", "force_z"), read + noise, strict=True))
+
+
 def with_two_peaks(k: int) -> dict[str, np.ndarray]:
     """A sweep under a load of its own, whose peak is higher in braking; the slope at zero slip is the same."""
     rng = np.random.default_rng(k)
@@ -60,6 +72,7 @@ def with_two_peaks(k: int) -> dict[str, np.ndarray]:
     ("sweep", "vehicle", "effect", "size", "tolerance"),
     [
         (braked, {"wheel_radius": f"{RADIUS} m"}, "friction_drift", -LOSS, 0.05),
+        (worn, {"wheel_radius": f"{RADIUS} m"}, "tread_wear", -WEAR, 0.05),
         (with_two_peaks, {"wheel_radius": f"{RADIUS} m"}, "braking_friction", BRAKING, 0.05),
         (on_a_flat_track, {}, "slip_lag", -LATE, 0.15),
     ],

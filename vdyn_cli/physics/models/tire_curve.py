@@ -33,6 +33,7 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
         tire_D=peak,
         tire_load_sensitivity=0.0,
         elapsed=u.elapsed,
+        swept=u.swept,
         **sliding,
     )
     stiff = p.tire_B * (1 + p.braking_B * braking)
@@ -55,8 +56,9 @@ def _slipped(e: ModelBuilder, u: Signals) -> None:
 _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
 
 # ``slip_gradient`` is the slip's change per distance rolled, 1/m; ``elapsed`` is the time since the sweep began, s;
+# ``swept`` is the same with the durations of the sweeps before it, s; 0 where there is only one sweep;
 # ``returning`` is the slip while its magnitude decreases, and zero while it increases.
-_INPUTS = ("slip", "load", "elapsed", "returning")
+_INPUTS = ("slip", "load", "elapsed", "swept", "returning")
 TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, "speed", "slip_gradient"))
 
 # Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance. ``slip_rate``, 1/s.

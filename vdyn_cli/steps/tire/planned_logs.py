@@ -32,7 +32,9 @@ def _log(day: DayRequest, k: int) -> Log:
     load = level * (1 + 0.02 * np.sin(2 * np.pi * rng.uniform(0.8, 1.6) * time + rng.uniform(0.0, 6.0)))
     slip = at["largest_slip"] * np.sin(2 * np.pi * np.clip((time - 0.5) / (at["duration"] - 1.0), 0.0, 1.0)) ** 3
     shape = {**dict.fromkeys(SLIP_CURVE.parameters, 0.0), **{n: at[n] for n in SHAPE}, "static_load": at["wheel_load"]}
-    drive = Drive(time, {"slip": slip, "load": load, "elapsed": time, "returning": 0.0, "slip_rate": 0.0})
+    drive = Drive(
+        time, {"slip": slip, "load": load, "elapsed": time, **dict.fromkeys(("swept", "returning", "slip_rate"), 0.0)}
+    )
     force = Simulator(SLIP_CURVE, shape)(drive, sensitivities=False).outputs["force_x"]
     channels = {
         "force_x": day.read(force, "force_noise"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -154,7 +154,8 @@ class TireCurveProblem:
 
     def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
         """The force, N, of the curve at increasing slips (n,) under a load (N)."""
-        inputs: dict[str, ArrayLike] = {"slip": slip, "load": load, "elapsed": 0.0, "returning": 0.0}
+        inputs: dict[str, ArrayLike] = dict.fromkeys(("elapsed", "swept", "returning"), 0.0)
+        inputs |= {"slip": slip, "load": load}
         if self._driven:
             speeds = np.concatenate([sweep.speed for sweep in self.sweeps if sweep.speed is not None])
             inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
@@ -230,10 +231,11 @@ class TireCurveProblem:
 
     def _forces(self, sweep: BinnedSweep, slip: Array, theta: Array) -> _CurveForces:
         """The forces of the curve at the bins of a sweep with other slips (n,)."""
-        inputs = {
+        inputs: dict[str, ArrayLike] = {
             "slip": slip,
             "load": sweep.load,
             "elapsed": sweep.time - sweep.time[0],
+            "swept": _swept(self.sweeps, sweep),
             "returning": sweep.returning,
         }
         if sweep.speed is not None:
@@ -246,6 +248,14 @@ class TireCurveProblem:
         rolling = np.maximum(1 + slip, 0.02)
         by_slip = jacobian[:, self._names.index("radius_error")] / rolling
         return _CurveForces(simulated.outputs["force_x"], jacobian, by_slip)
+
+
+def _swept(sweeps: Sequence[BinnedSweep], now: BinnedSweep) -> Array:
+    """Time swept on the day, s, at the bins of a sweep; 0 for a single sweep, whose own time is the same."""
+    if len(sweeps) < 2:
+        return np.zeros_like(now.time)
+    before = next(k for k, sweep in enumerate(sweeps) if sweep is now)
+    return np.asarray(now.time - now.time[0] + sum(float(np.ptp(sweep.time)) for sweep in sweeps[:before]))
 
 
 def _slope(slip: Array, friction: Array) -> float:
