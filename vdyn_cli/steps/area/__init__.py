@@ -9,6 +9,8 @@ threshold that counts only whole pixels shifts the area by a fraction of them. T
 the mirrors (the definition of the EPA's road-load forms): fold them, cut them out with ``exclude``, or mask them.
 
 Assumes a camera on the car's axis, at half the height of the car, without lens distortion. The uncertainty contains
-box size and corners, camera distance and depth, and the position of the edge within the picture's blur, but not
-shadows under the car. Sources: SAE 2017-01-1574; Otsu, IEEE Trans. SMC 9 (1979) 62 for the threshold.
+box size and corners, camera distance and depth, and the position of the edge within the picture's blur. Where the
+silhouette extends below the box, shadow or floor may also close the gap between the wheels: what is below the box and
+up to 0.3 m above its lower edge, beyond the width of two tires, then counts by half, and the interval includes all and
+none of it. Sources: SAE 2017-01-1574; Otsu, IEEE Trans. SMC 9 (1979) 62 for the threshold.
 """

@@ -18,17 +18,42 @@ from vdyn_cli.steps.area.spec import AreaSpec
 CORNER = 0.5  # pixels, standard deviation of a box corner read from the picture: rounding alone gives 0.29
 SKEWED = 0.02  # relative difference of the scales that a camera turned by 10 degrees causes
 DROPPED = 0.001  # share of the area in small pieces above which they are reported
+CLEARANCE, TIRES = 0.3, 0.5  # m: of a car's underbody at most, and the width of two tires, which alone reach below it
+NO_SHADOW = Given(0.0)
 BEYOND = 3  # pixels by which the silhouette may extend beyond the box: the blur of its edge
 
 
-def area_budget(pixels: float, edge_std: float, spec: AreaSpec, edges: BoxEdges) -> Budget:
+def shadow_pixels(shape: Silhouette, spec: AreaSpec, edges: BoxEdges) -> Given:
+    """Pixels of the silhouette that may be shadow or floor: between none and all that can be, uniformly distributed.
+
+    Where the silhouette extends below the box, the ground is as dark as the car. It then also closes the gap between
+    the wheels, whose height is unknown. The pixels that may be ground are those below the box, and above its lower edge
+    those beyond the width of two tires.
+    """
+    covered = shape.inside.sum(axis=1).astype(float)
+    row = np.arange(covered.size) + 0.5
+    if not _below(shape, edges) > BEYOND:
+        return NO_SHADOW
+    gap = (row > edges.bottom - CLEARANCE * edges.down / spec.box.height.value) & (row < edges.bottom)
+    tires = TIRES * edges.across / spec.box.width.value
+    most = float(covered[row > edges.bottom].sum() + np.maximum(covered[gap] - tires, 0.0).sum())
+    return Given(most / 2, most / 12**0.5)
+
+
+def _below(shape: Silhouette, edges: BoxEdges) -> float:
+    """Pixels by which the silhouette extends below the box."""
+    return float(np.flatnonzero(shape.inside.any(axis=1)).max() + 1 - edges.bottom)
+
+
+def area_budget(pixels: float, edge_std: float, spec: AreaSpec, edges: BoxEdges, shadow: Given = NO_SHADOW) -> Budget:
     """The area, m^2, with each input's contribution to its uncertainty.
 
-    A = pixels x (width / pixels across) x (height / pixels down) x ((D + d)/D)^2
+    A = (pixels - those of a shadow) x (width / pixels across) x (height / pixels down) x ((D + d)/D)^2
 
     Parameters
     ----------
     pixels, edge_std : of the silhouette, and its standard deviation. edges : of the box in the picture.
+    shadow : pixels of the silhouette that are shadow.
     """
     corner = CORNER * 2**0.5 if spec.box.left is not None or spec.box.top is not None else 0.0
     distance = spec.settings.camera_distance
@@ -36,7 +61,7 @@ def area_budget(pixels: float, edge_std: float, spec: AreaSpec, edges: BoxEdges)
     def formula(**x: float) -> float:
         zoom = (x["camera_distance"] + x["vehicle_depth"]) / x["camera_distance"] if distance is not None else 1.0
         scale = x["box_width"] / x["box_pixels_across"] * x["box_height"] / x["box_pixels_down"]
-        return x["silhouette_pixels"] * scale * zoom**2
+        return (x["silhouette_pixels"] - x.get("shadow_pixels", 0.0)) * scale * zoom**2
 
     inputs = {
         "silhouette_pixels": Given(pixels, edge_std),
@@ -45,6 +70,8 @@ def area_budget(pixels: float, edge_std: float, spec: AreaSpec, edges: BoxEdges)
         "box_pixels_across": Given(edges.across, corner),
         "box_pixels_down": Given(edges.down, corner),
     }
+    if shadow.std:
+        inputs["shadow_pixels"] = shadow
     if distance is not None:
         inputs |= {"camera_distance": distance, "vehicle_depth": spec.settings.vehicle_depth}
     units = dict.fromkeys(("box_width", "box_height", "camera_distance", "vehicle_depth"), "m")
@@ -80,11 +107,12 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
     if rows.min() == 0 or columns.min() == 0 or rows.max() == shape.inside.shape[0] - 1:
         what = "the silhouette touches the picture's edge"
         found.append(Finding(spec.image, what, remedy="check whether the car is cut off"))
-    left, top, right, bottom = edges
+    left, top, right, _ = edges
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
-    below = rows.max() + 1 - bottom
-    if below > BEYOND:  # a shadow also closes the gap between the wheels
-        what, remedy = "the silhouette extends below the box", "exclude the shadow under the car, or check the box"
+    if (below := _below(shape, edges)) > BEYOND:
+        shadow = 200 * shadow_pixels(shape, spec, edges).value / shape.pixels
+        what = f"the silhouette extends below the box: 0 to {shadow:.0f} % of it may be a shadow or the floor"
+        remedy = "exclude the shadow under the car, or check the box"
         found.append(Finding(spec.image, what, f"{below:.0f} pixels", remedy, doubt=True))
     if across or rows.min() < top - BEYOND:
         remedy = "exclude mirrors and antennas; otherwise check the box's edges"
