@@ -47,6 +47,18 @@ def test_what_the_description_knows_better_than_the_data_is_no_answer(stated: fl
     assert bool(probable_answers(strategy, answer.fitted)) == probable
 
 
+def test_what_every_day_has_is_probable_unless_the_data_exclude_it():
+    """Wind blows on every day: intervals include it, unless the data exclude its usual size."""
+    setups = [
+        Campaign(11, hidden={"wave": 5.0}).setup(replace(cause("slope"), every_day=size), cause("wave"))
+        for size in (0.0, 0.5, 500.0)
+    ]
+    strategies = [open_strategy(setup) for setup in setups]
+    answers = [candidate_model(strategy, ("wave",)) for strategy in strategies]
+    found = [probable_answers(s, a.fitted) for s, a in zip(strategies, answers, strict=True) if a is not None]
+    assert [[one.effects for one, _ in more] for more in found] == [[], [("wave", "slope")], []]
+
+
 def test_an_answer_with_an_impossible_parameter_is_not_probable(monkeypatch: pytest.MonkeyPatch):
     strategy = open_strategy(Campaign(11, hidden={"wave": 5.0, "slope": 4.0}).setup(cause("slope"), cause("wave")))
     answer = candidate_model(strategy, ("wave",))

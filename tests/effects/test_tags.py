@@ -91,7 +91,7 @@ def test_a_step_without_situations_takes_every_effect() -> None:
 def test_properties_are_tags() -> None:
     effects = {e.name: e for e in catalog()}
     assert {e.name for e in catalog() if "turns_with_heading" in e.tags} == {"headwind", "road_grade"}
-    assert {e.name for e in catalog() if "daily" in e.tags} == {"headwind"}
+    assert {e.name for e in catalog() if e.every_day} == {"headwind"}
     assert (effects["headwind"].lasts, effects["headwind"].sensor) == (False, False)
     assert (effects["torque_gain"].lasts, effects["torque_gain"].sensor) == (False, True)
     assert (effects["mass_error"].lasts, effects["mass_error"].kind) == (True, "within_run")

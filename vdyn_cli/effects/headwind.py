@@ -11,7 +11,8 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     confirm="Drive the same track both ways from high to walking speed: the wind force decreases with the speed, "
     "the slope force does not.",
     sense="along the out direction",
-    tags={"test_only", "turns_with_heading", "daily", "open_road"},
+    tags={"test_only", "turns_with_heading", "open_road"},
+    every_day=1.5,
 )
 def headwind(air: Law, s: Signals, q: Signals) -> Number:
     """A steady wind along the track, against the vehicle on the way out and behind it on the way back.

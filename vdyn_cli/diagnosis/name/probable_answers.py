@@ -9,6 +9,7 @@ are equally likely, and that amplitudes are a ~ N(0, sigma^2):
 
 with a and s the score test's estimate and standard error of candidate k of m, and sigma ``catalog_prior`` of its
 plausible range, or the standard deviation with which the description states what it corrects, if that is smaller.
+For an effect that every day has, such as wind (``Effect.every_day``, its sigma), 1 / m is 1: it is as likely as none.
 Source: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90 (1995) 773.
 """
 
@@ -35,15 +36,18 @@ def probable_answers(strategy: Strategy, published: FittedModel) -> list[tuple[C
     model = strategy.model
     beside = model.scores(published, [n for n in model.setup.candidates if n not in published.effects])
     odds: dict[str, float] = {}
+    always = {n for n in beside.names if model.setup.candidates[n].every_day}
     for name in beside.names:
         if beside.spread[name].size == 1 and is_testable(model, beside, name):
             effect = model.setup.candidates[name]
             first, std = model.amplitudes(name)[0], float(beside.spread[name][0])
-            sigma = POLICY.catalog_prior * largest_plausible(effect, first)
+            sigma = effect.every_day or POLICY.catalog_prior * largest_plausible(effect, first)
             stated = model.setup.stated.get(first, sigma)
             if std < stated:  # else the stated standard deviation, which the intervals include, is the smaller one
                 odds[name] = bayes_factor(float(beside.estimate[name][0]), std, min(sigma, stated))
-    total = len(odds) + sum(odds.values())
+    count = sum(n not in always for n in odds)
+    odds = {n: factor if n in always else factor / count for n, factor in odds.items()}
+    total = 1.0 + sum(odds.values())
     found: list[tuple[CandidateModel, float]] = []
     for name, factor in odds.items():
         if factor > POLICY.open_probability * total:

@@ -22,7 +22,6 @@ PROPERTIES: Mapping[str, str] = MappingProxyType(
         "between_runs": "is visible only as a difference between runs",
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
         "begins_with_run": "acts at the beginning of every run: in runs of one direction a slope there imitates it",
-        "daily": "has a different value on another day",
         "beside_drawing": "is visible only in comparison with a drawing of the part",
         "of_a_car": "its range holds for cars: it increases with the mass of a heavier vehicle",
         "over_weight": "its range is a force of cars divided by their weight: it is larger for a lighter vehicle",
@@ -75,6 +74,8 @@ class Effect:
     mistakes : typical wrong values of a scale 1 + e, each with its cause: (3.6, "km/h read as m/s").
     corrects : the stated parameter that the first unknown corrects, absolutely or relatively; empty for others.
     gain_of : the channel whose relative gain error is the first unknown; empty for others.
+    every_day : standard deviation of the first unknown over test days, of an effect that is never absent, such as
+        wind; 0 for others.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Effect:
     mistakes: tuple[tuple[float, str], ...]
     corrects: str
     gain_of: str = ""
+    every_day: float = 0.0
 
     @property
     def law(self) -> EffectLaw:
@@ -173,6 +175,7 @@ def effect(
     mistakes: tuple[tuple[float, str], ...] = (),
     corrects: str = "",
     gain_of: str = "",
+    every_day: float = 0.0,
 ) -> Callable[[EffectLaw], Effect]:
     """Decorator that makes an effect of a function ``law(element, s, q)``, with its name and first docstring line.
 
@@ -204,6 +207,7 @@ def effect(
             mistakes=mistakes,
             corrects=corrects,
             gain_of=gain_of,
+            every_day=every_day,
         )
 
     return make
