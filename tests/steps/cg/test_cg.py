@@ -10,7 +10,7 @@ import pytest
 from tests.effects.recovered import given
 from tests.plant import cg as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
-from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -18,6 +18,7 @@ from vdyn_cli.steps.cg.input_checks import ready_runs
 from vdyn_cli.steps.cg.known_vehicle import known_vehicle
 from vdyn_cli.steps.cg.load_fit import LoadFit
 from vdyn_cli.steps.cg.load_windows import cut_windows, pitch_angle
+from vdyn_cli.steps.cg.problem import CgProblem
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
 from vdyn_cli.steps.cg.step import STEP
 
@@ -129,6 +130,18 @@ def test_a_fit_ends_at_the_same_values_wherever_it_begins(loads: tuple[str, ...]
     far, near = heavier.solve(), replace(heavier).solve(problem.fit.solve())
     for name in plant.truth(vehicle):
         assert near.values[name] == pytest.approx(far.values[name], abs=share * far.std[name]), name
+
+
+@pytest.mark.slow
+def test_an_inertia_that_a_wrong_clock_drives_to_its_bound_stays_free() -> None:
+    """Loads logged 0.11 s early: with the inertia held, no clock offset left less than 14 times the noise."""
+    vehicle = random_vehicle(49603)
+    problem = STEP.prepare(SPEC, logs(vehicle, 49603, effects={"clock_offset": -0.11}), known(vehicle))
+    assert isinstance(problem, CgProblem)
+    assert problem.fit.pitch_inertia is None
+    with pytest.raises(ResultError):
+        _ = problem.baseline
+    assert problem.derived({"cg_to_rear": 1.0})["cg_to_front"] == pytest.approx(vehicle.wheelbase - 1.0)
 
 
 def test_front_loads_alone_still_give_the_height() -> None:

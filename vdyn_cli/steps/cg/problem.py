@@ -182,8 +182,8 @@ class CgProblem(SimulatedProblem):
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The distance from the center of gravity to the front axle."""
-        rear = values.get("cg_to_rear", self.baseline.values["cg_to_rear"])
-        return {"cg_to_front": self.vehicle.values["wheelbase"] - rear}
+        known = values if "cg_to_rear" in values else even_if_refused(lambda: self.baseline).values
+        return {"cg_to_front": self.vehicle.values["wheelbase"] - known["cg_to_rear"]}
 
     def publish(self, added: AddedEffects = NO_EFFECTS) -> Result:
         """Fit height, position and pitch inertia to all runs at once, with accepted effects in the balance.
@@ -266,7 +266,9 @@ def _with_plausible_slip(fit: LoadFit) -> LoadFit:
 def _holding_inertia(problem: CgProblem) -> CgProblem:
     """The problem with the pitch inertia held, if the fit is refused while it is free and accepted while it is held.
 
-    It is held at the value of the refused fit, at most two standard deviations from a typical one.
+    It is held at the value of the refused fit, at most two standard deviations from a typical one. Not where the fit
+    does not describe the loads: an effect such as a clock offset drove the inertia to its bound, and beside a wrong one
+    that is held no candidate explains them.
     """
     try:
         _accepted, end = problem.baseline, None
@@ -280,5 +282,5 @@ def _holding_inertia(problem: CgProblem) -> CgProblem:
     held = float(np.clip(end.values["pitch_inertia"], typical - 2 * std, typical + 2 * std))
     other = replace(problem, fit=replace(problem.fit, pitch_inertia=held))
     with suppress(ResultError):
-        return other if other.baseline else problem
+        return other if _misfit(other.baseline) < STEP_POLICY.balance_misfit else problem
     return problem
