@@ -64,7 +64,8 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
         undetectable = [u for u in undetectable if obstacle(model, found.scores, u.effect) != "runs"]
     if runs < model.setup.fewest_runs:
         few = f"{runs} {model.setup.run}{'s are' if runs > 1 else ' is'} too few for a diagnosis"
-        undetectable += [_not_testable(n, f"{few} (needed: {model.setup.fewest_runs})") for n in found.testable]
+        few += f" (needed: {model.setup.fewest_runs})"
+        undetectable += [NotTestable(effect=n, because=few, size=nan, unit="", would_bias={}) for n in found.testable]
         found = replace(found, testable=())
     single = [n for n in model.setup.candidates if len(model.amplitudes(n)) == 1]
 
@@ -83,10 +84,6 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
         _added(designer, [*(pair for pair, _ in confused), *unseen]),
         designer.spread(),
     )
-
-
-def _not_testable(effect: str, because: str) -> NotTestable:
-    return NotTestable(effect=effect, because=because, size=nan, unit="", would_bias={})
 
 
 def _repeated(base: FittedModel, times: float) -> FittedModel:

@@ -116,7 +116,8 @@ def _learned(finding: PartFinding, law: Learned, diagnosis: Diagnosis) -> Learne
 
 def _lies_in(finding: PartFinding, part: FaultyPart) -> str:
     what = f"The error is in {part.label}; curve over {finding.parts[0].over} with 95 % band"
-    return what + (f"; these data cannot discriminate it from an error of {_and(part.rivals)}" if part.rivals else "")
+    rivals = " and ".join(name.replace("_", " ") for name in part.rivals)
+    return what + (f"; these data cannot discriminate it from an error of {rivals}" if rivals else "")
 
 
 def _acting(finding: PartFinding, diagnosis: Diagnosis) -> tuple[str, ...] | None:
@@ -169,7 +170,3 @@ def _deviation(part: FaultyPart) -> str:
             value = f"{sign * size:+.{places}f} +- {half:.{places}f} {part.unit}".rstrip()
             found.append(f"{value} at {at:.3g} {part.coordinate_unit}".rstrip())
     return f", which deviates from the model's refitted law by {' and '.join(found)}" if found else ""
-
-
-def _and(names: Sequence[str]) -> str:
-    return " and ".join(name.replace("_", " ") for name in names)

@@ -46,6 +46,8 @@ def true_channels(
     ----------
     multiplier : V^-1 g, (k,). delays : of the logged loads and acceleration, s.
     """
+    from scipy.ndimage import gaussian_filter1d
+
     true = dict(windows.channels)
     for name in (*windows.loads, "acceleration"):
         change = windows.noise[name] ** 2 * windows.spread(partial[name] * multiplier)
@@ -56,10 +58,4 @@ def true_channels(
     np.add.at(ends, windows.first + windows.weights.shape[1] - 1, partial["pitch_rate"] * multiplier)
     np.add.at(ends, windows.first, -partial["pitch_rate"] * multiplier)
     true["pitch_rate"] = true["pitch_rate"] - windows.noise["pitch_rate"] ** 2 * ends
-    return {n: _smoothed(v, windows.step) for n, v in true.items()}
-
-
-def _smoothed(values: Array, step: float) -> Array:
-    from scipy.ndimage import gaussian_filter1d
-
-    return np.asarray(gaussian_filter1d(values, SMOOTHING / step, mode="nearest"))
+    return {n: np.asarray(gaussian_filter1d(v, SMOOTHING / windows.step, mode="nearest")) for n, v in true.items()}

@@ -8,7 +8,6 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.prior import FARTHEST, INSENSITIVE
 from vdyn_cli.steps.validate.drives.jerk import JERK
-from vdyn_cli.steps.validate.prediction_band import BandTest
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
@@ -31,9 +30,10 @@ def sentence(v: Validation) -> str:
     if v.outside:
         worst = max(v.outside, key=lambda n: v.tests[n].share)
         test, names = v.tests[worst], ", ".join(words(n) for n in v.outside[:4])
+        at = max(test.by_regime, key=lambda r: test.by_regime[r][0] - test.by_regime[r][1], default="all regimes")
         return (
             f"{start}; {names} leave{'s' if len(v.outside) == 1 else ''} the prediction band ({words(worst)} for "
-            f"{100 * test.share:.1f} % of the time, most in {_worst_regime(test)}; a correct model: at most "
+            f"{100 * test.share:.1f} % of the time, most in {at}; a correct model: at most "
             f"{100 * test.limit:.1f} %)."
         )
     if v.contradicted:
@@ -55,10 +55,6 @@ def _leading(v: Validation) -> str:
     if parts[name] > 1.0:  # others compensate it
         return f" ({words(name)} contributes most)"
     return f" ({words(name)} contributes most, {100 * parts[name]:.0f} % of the variance of the speed)"
-
-
-def _worst_regime(test: BandTest) -> str:
-    return max(test.by_regime, key=lambda r: test.by_regime[r][0] - test.by_regime[r][1], default="all regimes")
 
 
 def windows_sentence(found: WindowEnds) -> str:

@@ -220,16 +220,12 @@ def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]
         if any(g.size == 0 for g in groups) or degrees < 1:
             shifts.append(None)
             continue
-        mean = _mean_of_directions(found, heading)
+        mean = float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
         squares = sum(float(np.sum((g - g.mean()) ** 2)) for g in groups)
         error = np.sqrt(squares / degrees * sum(1.0 / g.size for g in groups)) / len(groups)
         shift = float(np.mean([g.mean() for g in groups])) - mean
         shifts.append((shift / mean, t_quantile(float(degrees)) * float(error) / mean))
     return shifts
-
-
-def _mean_of_directions(found: Array, heading: Array) -> float:
-    return float(np.mean([found[heading == way].mean() for way in (1.0, -1.0) if np.any(heading == way)]))
 
 
 def _sentences(b: CoastBalance, stepped: bool) -> Iterator[str]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
@@ -42,10 +41,6 @@ SETTINGS = (
     guess("rolling_resistance", 0.010),
     guess("drag_area", 0.65),
 )
-
-
-def _run(index: int) -> Mapping[str, Any]:
-    return {"direction": "back" if index % 2 else "out", "start": Given(BETWEEN * index)}
 
 
 def _simulated(day: DayRequest) -> tuple[Log, ...]:
@@ -111,4 +106,9 @@ def _log(day: DayRequest, k: int, trace: Array, lower: float) -> Log:
     return Log(day.spec.runs[k].log or f"coast {k + 1}", time, channels)
 
 
-PLANNED = PlannedDay(8, SETTINGS, _simulated, _run)
+PLANNED = PlannedDay(
+    8,
+    SETTINGS,
+    _simulated,
+    lambda index: {"direction": "back" if index % 2 else "out", "start": Given(BETWEEN * index)},
+)

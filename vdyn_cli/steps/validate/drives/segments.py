@@ -152,10 +152,12 @@ def drive_segments(
     findings: list[Finding] = []
     drives = [completed(log) for log in logs]
     driven = [(w.time, w.channels, total_drive_torque(w.channels)) for w, _ in drives]
-    limits = power_limits(driven, cut.motion if cut.model == "road_load" else None)
+    rolls = cut.model == "road_load"  # from a vehicle's drives nothing is left out; powered windows contain no braking
+    limits = power_limits(driven, cut.motion if rolls else None)
     driven = [(time, channels, limit.torque) for (time, channels, _), limit in zip(driven, limits, strict=True)]
-    unlogged = _unlogged(driven, cut)
-    changes = _ratio_changes(driven, cut)
+    nowhere = [np.zeros(time.size, dtype=bool) for time, _, _ in driven]
+    unlogged = unlogged_braking(driven) if rolls and not cut.powered else [UnloggedBraking(n) for n in nowhere]
+    changes = ratio_changes(driven, cut.motion) if rolls else [RatioChange(n) for n in nowhere]
     odd, said = _odd_drives(logs, [HEADING[n.direction] for n in notes], driven, changes, cut)
     findings += said
     for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
@@ -246,23 +248,6 @@ def _windows(time: Array, a: int, b: int, length: float | None) -> list[tuple[in
     count = int((time[b] - time[a]) / length + 1e-9)
     ends = np.searchsorted(time, time[a] + length * np.arange(count + 1) - 1e-9)
     return [(i, min(j, b)) for i, j in pairwise(ends.tolist()) if j - i >= FEWEST_SAMPLES // 2]
-
-
-def _unlogged(drives: Sequence[Driven], cut: Segmentation) -> tuple[UnloggedBraking, ...]:
-    """Unlogged braking of each drive.
-
-    Only the road load model excludes braking; powered windows contain none.
-    """
-    if cut.model == "road_load" and not cut.powered:
-        return unlogged_braking(drives)
-    return tuple(UnloggedBraking(np.zeros(time.size, dtype=bool), (), 0.0) for time, _, _ in drives)
-
-
-def _ratio_changes(drives: Sequence[Driven], cut: Segmentation) -> tuple[RatioChange, ...]:
-    """Changes of each drive's acceleration per torque; only the road load model excludes these parts."""
-    if cut.model == "road_load":
-        return ratio_changes(drives, cut.motion)
-    return tuple(RatioChange(np.zeros(time.size, dtype=bool)) for time, _, _ in drives)
 
 
 def _braked(log: Log) -> Mask:

@@ -41,8 +41,8 @@ class UnloggedBraking:
     """
 
     braked: Mask
-    spans: tuple[tuple[float, float], ...]
-    excess: float
+    spans: tuple[tuple[float, float], ...] = ()
+    excess: float = 0.0
     confirmed: bool = False
     left_out: float = 0.0
     moving: float = 0.0

@@ -122,6 +122,8 @@ def drives_of(setup: SimulationSetup) -> tuple[tuple[str, ...], tuple[tuple[int,
 
 def joined(parts: Sequence[Rows]) -> Rows:
     """The rows of a drive, from those of its segments."""
+    from scipy.linalg import block_diag
+
     plain = [p.plain for p in parts if p.plain is not None]
     roots = [p.plain_root for p in parts if p.plain_root is not None]
     return Rows(
@@ -129,14 +131,8 @@ def joined(parts: Sequence[Rows]) -> Rows:
         np.vstack([p.jacobian for p in parts]),
         time=np.concatenate([p.time for p in parts if p.time is not None]),
         plain=(np.concatenate([p for p, _ in plain]), np.vstack([d for _, d in plain])),
-        plain_root=_block_diagonal(roots) if roots else None,
+        plain_root=np.asarray(block_diag(*roots)) if roots else None,
     )
-
-
-def _block_diagonal(blocks: Sequence[Array]) -> Array:
-    from scipy.linalg import block_diag
-
-    return np.asarray(block_diag(*blocks))
 
 
 def without_start(rows: Rows, start: int, columns: list[int]) -> Rows:
