@@ -14,8 +14,15 @@ from vdyn_cli.steps import load_step
 METERS = 6_371_000.0 * np.pi / 180.0  # per degree of latitude
 
 
-def drafted(folder: Path, factor: float, meters: float = 1.0, per_degree: float = 1.0, crawl: float = 1.0) -> str:
-    """The draft for a drive around bends, logged at 1 Hz with a pause; ``factor``: m/s per unit of the speed."""
+def drafted(
+    folder: Path, factor: float, meters: float = 1.0, per_degree: float = 1.0, crawl: float = 1.0, **log: object
+) -> str:
+    """The draft for a drive around bends, logged at 1 Hz with a pause.
+
+    Parameters
+    ----------
+    factor : m/s per unit of the speed. log : ``name`` of the column of the speed, number of ``rows``.
+    """
     noise = np.random.default_rng(1)
     time = np.arange(0.0, 300.0)
     speed = crawl * (14.0 + 6.0 * np.sin(time / 20.0))
@@ -27,11 +34,11 @@ def drafted(folder: Path, factor: float, meters: float = 1.0, per_degree: float 
         "time_s": time,
         "lat": per_degree * (48.0 + north / METERS),
         "lon": per_degree * (9.0 + east / METERS / np.cos(np.radians(48.0))),
-        "Speed": np.round(speed / factor, 2),
+        str(log.get("name", "Speed")): np.round(speed / factor, 2),
         "Distance": np.round(way / meters, 3),
     }
     rows = [",".join(columns), *(",".join(f"{x:.8f}" for x in row) for row in zip(*columns.values(), strict=True))]
-    (folder / "drive.csv").write_text("\n".join(rows))
+    (folder / "drive.csv").write_text("\n".join(rows[: log.get("rows")]))  # type: ignore[misc]
     return draft_description(load_step("coastdown"), [folder / "drive.csv"], folder).text
 
 
@@ -57,3 +64,14 @@ def test_places_decide_the_units(
 def test_no_unit_is_guessed_that_the_places_do_not_show(tmp_path: Path) -> None:
     assert units(drafted(tmp_path, 0.7, 1.3)) == ("?", "?")
     assert units(drafted(tmp_path, 1.0, 1.0, crawl=0.1)) == ("?", "?")
+
+
+def test_a_short_log_is_compared_in_shorter_windows(tmp_path: Path) -> None:
+    assert units(drafted(tmp_path, 1.0 / 3.6, rows=80)) == ("km/h", "m")
+
+
+@pytest.mark.parametrize(("name", "unit"), [("Speed [mph]", "?"), ("Speed [km/h]", "km/h"), ("Speed [kph]", "kph")])
+def test_a_unit_of_the_file_that_the_places_contradict_is_not_decided(name: str, unit: str, tmp_path: Path) -> None:
+    text = drafted(tmp_path, 1.0 / 3.6, name=name)
+    assert units(text)[0] == unit
+    assert ("the file states mph, but only km/h agrees with 'lat' and 'lon'" in text) == (unit == "?")

@@ -1,8 +1,9 @@
-"""Units of a speed and a driven distance that a file does not state, from its latitude and longitude.
+"""Units of a speed and a driven distance that a file does not state, or states wrongly, from its places.
 
-In windows of ``_WINDOW`` s the way between the two places is compared with the integral of the speed and with the
-change of the distance: the median ratio of the faster half of the windows is the number of m/s or m per unit, a little
-below it in bends, where the way between the places is shorter than the driven one.
+In windows of 10 s, or of 5 or 3 s in short logs, the way between two places, latitude and longitude, is compared with
+the integral of the speed and with the change of the distance: the median ratio of the faster half of the windows is the
+number of m/s or m per unit, a little below it in bends, where the way between the places is shorter than the driven
+one.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from vdyn_cli.project.drafting.run_direction import METERS_PER_DEGREE, PlaceColu
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.quantity import to_si
 
-_WINDOW = 10.0  # s: 100 m at 10 m/s, along which the noise of two places of a receiver is some percent
+_WINDOWS = (10.0, 5.0, 3.0)  # s: 100 m at 10 or 30 m/s, along which the noise of two places is some percent
 _FEWEST = 8  # windows of the faster half
 _SHORTEST = 30.0  # m, median way of a window, below which noise of the places decides
 _NEAR = 0.06  # relative difference from a unit's factor: mph and knots, the closest two, differ by 15 %
@@ -41,7 +42,8 @@ class _LoggedPlaces:
 def with_units_by_place(
     path: Path, facts: Sequence[ChannelFacts], guesses: Mapping[str, ChannelGuess]
 ) -> Mapping[str, ChannelGuess]:
-    """The guesses, with the units of speed and position that the logged places decide.
+    """The guesses, with the units of speed and position that the logged places decide, and without those that they
+    contradict.
 
     Raises
     ------
@@ -50,7 +52,7 @@ def with_units_by_place(
     open_ones = {
         channel: units
         for channel, units in (("speed", _SPEEDS), ("vehicle_speed", _SPEEDS), ("position", _DISTANCES))
-        if (guess := guesses.get(channel)) is not None and guess.unit == "?" and guess.facts is not None
+        if (guess := guesses.get(channel)) is not None and guess.facts is not None
     }
     places = place_columns(facts)
     time = guesses.get("time")
@@ -66,11 +68,18 @@ def with_units_by_place(
         if track is None or column not in found:
             continue
         unit = _unit(track, *found[column], units, integrated=channel != "position")
-        if unit:
-            why = f"only {unit} agrees with '{places.north.column}' and '{places.east.column}'"
-            stated = guesses[channel].why.replace(_open_reason(guesses[channel].why), why)
-            decided[channel] = replace(guesses[channel], unit=unit, why=stated)
+        guess, agree = guesses[channel], f"only {unit} agrees with '{places.north.column}' and '{places.east.column}'"
+        if unit and guess.unit == "?":
+            decided[channel] = replace(guess, unit=unit, why=guess.why.replace(_open_reason(guess.why), agree))
+        elif unit and not _same(unit, guess.unit, channel):
+            decided[channel] = replace(guess, unit="?", why=f"{guess.why}; the file states {guess.unit}, but {agree}")
     return decided
+
+
+def _same(unit: str, stated: str, channel: str) -> bool:
+    """Whether two units are of one size, such as km/h and kph."""
+    si = "m" if channel == "position" else "m/s"
+    return abs(to_si(1.0, unit, si) / to_si(1.0, stated, si) - 1.0) <= _NEAR
 
 
 def _open_reason(why: str) -> str:
@@ -102,7 +111,28 @@ def _unit(
     if time.size < _FEWEST or track.time.size < _FEWEST:
         return ""
     driven = cumulative_integral(time, size) if integrated else size
-    ends = np.arange(max(time[0], track.time[0]), min(time[-1], track.time[-1]), _WINDOW)
+    for window in _WINDOWS:
+        ratios = _ratios(track, time, driven, window)
+        if ratios.size >= _FEWEST:
+            break
+    else:
+        return ""
+    ratio = float(np.median(ratios))
+    if ratio <= 0.0 or float(np.median(np.abs(ratios - ratio))) > _SCATTER * ratio:
+        return ""
+    si = "m/s" if integrated else "m"
+    near = [unit for unit in units if abs(ratio / to_si(1.0, unit, si) - 1.0) <= _NEAR]
+    return near[0] if len(near) == 1 else ""
+
+
+def _ratios(track: _LoggedPlaces, time: Array, driven: Array, window: float) -> Array:
+    """The way between places over the driven distance, in the faster half of the windows; none if the ways are short.
+
+    Parameters
+    ----------
+    driven : (n,) at ``time``, in the unit of the file. window : length, s.
+    """
+    ends = np.arange(max(time[0], track.time[0]), min(time[-1], track.time[-1]), window)
     way = np.hypot(*(np.diff(np.interp(ends, track.time, x)) for x in (track.north, track.east)))
     change = np.abs(np.diff(np.interp(ends, time, driven)))
     whole = np.ones(way.size, dtype=bool)
@@ -111,12 +141,6 @@ def _unit(
             whole[(ends[1:] > clock[i]) & (ends[:-1] < clock[i + 1])] = False
     way, change = way[whole & (change > 0.0)], change[whole & (change > 0.0)]
     fast = change >= np.median(change) if change.size else np.empty(0, dtype=bool)
-    if np.count_nonzero(fast) < _FEWEST or np.median(way[fast]) < _SHORTEST:
-        return ""
-    ratios = way[fast] / change[fast]
-    ratio = float(np.median(ratios))
-    if ratio <= 0.0 or float(np.median(np.abs(ratios - ratio))) > _SCATTER * ratio:
-        return ""
-    si = "m/s" if integrated else "m"
-    near = [unit for unit in units if abs(ratio / to_si(1.0, unit, si) - 1.0) <= _NEAR]
-    return near[0] if len(near) == 1 else ""
+    if not fast.any() or np.median(way[fast]) < _SHORTEST:
+        return np.empty(0)
+    return np.asarray(way[fast] / change[fast])
