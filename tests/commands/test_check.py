@@ -285,10 +285,13 @@ def test_runs_that_cannot_be_used_leave_the_others_to_be_judged(tmp_path: Path) 
     said = "Cannot read 2 of 8 runs: coast_2.csv, coast_4.csv. Correct the entries of 2 of 8 runs: coast_5.csv, coast_6"
     assert document["sentence"].startswith(said)
     assert (document["coasts"]["out"], document["coasts"]["back"]) == (1, 3)
-    assert sum(f["doubt"] and bool(f["remedy"]) for f in document["findings"]) == 4
-    (tmp_path / "coast_2.csv").write_text(text)
+    remedies = [f["remedy"] for f in document["findings"] if f["doubt"]]
+    assert len(remedies) == 4
+    assert "write its name at this run, 'columns: {speed: NAME}'" in remedies[0]
     lines = path.read_text().splitlines()
-    fixed = [line[:-1] + ", units: {speed: mph}}" if "coast_6" in line else line for line in lines]
+    keys = {"coast_2": 'columns: {speed: "GPS Sped [km/h]"}', "coast_6": "units: {speed: mph}"}
+    own = (next((key for log, key in keys.items() if log in line), "") for line in lines)
+    fixed = [f"{line[:-1]}, {key}}}" if key else line for line, key in zip(lines, own, strict=True)]
     path.write_text("\n".join(line for line in fixed if "coast_4" not in line and "coast_5" not in line))
     assert checked(path, tmp_path / "out2", 0)["good"]
 

@@ -98,8 +98,9 @@ def test_a_wheel_speed_that_is_wrong_is_a_fault_of_the_data(reading: np.ndarray,
 def test_a_wrong_description_of_good_logs_is_refused(
     step: str, changes: list[tuple[str, str]], says: str, tmp_path: Path, root: Path
 ) -> None:
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(InputError, match=says) as refused:
         write_step(step, described(tmp_path, root, step, *changes), (), tmp_path / "out", None)
+    assert len({finding.remedy.partition("{")[0] for finding in refused.value.findings}) == 1  # one cause
 
 
 def test_a_speed_that_stood_still_is_reported_beside_what_it_contradicts() -> None:

@@ -5,11 +5,19 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from vdyn_cli.io.file_units import BRACKET
-from vdyn_cli.quantities.errors import close_names
+from vdyn_cli.quantities.errors import Finding, close_names
 
 _NTH = re.compile(r"(.*)#(\d+)")
+
+
+@dataclass(frozen=True)
+class MissingColumn(Finding):
+    """The finding that a file lacks the column of ``channel``."""
+
+    channel: str = field(default="", compare=False)
 
 
 def positions(names: Sequence[str], wanted: str) -> list[int]:

@@ -183,7 +183,7 @@ def _other_dimension(unit: str, si_unit: str) -> bool:
     return False
 
 
-def wrong_units(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+def wrong_units(findings: Iterable[Finding]) -> tuple[UnitContradiction, ...]:
     """Those findings that state a contradiction of units, the likely cause of whatever else is wrong with a log."""
     return tuple(f for f in findings if isinstance(f, UnitContradiction) and f.doubt)
 

@@ -221,6 +221,7 @@ def _read_runs(
     found = {i: attempt(apart.of(i), read_run, step, spec, source, i, files) for i in range(len(spec.runs))}
     read = {i: one for i, one in found.items() if one is not None}
     clocks = tuple(clock for _, differences in read.values() for clock in differences)
+    apart.name_columns_at_runs(len(spec.runs))
     return {i: one for i, (one, _) in read.items()}, clocks
 
 

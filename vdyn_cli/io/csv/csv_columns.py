@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vdyn_cli.io.column_names import closest_names, positions
+from vdyn_cli.io.column_names import MissingColumn, closest_names, positions
 from vdyn_cli.io.csv.csv_cells import tidy
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.io.file_units import BRACKET, contradicted_name_end, contradiction, contradicts, stated_unit, unit_problem
@@ -51,7 +51,7 @@ def match_columns(layout: Layout, columns: Mapping[str, Column], name: str) -> M
         else:
             what = f"channel '{channel}': no such column in {name}"
             suggestion = _stray_quote(layout, column.column) or closest_names(layout.header, column.column)
-            problems.append(Finding(column.where or name, what, repr(column.column), suggestion))
+            problems.append(MissingColumn(column.where or name, what, repr(column.column), suggestion, channel=channel))
     return Match(position, tuple(findings), tuple(problems))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from vdyn_cli.io.clocks.appended_recordings import recording_rows
 from vdyn_cli.io.clocks.clock_unit import clock_unit
 from vdyn_cli.io.clocks.sample_times import check_rising
-from vdyn_cli.io.column_names import closest_names, positions
+from vdyn_cli.io.column_names import MissingColumn, closest_names, positions
 from vdyn_cli.io.file_units import contradicted_name_end, contradiction, contradicts, stated_unit, unit_problem
 from vdyn_cli.io.files import folder_error
 from vdyn_cli.io.formats.split_times import split_instants
@@ -233,7 +233,7 @@ def _chosen(
         else:
             what = f"channel '{channel}': no such column in {name}"
             got = repr(column.column) + "".join(f" of {k} {v!r}" for k, v in _where(column).items())
-            problems.append(Finding(column.where or name, what, got, _instead(listed, column)))
+            problems.append(MissingColumn(column.where or name, what, got, _instead(listed, column), channel=channel))
     return chosen, findings, problems
 
 

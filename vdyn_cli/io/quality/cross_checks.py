@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,9 @@ from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import to_si
 from vdyn_cli.quantities.unit_mistakes import ACCELERATION_MISTAKES, SPEED_MISTAKES, usual_mistake
+from vdyn_cli.quantities.vocabulary import CHANNELS
 
 LEAST_DISTANCE = 20.0  # m, least distance over which position and speed are compared
 INTERVAL = 1.0  # s over which accelerations are compared
@@ -52,12 +55,33 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
         )
         finding = Finding(log.name, what, remedy=_remedy(first, ratio), doubt=True)
         if refuse and off > QUALITY.refused_scale:
-            raise InputError(*wrong_units(log.findings), finding, *(f for f in log.findings if f.fault))
+            raise InputError(*_by_cause(log, (first, second), ratio, finding), *(f for f in log.findings if f.fault))
         findings.append(finding)
     findings += [f for left, right in AXLES if left in log and right in log for f in _apart(log, left, right)]
     findings += [f for left, right in SIDES if left in log and right in log for f in _dead(log, left, right)]
     findings += gain_change_findings(log)
     return replace(log, findings=(*log.findings, *findings)) if findings else log
+
+
+def _by_cause(log: Log, pair: tuple[str, str], ratio: float, contradiction: Finding) -> Iterator[Finding]:
+    """The units that the log's file contradicts, and the contradiction of two channels: one finding where it is the
+    same mistake.
+
+    Parameters
+    ----------
+    pair, ratio : the channels, and the factor between them.
+    """
+    explained = False
+    for one in wrong_units(log.findings):
+        if one.channel in pair and ratio > 0.0:
+            si = CHANNELS[one.channel].unit
+            factor = to_si(1.0, one.stated, si) / to_si(1.0, one.read, si)
+            if abs(abs(np.log(factor)) - abs(np.log(ratio))) < QUALITY.near_unit_factor:
+                explained = True
+                one = replace(one, what=f"{one.what}; {contradiction.what} ({one.stated} read as {one.read})")
+        yield one
+    if not explained:
+        yield contradiction
 
 
 def _remedy(first: str, ratio: float) -> str:

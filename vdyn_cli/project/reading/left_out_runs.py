@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.yaml_source import YamlSource
+from vdyn_cli.io.column_names import MissingColumn
 from vdyn_cli.project.reading.run_reading import called, log_names
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
@@ -45,6 +47,16 @@ class RunProblems:
     def of(self, index: int) -> list[Finding]:
         """The list to which problems of one run are added."""
         return self.own.setdefault(index, [])
+
+    def name_columns_at_runs(self, count: int) -> None:
+        """Let the remedy for a column that only some of ``count`` runs lack be a key of these runs."""
+        lacking = {(i, f.channel) for i, own in self.own.items() for f in own if isinstance(f, MissingColumn)}
+        number = Counter(channel for _, channel in lacking)
+        for own in self.own.values():
+            for k, one in enumerate(own):
+                if isinstance(one, MissingColumn) and number[one.channel] < count:
+                    key = f"write its name at this run, 'columns: {{{one.channel}: NAME}}'"
+                    own[k] = replace(one, remedy=f"{key}, since the other runs have {one.got}; {one.remedy}")
 
     def all(self) -> Iterator[Finding]:
         """Each problem once, of single runs first."""

@@ -15,6 +15,7 @@ from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.clocks.align import AlignOn, merge
 from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.io.clocks.sample_times import impossible_clock
+from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.files import remedy_for_missing_file
 from vdyn_cli.io.fingerprinted_reading import read_unchanged
 from vdyn_cli.io.formats.log_formats import read_log
@@ -238,7 +239,9 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
             far = np.mean((values < most * quantity.lower) | (values > most * quantity.upper)) > 0.01
             found = problems if far or most == 1.0 else doubts
             where, what = f"{log.name}, channel '{name}'", f"lies outside {span}"
-            found.append(Finding(where, what, got, remedy, doubt=found is doubts))
+            unit = next((f for f in wrong_units(log.findings) if f.channel == name), None)
+            one = Finding(where, what, got, remedy, doubt=found is doubts)
+            found.append(one if unit is None else replace(unit, what=f"{unit.what}; so read, it {what}", got=got))
     raise_all(problems)
     return replace(log, findings=(*log.findings, *doubts)) if doubts else log
 
