@@ -62,8 +62,7 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     if not more:
         return same
     # A law over the position on the road, or of a wind, reads no signal of the model that a learned law could read.
-    # With prior values (drives), there is no linearization in which a learned law could be refitted.
-    if strategy.prior_values or any(p.reads is not None for p in finding.parts):
+    if any(p.reads is not None for p in finding.parts):
         return same
     if (two := _with_two_laws(strategy, judgment, finding)) is not None:
         return PartJudgment(strategy, two, finding)

@@ -137,6 +137,10 @@ class PartSearch:
         solution = self._solved(regression, names, near.solution if near is not None else self.start)
         return None if solution is None else self._compared(solution, regression, parts=parts, variance=by.variance)
 
+    def fitted_baseline(self) -> Solution | None:
+        """The baseline fitted with the noise of the search's regression; None where the fit fails."""
+        return self._solved(self.regression, (), self.start)
+
     def _smooth(self, parts: Sequence[Part], variance: Array) -> tuple[Regression, list[str]]:
         """The regression with the priors of these parts' coefficients, without bounds, and the coefficients' names."""
         names = [n for p in parts for n in p.unknowns]
@@ -226,7 +230,12 @@ def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | N
     projected = Projection(system, strategy.model.base)
     floor = _floor(strategy, projected, system, parts)
     gains, rivals = _gains(strategy, projected, parts, floor)
-    return PartSearch(strategy, regression, strategy.model.base, base.solution, parts, gains, rivals, floor)
+    search = PartSearch(strategy, regression, strategy.model.base, base.solution, parts, gains, rivals, floor)
+    if not strategy.model.setup.linearized:
+        return search
+    # The noise was estimated again with the parts in the model: fits are comparable only under the same noise.
+    start = search.fitted_baseline()
+    return None if start is None else replace(search, start=start)
 
 
 def _gains(

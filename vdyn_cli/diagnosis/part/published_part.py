@@ -15,11 +15,13 @@ from vdyn_cli.diagnosis.verdict_text import is_plural
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.diagnosis import CurvePoint, Diagnosis, FaultyPart, LearnedLaw, PartLaw
 from vdyn_cli.quantities.number_text import decimals
+from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.learned_effect import LAW_FORMS
 
 WHOLE = "nothing; it is the whole law, including the baseline's"
 ADDITION = "a constant and what the fitted parameters absorb; it is an addition to the model"
 ERROR = "a gain and a zero, which the fitted parameters absorb; it is the sensor's error"
+GAIN = "a constant gain, which the fitted parameters absorb; it is the sensor's relative error"
 MOST_FORMS = 3  # equally good forms that a sentence names
 
 
@@ -46,12 +48,19 @@ def _faulty_part(finding: PartFinding, law: LawWithin | None) -> FaultyPart:
         unit=first.unit,
         curve=tuple(p for c, v in zip(finding.curves, _followed(finding, law), strict=True) for p in points_of(c, v)),
         baseline=tuple(float(v) for c in finding.curves for v in c.baseline),
-        gauge=ERROR if first.sensor else WHOLE if first.law is not None else ADDITION,
+        gauge=_gauge(first),
         share_of_rms=finding.share_of_rms,
         explains=finding.explains,
         rivals=finding.rivals,
         law=None if law is None else _law(finding, law),
     )
+
+
+def _gauge(part: Part) -> str:
+    """What the curve of a part does not determine."""
+    if part.sensor:
+        return GAIN if part.factor else ERROR
+    return WHOLE if part.law is not None else ADDITION
 
 
 def _followed(finding: PartFinding, law: LawWithin | None) -> tuple[Array | None, ...]:

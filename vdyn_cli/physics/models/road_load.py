@@ -121,7 +121,8 @@ def _driveline(driven: DriveSignal, rolled: bool) -> tuple[str, ...]:
 
 def _drive_force(e: ModelBuilder, u: Signals, driven: DriveSignal, speed: Number) -> Number:
     if driven == "torque":
-        torque = e("drive_torque", value=u.drive_torque, run_time=e.state("run_time"))
+        timed = {"run_time": e.state("run_time"), "elapsed": u.elapsed}
+        torque = e("drive_torque", value=u.drive_torque, speed=speed, **timed)
         radius, ratio = e.p.wheel_radius, e.p.gear_ratio
         force = e(
             drive,

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.physics.laws.driveline import drive
 from vdyn_cli.physics.models.road_load import DRIVELINE
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.free_part import Part
-from vdyn_cli.steps.free_profiles import span_of
+from vdyn_cli.steps.free_profiles import KNOTS, span_of
 from vdyn_cli.steps.road_load_parts import directional_force, resistance_over_speed, resistance_over_time
 from vdyn_cli.steps.validate.car.prior import ParameterPrior
 from vdyn_cli.steps.validate.drives.segments import DriveSegment, total_drive_torque
 
+GAIN_ERROR = 0.05  # plausible size of a gain error: torque from motor current has 1 to 5 %
 LOSS = 0.05  # plausible size over the largest drive force: the loss of a final drive
 
 
 def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tuple[Part, ...]:
-    """The driveline's force over its torque, and the resistance over speed, time of the drive, and direction.
+    """The driveline's force over its torque, the torque's gain over speed and time, and the resistance over these two.
+
+    Also the force by direction where drives go both ways.
 
     Parameters
     ----------
@@ -42,10 +47,26 @@ def drive_parts(segments: Sequence[DriveSegment], prior: ParameterPrior) -> tupl
         ),
         resistance_over_speed(speed, v),
         resistance_over_time("elapsed", time, "time of the drive"),
+        _torque_gain("speed", speed, "m/s", "speed"),
+        _torque_gain("elapsed", time, "s", "time of the drive"),
     ]  # fmt: skip
     if {1.0, -1.0} <= {s.heading for s in segments}:
         found.append(directional_force(speed, ("air", "wind_speed", "grade")))
     return tuple(found)
+
+
+def _torque_gain(coordinate: str, span: tuple[float, float], unit: str, over: str) -> Part:
+    """The relative error of the drive torque as a curve, for a map or a motor constant that is wrong in places."""
+    return Part(
+        "drive_torque", "", coordinate, span, GAIN_ERROR, "", unit, "the drive torque's gain", over, anchored=False,
+        called="drive_torque_gain", related=("drive",), factor="value", sensor=True,
+    )  # fmt: skip
+
+
+def torque_gain_profile(speed: tuple[float, float]) -> Effect:
+    """The drive torque's gain as a free function of few waves over a range of speed, m/s."""
+    part = _torque_gain("speed", speed, "m/s", "speed")
+    return replace(part, called="drive_torque_gain_profile", order=KNOTS - 1).effect
 
 
 def coordinate_values(part: Part, segments: Sequence[DriveSegment]) -> Array:

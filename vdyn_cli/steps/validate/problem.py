@@ -57,7 +57,7 @@ from vdyn_cli.steps.validate.fit.posterior import posterior
 from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
 from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse, refuse_sparse
-from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts
+from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts, torque_gain_profile
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.result import result
 from vdyn_cli.steps.validate.road.drive_roads import DriveRoads, shown_roads
@@ -206,13 +206,14 @@ class ValidateProblem(SimulatedProblem):
 
     @property
     def profiles(self) -> tuple[Effect, ...]:
-        """Two free forces: over the speed, and over the time of a drive."""
+        """Two free forces: over the speed, and over the time of a drive; for a mass also a torque gain over speed."""
         speed = span_of([log["speed"] for log in self.logs], 1.0)
         day = span_of([log.time - log.time[0] for log in self.logs], 1.0)
-        return (
+        forces = (
             profile("force_over_speed", "driveline", "speed", speed, FREE_FORCE, "N"),
             profile("force_over_drive", "driveline", "elapsed", day, FREE_FORCE, "N"),
         )
+        return forces if self.model.name == "vehicle" else (*forces, torque_gain_profile(speed))
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
