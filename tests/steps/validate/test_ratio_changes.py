@@ -7,7 +7,7 @@ import pytest
 
 from tests.plant.sensors import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.drives.ratio_changes import ratio_changes
+from vdyn_cli.steps.validate.drives.ratio_changes import Pieces, ratio_changes
 from vdyn_cli.steps.validate.drives.segments import RunConditions, Segmentation, drive_segments
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 
@@ -17,22 +17,29 @@ GEARS = ((0.0, 1.0), (30.0, 0.62), (55.0, 0.45), (95.0, 0.62), (120.0, 1.0))  # 
 Driven = tuple[Array, dict[str, Array], Array]
 
 
-def drive(seed: int, ratios: tuple[tuple[float, float], ...] = ((0.0, 1.0),), hills: float = 0.001) -> Driven:
-    """Some minutes under a torque that changes every few seconds, over hills (rms grade) that are not logged."""
+def drive(
+    seed: int, ratios: tuple[tuple[float, float], ...] = ((0.0, 1.0),), hills: float = 0.001, shown: bool = False
+) -> Driven:
+    """Some minutes under a torque that changes every few seconds, over hills (rms grade).
+
+    ``shown``: an elevation shows their slope to 0.3 %; else they are not logged.
+    """
     rng = np.random.default_rng([7, seed])
     time = np.arange(0.0, 160.0, STEP)
     at = np.cumsum(rng.uniform(2.0, 8.0, 60))
     wanted = np.interp(time, at, rng.uniform(150.0, 1100.0, 60))  # N m at the wheels
     starts, factors = np.array(ratios).T
     ratio = factors[np.searchsorted(starts, time, side="right") - 1]
-    x, v, speed = 0.0, 8.0, np.empty(time.size)
+    x, v, speed, slope = 0.0, 8.0, np.empty(time.size), np.empty(time.size)
     place, phase = rng.uniform(25.0, 200.0, 10), rng.uniform(0.0, 2 * np.pi, 10)
     for k in range(time.size):
         speed[k] = v
-        hill = hills * np.sqrt(0.2) * np.sum(np.sin(x / place + phase))
+        hill = slope[k] = hills * np.sqrt(0.2) * np.sum(np.sin(x / place + phase))
         v = max(v + STEP * ((wanted[k] / RADIUS - 160.0 - 0.9 * v**2) / MASS - 9.81 * hill), 0.0)
         x += STEP * v
     channels = {"speed": speed + 0.02 * rng.standard_normal(time.size), "brake_torque": np.zeros(time.size)}
+    if shown:
+        channels["elevation_slope"] = slope + 0.003 * np.sin(0.2 * time)
     return time, channels, wanted / ratio + 0.5 * rng.standard_normal(time.size)
 
 
@@ -88,6 +95,24 @@ def test_a_drive_with_the_gears_of_another_is_left_out_too() -> None:
     hilly = drive(4, GEARS, hills=0.004)
     assert not ratio_changes([hilly], STATED)[0].spans
     assert [bool(change.spans) for change in ratio_changes([drive(1, GEARS), hilly], STATED)] == [True, True]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_gears_are_found_over_hills_that_an_elevation_shows(seed: int) -> None:
+    assert not ratio_changes([drive(seed, GEARS, hills=0.02)], STATED)[0].spans
+    (change,) = ratio_changes([drive(seed, GEARS, hills=0.02, shown=True)], STATED)
+    assert [round(a) for a, _, _ in change.spans] == pytest.approx([30, 55, 95], abs=2)
+    assert [factor for *_, factor in change.spans] == pytest.approx([0.62, 0.45, 0.62], abs=0.04)
+
+
+@pytest.mark.parametrize(("ratio", "geared"), [(0.73, False), (0.62, True)])
+def test_a_drive_mostly_in_the_usual_gear_needs_the_ratios_of_another(ratio: float, geared: bool) -> None:
+    """A hill in it resembles another ratio, while the rest has the level of all drives."""
+    found = Pieces(
+        np.arange(4.0), np.array([1.0, ratio, 1.01]), np.array([50.0, 25.0, 60.0]), np.zeros(3), False, False
+    )
+    levels = np.array([1.0, 0.62])
+    assert found.has(levels, beside=1.0) is geared
 
 
 def test_gears_that_follow_the_speed_are_found_in_every_drive() -> None:

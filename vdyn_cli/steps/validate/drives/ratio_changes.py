@@ -61,10 +61,16 @@ class Pieces:
     certain: bool
     likely: bool
 
-    def has(self, levels: Array) -> bool:
-        """Whether the car is in one of these ``levels`` of the ratio, (m,) 1/(kg m), for most of the driving time."""
-        near = np.any(np.abs(self.ratio[:, None] / levels - 1.0) <= STEP_POLICY.unequal_share, axis=1)
-        return bool(self.driven[near].sum() >= LEAST_KNOWN * self.driven.sum())
+    def has(self, levels: Array, beside: float = 0.0) -> bool:
+        """Whether the car is in one of these ``levels`` of the ratio, (m,) 1/(kg m), for most of the driving time.
+
+        Also of the time that it is not in the ratio ``beside``, which a drive without gears has in most of its time.
+        """
+        near, other = _among(self.ratio, levels), ~_among(self.ratio, np.array([beside]))
+        return all(
+            bool(self.driven[near & part].sum() >= LEAST_KNOWN * self.driven[part].sum())
+            for part in (np.ones(near.size, dtype=bool), other)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +143,7 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
     if found is None or found.ratio.size == 1:
         return RatioChange(mask)
     geared = levels.max() > (1.0 + MAIN_SHARE) * levels.min()
-    if not (found.certain or (geared and found.has(levels))):
+    if not (found.certain or (geared and found.has(levels, usual))):
         return RatioChange(mask)
     factor = found.ratio / usual
     for k in np.flatnonzero(np.abs(factor - 1.0) > STEP_POLICY.unequal_share).tolist():
@@ -145,6 +151,12 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
         mask |= (time >= start) & (time <= found.time[k + 1])
         spans.append((float(found.time[k]), float(found.time[k + 1]), float(factor[k])))
     return RatioChange(mask, tuple(spans))
+
+
+def _among(ratio: Array, levels: Array) -> Mask:
+    """Mask (p,) of the ratios (p,) that are near one of the levels (m,)."""
+    close = np.abs(ratio[:, None] - levels) <= STEP_POLICY.unequal_share * levels
+    return np.asarray(np.any(close, axis=1))
 
 
 def _pieces(seen: DrivenSamples, stated: StatedMotion | None) -> Pieces | None:
