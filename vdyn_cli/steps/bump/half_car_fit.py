@@ -20,7 +20,7 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump.crossing import Crossing
-from vdyn_cli.steps.bump.known_car import KnownCar, usual_car
+from vdyn_cli.steps.bump.known_car import HUBS, KnownCar, usual_car
 from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
 from vdyn_cli.steps.bump.noise import MISFIT, ChannelWeights
 from vdyn_cli.steps.bump.road_noise import RoadNoise, road_noise
@@ -201,18 +201,22 @@ def on_its_road(fit: BumpFit) -> BumpFit:
 def with_soft_hubs(fit: BumpFit, rolling: Model) -> BumpFit:
     """The fit with the fore-aft compliance of the hubs as unknowns; the same fit where that is not a real car's.
 
-    An estimate at the end of its range stands for another error, such as that of a tire that averages the road, or
-    of wheels that roll over the bump as circles: these hide soft hubs from a fit with point contact.
+    An estimate at the end of its range stands for another error, such as that of a tire that averages the road.
+    Wheels that roll over the bump as circles hide soft hubs from a fit with point contact: where that path explains
+    every channel to its noise, the hubs have the compliance estimated with it, since point contact would change it.
 
     Parameters
     ----------
     rolling : the half car with wheels that roll over the bump as circles.
     """
     soft = replace(fit, known=fit.known.with_soft_hubs())
-    for tried in (soft, replace(soft, model=rolling)):
-        with suppress(ResultError):
-            tried.solve()
-            return soft
+    with suppress(ResultError):
+        soft.solve()
+        return soft
+    with suppress(ResultError):
+        weighted, solution = replace(soft, model=rolling).solve()
+        if max(weighted.weights.inflation.values()) == 1.0:
+            return replace(fit, known=fit.known.with_values({n: solution.values[n] for n in HUBS}))
     return fit
 
 

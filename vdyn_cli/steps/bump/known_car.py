@@ -18,6 +18,7 @@ from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 ENDS = ("front", "rear")
+HUBS = tuple(f"hub_compliance_{end}" for end in ENDS)
 LEAST_SPRUNG = 0.3  # share of the mass; cars have 0.8 to 0.95, and less than a third means a wrong unit
 USUAL_LEVER = Given(0.30, 0.08)  # m, height of the center of gravity above the wheel centers: 0.45 to 0.7 minus 0.3
 # m, standard deviation of the lever of longitudinal forces: support angles (anti-dive, anti-squat) of up to 10 degrees
@@ -50,15 +51,18 @@ class KnownCar:
 
     def with_soft_hubs(self) -> KnownCar:
         """The car whose hubs move fore and aft as those of usual cars do, to be estimated."""
-        names = [f"hub_compliance_{end}" for end in ENDS]
-        values = {**self.values, **dict.fromkeys(names, USUAL_COMPLIANCE.value)}
-        return replace(self, values=values, std={**self.std, **dict.fromkeys(names, USUAL_COMPLIANCE.std)})
+        usual = self.with_values(dict.fromkeys(HUBS, USUAL_COMPLIANCE.value))
+        return replace(usual, std={**self.std, **dict.fromkeys(HUBS, USUAL_COMPLIANCE.std)})
+
+    def with_values(self, changed: Mapping[str, float]) -> KnownCar:
+        """The car with other values of some numbers, SI."""
+        return replace(self, values={**self.values, **changed})
 
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Physical ranges of the uncertain numbers, SI."""
         found = {n: (PARAMETERS[n].lower, PARAMETERS[n].upper) for n in self.std if n in PARAMETERS}
         found |= {"longitudinal_lever": LEVER_RANGE}
-        found |= {f"hub_compliance_{end}": COMPLIANCE_RANGE for end in ENDS}
+        found |= dict.fromkeys(HUBS, COMPLIANCE_RANGE)
         found |= {f"support_slope_{end}": SUPPORT_RANGE for end in ENDS}
         return found | {n: (0.2 * self.values[n], 5 * self.values[n]) for n in self.std if n not in found}
 
@@ -83,7 +87,7 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
         numbers["outboard_mass"] = Given(2 * wheel.value, 2 * wheel.std)
     zeros = dict.fromkeys(LOADS, settings.load_zero.value * 2**0.5)  # two wheels an axle
     zeros |= {"vertical_acceleration": settings.acceleration_zero.value, "pitch_rate": settings.pitch_rate_zero.value}
-    numbers |= {f"hub_compliance_{end}": Given(0.0) for end in ENDS}
+    numbers |= dict.fromkeys(HUBS, Given(0.0))
     numbers |= {f"support_slope_{end}": USUAL_SUPPORT for end in ENDS}
     values = {n: g.value for n, g in numbers.items()}
     std = {n: g.std for n, g in numbers.items() if g.std > 0}
