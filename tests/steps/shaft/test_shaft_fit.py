@@ -11,7 +11,7 @@ from tests.plant import shaft as plant
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
-from vdyn_cli.effects import effect
+from vdyn_cli.effects import catalog, effect
 from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Solution, Unknown
@@ -243,3 +243,15 @@ def test_friction_on_a_stand_is_not_named_free_play() -> None:
     found = diagnosis_of(log_)
     assert found.verdict in ("unknown", "named")
     assert not any(cause.effect == "backlash" for cause in found.causes)
+
+
+def test_a_law_with_effects_explains_a_large_zero_of_the_torque() -> None:
+    """Without effects the zero is free; priors that exclude it would make every candidate contradict the log."""
+    data, drift = log(random_vehicle(4), 4), next(e for e in catalog() if e.name == "torque_zero_drift")
+
+    def cost(twist: float) -> float:
+        zero = twist * plant.truth(random_vehicle(4))["shaft_stiffness_left"]
+        runs = (ShaftReadings.of(data.with_channels(shaft_torque=data["shaft_torque"] + zero), 1.0),)
+        return ShaftFit(runs, AddedEffects((drift,))).fit_holding_effects(linear_solution(runs))[1]
+
+    assert cost(0.02) < cost(0.0) + 2.0

@@ -72,8 +72,9 @@ class ShaftFit:
         The zeros of torque and twist can be separated only where effects make the law nonlinear.
         """
         stiffness = _plain_stiffness(self.runs)
-        twist = TWIST_ZERO if all(run.noise[1] < UNREAD_TWIST for run in self.runs) else UNREAD_TWIST
-        torque = (0.0, TORQUE_ZERO) if self.added.effects else None
+        wider = _zeros_beyond_priors(self.runs, stiffness)
+        twist = TWIST_ZERO * wider if all(run.noise[1] < UNREAD_TWIST for run in self.runs) else UNREAD_TWIST
+        torque = (0.0, TORQUE_ZERO * wider) if self.added.effects else None
         damping = -stiffness, MOST_DAMPING * stiffness
         zeros = (
             Unknown("torque_zero", 0.0, unit="N m", prior=torque, per_run=True, nuisance=True),
@@ -256,6 +257,16 @@ def unknowns_and_change(fit: ShaftFit, at: Array, solution: Solution) -> tuple[A
     free = [i for i, u in enumerate(fit.regression.shared) if u.name in solution.values]
     std = np.array([solution.std[fit.regression.shared[i].name] for i in free])
     return later, float(np.max(np.abs(later - at)[free] / std))
+
+
+def _zeros_beyond_priors(runs: Sequence[ShaftReadings], stiffness: float) -> float:
+    """Factor of the priors of both zeros, 1 or more, with which the largest zero of a run is one standard deviation.
+
+    A linear law contains only z = torque_zero - k twist_zero, whatever its size. Priors that exclude it would make
+    every law with effects contradict the logs.
+    """
+    zero = max(abs(float(r.torque.mean() - stiffness * r.twist.mean())) for r in runs)
+    return max(1.0, zero / float(np.hypot(TORQUE_ZERO, stiffness * TWIST_ZERO)))
 
 
 def _plain_stiffness(runs: Sequence[ShaftReadings]) -> float:
