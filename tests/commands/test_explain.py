@@ -49,3 +49,8 @@ def test_a_misspelled_topic_gets_the_closest_names() -> None:
 def test_an_effect_of_one_manoeuvre_is_listed_with_its_step() -> None:
     (line,) = [one for one in listing().splitlines() if one.startswith("  wheel_windage")]
     assert line.endswith("wheel windage: inertia")
+
+
+def test_an_unknown_topic_that_is_a_word_of_others_names_them() -> None:
+    with pytest.raises(InputError, match=r"rolling_force or rolling_resistance"):
+        explanation("rolling")

@@ -94,6 +94,25 @@ def test_directions_come_from_a_logged_heading_or_from_positions(course: str, tm
     assert "direction of each run" in found.undecided
 
 
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (("coast_out_1", "coast_back_1"), ["out", "back"]),
+        (("Hinfahrt1", "Rückfahrt1"), ["out", "back"]),
+        (("runSouth1", "runNorth1", "runSouth2"), ["out", "back", "out"]),
+        (("run_1_out", "run_2_out"), [None, None]),
+        (("coast_out_1", "coast_2"), [None, None]),
+    ],
+)
+def test_directions_come_from_the_names_of_the_logs_if_all_tell_one(
+    names: tuple[str, ...], expected: list[str | None], tmp_path: Path
+) -> None:
+    time = np.arange(600) * 0.1
+    speeds = {name: 80.0 - (1.0 + 0.01 * k) * time for k, name in enumerate(names)}
+    logs = [table(tmp_path / f"{n}.csv", Time_s=time, **{"Speed_km/h": v}) for n, v in speeds.items()]
+    assert [run.get("direction") for run in draft("coastdown", *logs)[1]["runs"]] == expected
+
+
 def test_the_side_of_each_run_is_to_be_decided_once(tmp_path: Path) -> None:
     time = np.arange(600) / 1000.0
     paths = [table(tmp_path / f"{k}.csv", Time_s=time, Motor_rpm=900 + k * time) for k in (1, 2)]

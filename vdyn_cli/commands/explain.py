@@ -16,6 +16,7 @@ from vdyn_cli.steps import Step
 
 PAGES = ("glossary", "policy")  # topics with one page each
 MOST_LISTED = 6  # largest number of unknowns of an effect that are all listed
+_MOST_NAMED = 5  # topics with a word in their name that a message names
 
 
 def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
@@ -27,7 +28,10 @@ def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
     """
     if name in known:
         return name
-    raise InputError(Finding(name, f"{kind} unknown", remedy=did_you_mean(name, known, "see 'vdyn list'")))
+    parts = [one for one in known if name.lower() in one.split("_")]  # such as rolling_resistance for rolling
+    parts = sorted(parts, key=lambda one: not one.startswith(name.lower()))[:_MOST_NAMED]
+    remedy = f"did you mean {' or '.join(parts)}?" if parts else did_you_mean(name, known, "see 'vdyn list'")
+    raise InputError(Finding(name, f"{kind} unknown", remedy=remedy))
 
 
 def raise_refused(name: str) -> None:

@@ -19,7 +19,7 @@ from vdyn_cli.project.drafting.drafted_runs import relative_path, runs_of_logger
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog, are_drives
 from vdyn_cli.project.drafting.logger_runs import logger_runs, unmatched
 from vdyn_cli.project.drafting.run_conditions import air_during, run_conditions
-from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions
+from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions, named_directions
 from vdyn_cli.project.drafting.station_log import StationLog, is_station, station_log
 from vdyn_cli.project.drafting.units_by_place import with_units_by_place
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
@@ -158,7 +158,7 @@ def _drives(
         made = runs_of_loggers(step, logs, of_loggers, folder)
     else:
         made = runs_of_one_logger(step, logs, str(parts.get("FALLING", "")), parts.get("DRIVE", ()), folder)
-    ways = _first_directions(made.facts) if key.startswith("direction") else ()
+    ways = _first_directions(made.facts, [log.path.name for log in made.kept]) if key.startswith("direction") else ()
     found = run_conditions([log.facts for log in made.kept], ways, station, step.run_keys or ())
     own = [log.window + keys + other for log, keys, other in zip(made.kept, found.keys, made.keys, strict=True)]
     runs, decided = _runs(made.entries, made.left_out, key, ways, own)
@@ -194,10 +194,13 @@ def _filled(line: str, air: Sequence[tuple[str, str]]) -> list[str]:
     return [f"  {name}: {text}" for name, text in air if name in wanted] or [line]
 
 
-def _first_directions(loggers: Sequence[Sequence[Sequence[ChannelFacts]]]) -> tuple[LoggedDirection, ...]:
-    """The direction of each run from the first logger that shows any; empty directions if none does."""
+def _first_directions(
+    loggers: Sequence[Sequence[Sequence[ChannelFacts]]], names: Sequence[str]
+) -> tuple[LoggedDirection, ...]:
+    """The direction of each run from the first logger that shows any, else by the names of the logs."""
     found = [logged_directions(runs) for runs in loggers]
-    return next((ways for ways in found if any(way.direction for way in ways)), found[0])
+    by_name = named_directions(names)
+    return next((ways for ways in (*found, by_name) if any(way.direction for way in ways)), found[0])
 
 
 def _runs(

@@ -23,6 +23,13 @@ _LONGITUDE = re.compile(
     f"{_DEVICE}(?:longitude|long|lon|lng|(?:geogr?[ _.]*)?l(?:ae|ä)nge(?:ngrad)?){_IN_DEGREES}{_NO_MOTION}",
     re.IGNORECASE,
 )
+# Words in the names of logs for the two ways along a road: those of the first pair, others as seen from the first log.
+_OPPOSITE = (
+    (("out", "hin", "hinfahrt", "forth", "aller"), ("back", "her", "rück", "rueck", "rückfahrt", "return", "retour")),
+    (("north", "nord", "northbound"), ("south", "süd", "sued", "southbound")),
+    (("east", "ost", "eastbound"), ("west", "westbound")),
+    (("uphill", "bergauf"), ("downhill", "bergab")),
+)
 _STRAIGHT = 0.9  # least length of the mean of unit vectors: headings within some 25 degrees of their mean
 _WITHIN = 30.0  # degrees about one direction, or the opposite one, for all runs on a straight track
 _SHORTEST_WAY = 100.0  # m between the ends of a run, below which positions give no direction
@@ -81,6 +88,23 @@ def logged_directions(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[LoggedDir
         else _along(first, *one)
         for one in found
     )
+
+
+def named_directions(names: Sequence[str]) -> tuple[LoggedDirection, ...]:
+    """The direction of each run by a word in the name of its log; all empty unless every name has a word of one pair,
+    and both occur: "out" alone may be the output of a logger.
+
+    Parameters
+    ----------
+    names : of the logs, one for each run; one log of several runs shows no direction.
+    """
+    words = [set(re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower())) for name in names]
+    for one, other in _OPPOSITE:
+        ways = [(any(w in one for w in own), any(w in other for w in own)) for own in words]
+        if len(set(names)) == len(names) and set(ways) == {(True, False), (False, True)}:
+            out = 0 if one == _OPPOSITE[0][0] else ways[0].index(True)
+            return tuple(LoggedDirection("out" if way[out] else "back", "by the name of the log") for way in ways)
+    return tuple(LoggedDirection("", "") for _ in names)
 
 
 def _along(first: float, bearing: float, by: str) -> LoggedDirection:
