@@ -34,7 +34,7 @@ VALUES = {
 def joined(folder: Path, kind: str) -> Path:
     """The three recordings in one file; ``headers``: each with its header."""
     columns: dict[str, Array] = {"time": np.tile(TIME, 3), "speed": np.concatenate(SPEEDS)}
-    if kind in ("parquet", "mat"):
+    if kind in ("parquet", "mat", "mf4"):
         return write(kind, folder / "joined", [columns], {"time": "s", "speed": "m/s"})
     rows = [f"{t:.1f},{v:.6f}" for t, v in zip(*columns.values(), strict=True)]
     header = "time [s],speed [m/s]"
@@ -56,7 +56,7 @@ def described(path: Path, change: tuple[str, str] = ("", "")) -> Inputs:
     return gather(STEP, description)
 
 
-@pytest.mark.parametrize("kind", ["csv", "headers", "parquet", "mat"])
+@pytest.mark.parametrize("kind", ["csv", "headers", "parquet", "mat", "mf4"])
 def test_each_recording_of_a_file_is_drafted_as_a_run_and_read(kind: str, tmp_path: Path) -> None:
     path = joined(tmp_path, kind)
     assert "restarts: the file has 3 recordings (1: 0.00 s to 89.90 s, 2: 0.00 s" in channels_table(path)[0]

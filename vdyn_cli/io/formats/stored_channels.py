@@ -12,7 +12,7 @@ from typing import NoReturn, Protocol
 
 import numpy as np
 
-from vdyn_cli.io.clocks.appended_recordings import recording_rows
+from vdyn_cli.io.clocks.appended_recordings import recording_rows, restarts
 from vdyn_cli.io.clocks.clock_unit import clock_unit
 from vdyn_cli.io.clocks.sample_times import check_rising
 from vdyn_cli.io.column_names import MissingColumn, closest_names, positions
@@ -180,14 +180,14 @@ def _rising_clock(
 ) -> tuple[StoredChannel | None, Array | None, str, UnitFrom]:
     """The clock of a table, its times in s, its unit and the source of it.
 
-    The clock is the table's master, or else the first increasing column named like a clock.
+    The clock is the table's master, or else the first increasing column named like a clock; none if it restarts.
     """
     timed = [c for c in members if is_clock(c.name, stated_unit(c.name, c.unit))]
     named = [c for c in members if c.master] or sorted(timed, key=lambda c: not is_clock(c.name))
     named += [c for c in file.listed if is_clock(c.name) and c not in members and _same_rows(c, members[0])]
     for clock in named:
         time = file.columns([clock])[0]
-        if time is not None and (clock.master or rises(time)):
+        if time is not None and (rises(time) or (clock.master and not restarts(time))):
             stated = stated_unit(clock.name, clock.unit) or ("s" if clock.master else "")
             unit, source = clock_unit(clock.name, stated, time)
             return clock, clock_seconds(time, unit), unit, source
