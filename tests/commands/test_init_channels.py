@@ -31,6 +31,7 @@ def test_rivals_and_groups_of_an_mdf_file(tmp_path: Path) -> None:
         "acceleration": ("Accel X", "m/s^2"),
     }
     assert "not decided between 'logger 1: Speed' (19 to 21 m/s) and 'logger 2: Speed' (19.1 to 21.1 m/s)" in found.text
+    assert "add a run for each, with 'columns: {speed: \"logger 2.Speed\"}'" in found.text
     assert "speed" in found.undecided
 
 

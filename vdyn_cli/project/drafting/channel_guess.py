@@ -142,8 +142,17 @@ def _guess(
             return _decided(channel, best[0], facts, "name and file name" if name else "name")
         if best:
             rivals = " and ".join(f"{_label(f)} ({_range(f, unit)})" for f, unit, _ in best[:4])
-            return ChannelGuess(None, "", f"not decided between {rivals}")
+            return ChannelGuess(None, "", f"not decided between {rivals}{_of_groups(channel, [f for f, _, _ in best])}")
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or NO_NAME)
+
+
+def _of_groups(channel: str, best: Sequence[ChannelFacts]) -> str:
+    """How a description names one of several channels of one name in different groups, which may be recordings."""
+    paths = [f"{one.info.group}.{one.column}" for one in best if one.info.group]
+    if len({one.column for one in best}) > 1 or len(set(paths)) < len(best):
+        return ""
+    key = f'columns: {{{channel}: "{paths[1]}"}}'
+    return f"; write column: \"{paths[0]}\" for one; if the groups are recordings, add a run for each, with '{key}'"
 
 
 def _ranked(
