@@ -138,8 +138,8 @@ def test_loads_that_a_rolling_circle_may_explain_are_doubted() -> None:
     assert 0.020 < path.gap < 0.5 * 0.31 * (np.pi * 0.07 / 0.48) ** 2
     (doubt,) = path.doubts(stiffness=400e3, residual=333.0)
     assert doubt.doubt
-    assert "a circle of 0.310 m is up to 26 mm" in doubt.got
-    assert "push the car slowly" in doubt.remedy
+    assert "a circle of 0.310 m (usual) is up to 26 mm" in doubt.got
+    assert "state wheel_radius, or push the car slowly" in doubt.remedy
     assert not path.doubts(stiffness=400e3, residual=50.0)
 
 

@@ -30,11 +30,13 @@ class RollingPath:
     Parameters
     ----------
     radius : of the wheels, m. gap : the largest height of the wheel's lowest point above the road under its center, m.
+    stated : whether the description gives the radius.
     shape : of the path: a hump over a described bump, points (position, height) in m over a measured profile.
     """
 
     radius: float
     gap: float
+    stated: bool
     shape: Hump | Points
 
     def doubts(self, stiffness: float, residual: float) -> tuple[Finding, ...]:
@@ -48,13 +50,14 @@ class RollingPath:
         if residual < STEP_POLICY.bump_rolling * force:
             return ()
         what = "tires with point contact do not explain the loads; a wheel that rolls over this bump takes another path"
+        usual, state = ("", "") if self.stated else (" (usual)", "state wheel_radius, or ")
         got = (
-            f"a circle of {number(self.radius, 0.02)} m is up to {1e3 * self.gap:.0f} mm above the road under its "
-            f"center; rms residual of the loads {number(residual, 0.05 * residual)} N"
+            f"a circle of {number(self.radius, 0.02)} m{usual} is up to {1e3 * self.gap:.0f} mm above the road under "
+            f"its center; rms residual of the loads {number(residual, 0.05 * residual)} N"
         )
         remedy = (
-            "do not use the tire stiffness; push the car slowly over the bump, and give the height of an axle over its "
-            "position as the bump's 'profile'"
+            f"do not use the tire stiffness; {state}push the car slowly over the bump, and give the height of an axle "
+            "over its position as the bump's 'profile'"
         )
         return (Finding("bump", what, got, remedy, doubt=True),)
 
@@ -75,8 +78,8 @@ def rolling_path(spec: BumpSpec, data: BumpData, known: Parameters) -> RollingPa
     gap = float(np.max(path - height))
     bump = spec.obstacle
     if data.profile is not None or bump.width is None or bump.height is None:
-        return RollingPath(radius, gap, simplified(along, path, TOLERANCE)[0])
-    return RollingPath(radius, gap, _hump(along / bump.width.value, path / bump.height.value))
+        return RollingPath(radius, gap, "wheel_radius" in known, simplified(along, path, TOLERANCE)[0])
+    return RollingPath(radius, gap, "wheel_radius" in known, _hump(along / bump.width.value, path / bump.height.value))
 
 
 def _hump(share: Array, height: Array) -> Hump:
