@@ -34,6 +34,7 @@ weakly damped oscillation, is a candidate of the diagnosis; ``diagnose: {extend:
 any case.
 
 Assumes loads between tires and road (setting ``load_sensor: hub`` for sensors in the wheel, which do not measure the
-inertia of the parts outside of them), linear springs and dampers, and tires with point contact.
+inertia of the parts outside of them), linear springs and dampers, and tires with point contact; wheels that roll over
+the bump as circles, with the stated or a usual ``wheel_radius``, are a candidate of the diagnosis.
 Source: SAE 2017-01-1574, equations (8) to (18), with lift-off added.
 """
