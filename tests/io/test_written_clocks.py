@@ -101,6 +101,11 @@ def test_two_dates_of_one_night_show_whether_the_month_is_first(days: tuple[str,
     assert np.diff(written_seconds(cells)) == 1.0
 
 
+def test_a_clock_of_twelve_hours_passes_one_o_clock() -> None:
+    cells = np.array(["12:59:59.5", "01:00:00.5", "01:00:01.5"], dtype=object)
+    assert np.array_equal(since_first(written_seconds(cells)), [0.0, 1.0, 2.0])
+
+
 def test_a_clock_passes_midnight_twice() -> None:
     seconds = np.array([86399.0, np.nan, 1.0, 86399.5, 0.5])
     assert since_first(seconds) == pytest.approx([0.0, np.nan, 2.0, 86400.5, 86401.5], nan_ok=True)

