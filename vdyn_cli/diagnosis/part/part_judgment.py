@@ -62,7 +62,8 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     if not more:
         return same
     # A law over the position on the road, or of a wind, reads no signal of the model that a learned law could read.
-    if any(p.reads is not None for p in finding.parts):
+    # In drives, an error of the torque's gain as a rival is another answer: it does not imitate a force.
+    if any(p.reads is not None for p in finding.parts) or (strategy.prior_values and finding.rivals):
         return same
     if (two := _with_two_laws(strategy, judgment, finding)) is not None:
         return PartJudgment(strategy, two, finding)
