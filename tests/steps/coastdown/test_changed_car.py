@@ -86,4 +86,5 @@ def test_a_changed_car_is_named_with_both_sides(hidden: str) -> None:
         assert low - 0.02 < true < high + 0.02  # rotating parts do not become heavier
     (found,) = [f for f in result.findings if "from this run on" in f.what]
     assert found.where == "run_5.csv"
+    assert "from 8 runs (of the car before it was changed for run_5.csv)" in result.sentence
     assert "the result is that of the earlier runs" in found.what

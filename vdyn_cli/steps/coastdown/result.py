@@ -18,6 +18,7 @@ from vdyn_cli.steps.coastdown import figures, text
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
 from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import ExpectedAccuracy
 from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces
+from vdyn_cli.steps.coastdown.doubts.changed_runs import before_change
 from vdyn_cli.steps.coastdown.doubts.fit_quality import physical_sizes
 from vdyn_cli.steps.coastdown.doubts.result_doubts import implausible_drag
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
@@ -164,7 +165,8 @@ def _extra(estimates: RoadLoadEstimates) -> dict[str, Any]:
 def _logs(estimates: RoadLoadEstimates) -> str:
     parts, kind = len(estimates.selection.segments), "run" if estimates.fit.campaign.speed_fitted else "log"
     runs = len({s.run for s in estimates.selection.segments})
-    return f"{runs} {kind}{'s' if runs > 1 else ''}{f' in {parts} parts' if parts > runs else ''}"
+    in_parts, of_car = f" in {parts} parts" if parts > runs else "", before_change(estimates.fit)
+    return f"{runs} {kind}{'s' if runs > 1 else ''}{in_parts}{of_car}"
 
 
 def _force(load: RoadLoad, speed: float, local: LocalForces | None) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, resistance_step
@@ -107,6 +108,14 @@ def values_after(fit: RoadLoadFit) -> tuple[Finding, ...]:
         given.append(f"{name} is {number(value * (1.0 + change), std)} (+- {number(NORMAL95 * std, std)}){UNITS[name]}")
     what = f"from this run on {' and '.join(given)}, with the stated mass; the result is that of the earlier runs"
     return (Finding(fit.campaign.runs[first].name, what, remedy=CHANGED, doubt=True),)
+
+
+def before_change(fit: RoadLoadFit) -> str:
+    """Words for the headline: the run before which the car was changed, where the fit contains that; else empty."""
+    first = _first_changed(fit)
+    if first is None or AFTER["rolling_resistance"] not in fit.solution.names:
+        return ""
+    return f" (of the car before it was changed for {log_of(fit.campaign.runs[first].name)})"
 
 
 def _first_changed(fit: RoadLoadFit) -> int | None:
