@@ -52,6 +52,17 @@ def test_stiffness_and_damping_are_recovered(one_turn: bool) -> None:
     assert found["shaft_stiffness_left"].std < 1e-3 * found["shaft_stiffness_left"].value
 
 
+def test_a_coarse_encoder_leaves_the_stiffness_within_its_interval() -> None:
+    """96 steps of a turn: the angle rests between two steps, so that its differences do not show its error."""
+    log, step = angles(), 2 * np.pi / 96
+    coarse = log.with_channels(wheel_angle=np.floor(log["wheel_angle"] / step) * step)
+    (run,) = readings_of(spec(), (coarse,), 0.0)["left"]
+    assert run.noise[1] > 0.9 * step / 12**0.5
+    found = STEP.estimate(spec(), (coarse,), Parameters()).parameters["shaft_stiffness_left"]
+    low, high = found.interval95
+    assert low < plant.truth(CAR)["shaft_stiffness_left"] < high
+
+
 def test_a_rate_that_was_not_read_does_not_take_in_the_torques_noise() -> None:
     run = readings_of(spec(), (angles(),), 0.0)["left"][0]
     assert np.diff(run.time).mean() == pytest.approx(2e-3, rel=0.01)  # averaged to 500 Hz

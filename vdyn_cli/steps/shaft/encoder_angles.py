@@ -10,6 +10,7 @@ from vdyn_cli.quantities.log import Log
 
 ANGLES = ("motor_angle", "wheel_angle")
 ONE_TURN = 2.1 * np.pi  # rad, largest range of a single-turn encoder; a multi-turn one reads more
+ROUNDED = 1e-4  # of the largest change, below which a change is that of a rounded number
 WRONG_RATIO = 0.1  # share of the twist's range by which it may drift
 
 
@@ -31,6 +32,23 @@ def with_twist_of_angles(log: Log, gear_ratio: float) -> Log:
     if np.count_nonzero(good) > 2:
         twist = twist - np.polyfit(log["shaft_torque"][good], twist[good], 1)[1]
     return log.with_channels(twist=twist)
+
+
+def twist_resolution(log: Log, gear_ratio: float) -> float:
+    """Standard deviation of the twist by the resolution of the two encoders, rad.
+
+    An angle in steps q errs by q / sqrt(12). Between two steps it does not change, so that its differences do not show
+    this error.
+    """
+    steps = [_step(unwrapped(log[name])) for name in ANGLES]
+    return float(np.hypot(steps[0] / gear_ratio, steps[1]) / 12**0.5)
+
+
+def _step(angle: Array) -> float:
+    """The smallest change between readings, rad; 0 if it does not change."""
+    changes = np.abs(np.diff(angle[np.isfinite(angle)]))
+    moved = changes > ROUNDED * changes.max(initial=0.0)
+    return float(changes[moved].min()) if moved.any() else 0.0
 
 
 def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:

@@ -14,7 +14,7 @@ from vdyn_cli.io.clocks.block_means import condensed
 from vdyn_cli.quantities.arrays import Array, Rows, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, with_twist_of_angles
+from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, twist_resolution, with_twist_of_angles
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -54,13 +54,14 @@ class ShaftReadings:
     noise: tuple[float, float, float]
 
     @classmethod
-    def of(cls, log: Log, gear_ratio: float) -> ShaftReadings:
+    def of(cls, log: Log, gear_ratio: float, resolution: float = 0.0) -> ShaftReadings:
         """The readings of a log, with the rate of twist by motor_speed / gear_ratio - wheel_speed, else by the twist.
 
         Parameters
         ----------
         log : shaft_torque (N m), and twist (rad), or motor_speed and wheel_speed (rad/s), or all of them. Rows in
             which one is missing are left out. gear_ratio : turns of the motor_speed channel per turn of the wheel.
+        resolution : rad, least standard deviation of the twist.
         """
         used = _used(log)
         good = np.all([np.isfinite(log[name]) for name in used], axis=0)
@@ -71,7 +72,7 @@ class ShaftReadings:
         else:
             rate, rate_noise = np.gradient(values["twist"], time), UNREAD_RATE
         if "twist" in used:
-            twist, twist_noise = values["twist"], white_level(values["twist"], time)
+            twist, twist_noise = values["twist"], max(white_level(values["twist"], time), resolution)
         else:
             twist_noise = UNREAD_TWIST
             twist = cumulative_integral(time, rate)
@@ -220,7 +221,7 @@ def readings_of(spec: ShaftSpec, logs: Sequence[Log], delay: float) -> dict[Side
             what = f"has {samples} samples with readings in every channel: {FEWEST_SAMPLES} are needed"
             findings.append(Finding(log.name, what, "", "log longer or at a higher rate, or leave the run out"))
             continue
-        readings = ShaftReadings.of(log, ratio)
+        readings = ShaftReadings.of(log, ratio, twist_resolution(logged, ratio) if by_angles else 0.0)
         if "twist" not in used:
             readings = readings.averaged()
         doubts = [*speed_ratio_doubts(log, ratio), *_too_gentle(readings), *_wrong_sign(readings, "twist" in log)]
