@@ -52,7 +52,7 @@ def plan_lines(document: PlanDocument) -> Iterator[str]:
 
 def _accuracy_lines(document: PlanDocument, channels: str) -> Iterator[str]:
     yield f"\nExpected accuracy of {count(document.runs, 'run')} with the channels {channels}"
-    header = ("parameter", "value", "standard error", "95 %", "", "unit", "")
+    header = ("parameter", "value", "standard error", "95 % interval", "", "unit", "")
     yield from text_columns(header, [_row(p) for p in document.parameters])
 
 
