@@ -145,7 +145,7 @@ def _geometry() -> Iterator[Case]:
                "scales across and down differ")  # fmt: skip
     drawn = text_edit("configs/shaft.yaml", "outer_diameter: 36.00", "outer_diameter: 38.40")
     yield Case(group, "drawing 12 % too stiff", drawn, ["shaft", "shaft.yaml", "-o", "../out"], 0,
-               "wrong by as much looks the same")  # fmt: skip
+               "error of the drawing of this size looks the same")  # fmt: skip
 
 
 def _endless() -> Iterator[Case]:
