@@ -141,6 +141,10 @@ def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_run
     ]
     assert all(place in document["sentence"] for place, _ in corrections)
     assert [r["verdict"] for r in document["runs"]].count("unknown") == RUNS - 3
+    with pytest.raises(ResultError):  # the cars of these logs have no drag
+        write_step("coastdown", path, (), tmp_path / "out", None)
+    written = json.loads((tmp_path / "out" / "coastdown.json").read_text())
+    assert "shows the other direction" in written["fit"]["warnings"][0]
 
 
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:

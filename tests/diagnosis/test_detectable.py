@@ -20,7 +20,7 @@ def test_the_stated_amplitude_is_detected_about_nine_times_in_ten() -> None:
         strategy = open_strategy(setup)
         base = strategy.fitted(())
         assert base is not None
-        smallest = {d.effect: d.amplitude for d in detectable(setup, detect(strategy, base))}
+        smallest = {d.effect: d.amplitude for d in detectable(strategy.model, base, detect(strategy, base))}
         assert set(smallest) <= {c.name for c in CATALOG}
         name = CATALOG[seed % 4].name
         strategy = open_strategy(Campaign(seed, hidden={name: smallest[name]}).setup(*CATALOG, level=0.05))

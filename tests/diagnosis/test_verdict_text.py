@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from vdyn_cli.diagnosis.part.published_part import law_clause
-from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence
+from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence, with_undetected_bias
 from vdyn_cli.effects import catalog
-from vdyn_cli.quantities.diagnosis import CurvePoint, FaultyPart, PartLaw
+from vdyn_cli.quantities.diagnosis import CurvePoint, Detectable, Diagnosis, FaultyPart, PartLaw
 from vdyn_cli.quantities.parameters import Estimate
 
 
@@ -71,3 +71,18 @@ def test_only_where_no_effect_is_named_no_law_follows_the_curve() -> None:
     both = law_clause(part, None, ("brakes that drag", "bearing drag"))
     assert both == "of the named effects, these act on it: brakes that drag, bearing drag"
     assert law_clause(part, None, ()) == "of the named effects, these act on it: none"
+
+
+@pytest.mark.parametrize(("bias", "half", "is_stated"), [(0.19, 0.02, True), (0.19, 0.2, False), (0.01, 0.005, False)])
+def test_a_large_bias_by_an_undetected_effect_is_stated(bias: float, half: float, is_stated: bool) -> None:
+    slope = Detectable(
+        effect="speed_dependent_rolling", label="rolling resistance that increases with speed", amplitude=1.8e-4,
+        unit="s/m", would_bias={"drag_area": bias, "rolling_resistance": -1e-5},
+    )  # fmt: skip
+    adequate = Diagnosis(verdict="adequate", sentence="No model error detected.", p_value=0.5, detectable=(slope,))
+    area = Estimate.of("drag_area", 0.55, half / 2, (0.55 - half, 0.55 + half), "coastdown")
+    sentence = with_undetected_bias(adequate, {"drag_area": area}).sentence
+    stated = " Rolling resistance that increases with speed remains possible below 0.00018 s/m, which would bias drag"
+    assert sentence == "No model error detected." + (
+        stated + " area by +35 %, beyond its interval." if is_stated else ""
+    )

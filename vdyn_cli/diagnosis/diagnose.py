@@ -26,7 +26,14 @@ from vdyn_cli.diagnosis.size.materiality import limits_of
 from vdyn_cli.diagnosis.size.published_size import effect_sizes, published_size, remainder
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
-from vdyn_cli.diagnosis.verdict_text import amplitude_text, data_fault, not_possible, p_text, verdict_sentence
+from vdyn_cli.diagnosis.verdict_text import (
+    amplitude_text,
+    data_fault,
+    not_possible,
+    p_text,
+    verdict_sentence,
+    with_undetected_bias,
+)
 from vdyn_cli.quantities.diagnosis import Diagnosis
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -87,7 +94,7 @@ def _diagnosed(
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
     result = with_open_answers(strategy, judgment, extension, problem, base)
     result = holding_free_curve(result, extension, by_part.learned, problem)
-    diagnosis = _doubted(diagnosis, result, doubts)
+    diagnosis = _doubted(with_undetected_bias(diagnosis, result.parameters), result, doubts)
     notes = (*extension.failed, *already_included(prepared, setup), *_note(diagnosis))
     result = replace(
         result,
@@ -117,7 +124,8 @@ def _described(
     judgment = _with_noise_floor(judgment, last or base, unit)
     size = published_size(judgment.size, base, exact, unit)
     sizes = effect_sizes(strategy, judgment, base, exact, unit)
-    shown = detectable(setup, found) if judgment.verdict == "adequate" and judgment.material is not False else ()
+    silent = judgment.verdict == "adequate" and judgment.material is not False
+    shown = detectable(model, judgment.base, found) if silent else ()
     return Diagnosis(
         verdict=judgment.verdict,
         sentence=verdict_sentence(judgment, setup.candidates, amplitudes, narrowed, size, shown),

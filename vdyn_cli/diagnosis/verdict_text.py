@@ -9,7 +9,7 @@ from vdyn_cli.diagnosis.judgment import HELD_OUT_WORSE, NO_GAIN, Judgment
 from vdyn_cli.diagnosis.published_fields import interchangeable
 from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of
 from vdyn_cli.effects import Effect
-from vdyn_cli.quantities.diagnosis import Detectable, Size
+from vdyn_cli.quantities.diagnosis import Detectable, Diagnosis, Size
 from vdyn_cli.quantities.number_text import capitalized, decimals, listed, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.unit_mistakes import usual_mistake
@@ -24,6 +24,7 @@ MANY_TIMES = 1.5  # a scale that is off by more is also stated as a factor
 SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
 AFTER_THE_NOUN = ("that", "with", "in", "of", "from", "between")  # words after the noun that a label is about
 CLAUSE = ("that", "another")  # after a label with one of these words, the amplitude stands in brackets
+LARGE_BIAS = 0.05  # of a parameter: a smaller one by an undetected effect stands in the report only
 OFF_CENTER = 0.2  # of half an interval, distance of its middle from the value, above which its ends are stated
 
 
@@ -62,10 +63,39 @@ def verdict_sentence(
     return text
 
 
+def with_undetected_bias(diagnosis: Diagnosis, published: Mapping[str, Estimate]) -> Diagnosis:
+    """The diagnosis whose sentence states the undetected effect that biases a parameter most beyond its interval.
+
+    The bias is that by an effect of the smallest detectable amplitude. Nothing is added if it is small or in the
+    interval.
+    """
+    beyond = []
+    for smallest in diagnosis.detectable:
+        for name in smallest.would_bias.keys() & published.keys():
+            one, bias = published[name], abs(smallest.would_bias[name])
+            if bias > max(one.half_width, LARGE_BIAS * abs(one.value)) and one.half_width > 0:
+                beyond.append((bias / one.half_width, name, smallest))
+    if not beyond:
+        return diagnosis
+    _, name, smallest = max(beyond, key=lambda entry: entry[:2])
+    percent = 100.0 * smallest.would_bias[name] / published[name].value
+    remains = "remain" if is_plural(smallest.label) else "remains"
+    text = (
+        f" {capitalized(smallest.label)} {remains} possible below {_amount(smallest)}, which would bias"
+        f" {name.replace('_', ' ')} by {percent:+.2g} %, beyond its interval."
+    )
+    return diagnosis.model_copy(update={"sentence": diagnosis.sentence + text})
+
+
 def _revealed(smallest: Detectable) -> str:
     """The effect with its detectable amplitude, "brakes that drag (9 N)"."""
+    return f"{smallest.label} ({_amount(smallest)})"
+
+
+def _amount(smallest: Detectable) -> str:
+    """The detectable amplitude, "9 N" or "12 %"."""
     value, unit = (smallest.amplitude, smallest.unit) if smallest.unit else (100.0 * smallest.amplitude, "%")
-    return f"{smallest.label} ({two_digits(value)} {unit})"
+    return f"{two_digits(value)} {unit}"
 
 
 def p_text(p: float) -> str:

@@ -14,6 +14,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
+from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.project.reading.cut_changes import with_changes
@@ -59,7 +60,7 @@ def execute(
     RefusedResultError : the input is well-formed, but the result cannot be published.
     """
     _LOG.info("reading the logs")
-    inputs = gather(load_step(step_name), path, known_files)
+    inputs = _with_contradicted_conditions(gather(load_step(step_name), path, known_files))
     try:
         baseline, found = _estimated(inputs.step, inputs, level)
         result = within_physical_range(with_input_uncertainty(found, inputs))
@@ -78,6 +79,12 @@ def execute(
     if result.refused:
         raise RefusedResultError(record)
     return record
+
+
+def _with_contradicted_conditions(inputs: Inputs) -> Inputs:
+    """The inputs with a doubt for each stated direction or start that the log itself contradicts."""
+    doubts = tuple(replace(f, doubt=True) for f in contradicted_conditions(inputs.spec, inputs.source))
+    return replace(inputs, findings=(*inputs.findings, *doubts)) if doubts else inputs
 
 
 def _dropped_extension(inputs: Inputs) -> tuple[Finding, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 Verdict = Literal["adequate", "named", "ambiguous", "unknown", "not_testable", "data_fault"]
 
@@ -105,12 +105,16 @@ class Cause(Record):
 
 
 class Detectable(Record):
-    """The smallest amplitude of a candidate effect that these data would reveal nine times in ten, in its unit."""
+    """The smallest amplitude of a candidate effect that these data would reveal nine times in ten, in its unit.
+
+    ``would_bias`` holds the bias of the parameters by an effect of this amplitude that is not in the model.
+    """
 
     effect: str
     label: str
     amplitude: Number
     unit: str
+    would_bias: dict[str, Number] = Field(default_factory=dict)
 
 
 class NotTestable(Record):

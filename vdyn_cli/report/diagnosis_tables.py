@@ -153,15 +153,27 @@ def _remainder(entry: Ranked) -> tuple[str, str]:
     return p_value(entry.left_p), effect_labels.row_label(entry.left_mostly or "")
 
 
-def detectable(entries: Sequence[Detectable]) -> TextTable | None:
-    """The smallest amplitude of each candidate effect that these data would reveal."""
+def detectable(entries: Sequence[Detectable], known: Mapping[str, float]) -> TextTable | None:
+    """The smallest amplitude of each candidate effect that these data would reveal, with the parameters' bias by it.
+
+    Parameters
+    ----------
+    known : values of the parameters, SI; biases are stated in percent of them.
+    """
     rows = [
-        (effect_labels.bare(typography.prose(e.label)), effect_labels.amplitude(e.effect, e.amplitude)) for e in entries
+        (
+            effect_labels.bare(typography.prose(e.label)),
+            effect_labels.amplitude(e.effect, e.amplitude),
+            _biases(e.would_bias, known) or "negligible",
+        )
+        for e in entries
     ]
     caption = (
-        "The test finds an effect of this amplitude in nine of ten such data sets. Smaller effects remain possible."
+        "The test finds an effect of this amplitude in nine of ten such data sets. Smaller effects remain possible: up"
+        " to this amplitude, one that is present and not in the model biases the parameters by up to the last column."
     )
-    return _filled("Smallest effects these data could reveal", caption, ("effect", "amplitude"), rows, (False, True))
+    columns = ("effect", "amplitude", "parameter bias")
+    return _filled("Smallest effects these data could reveal", caption, columns, rows, (False, True, False))
 
 
 def not_testable(entries: Sequence[NotTestable], known: Mapping[str, float]) -> TextTable | None:

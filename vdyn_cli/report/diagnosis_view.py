@@ -82,7 +82,7 @@ def diagnosis_section(
         tables.sizes(source),
         tables.next_tests(source.next_test, answered=source.verdict in ("adequate", *_EXPLAINED)),
         tables.ranking(source.ranking),
-        tables.detectable(source.detectable),
+        tables.detectable(source.detectable, known),
         tables.not_testable(source.not_testable, known),
     )
     return DiagnosisSection(

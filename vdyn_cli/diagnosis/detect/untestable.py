@@ -34,16 +34,24 @@ def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotT
         if why in (None, "absorbed") or not np.any(sensitivity):
             continue
         amplitude = POLICY.typical_share * largest_plausible(effect, unknown)
-        moved = absorbed(base.system, model.base, sensitivity) * amplitude
-        noticed = {
-            n: float(m) for n, m in zip(model.base, moved, strict=True) if abs(m) > NOTICEABLE * base.solution.std[n]
-        }
+        noticed = biased(model, base, unknown, amplitude)
         bias = {n: m for n, m in noticed.items() if n not in model.nuisances}
         like = " and ".join(bias) if bias == noticed and 0 < len(bias) <= NAMED else "the fitted parameters"
         because = _because(model, why, found.visibility[name], like)
         unit = effect.unknowns[unknown].unit
         result.append(NotTestable(effect=name, because=because, size=amplitude, unit=unit, would_bias=bias))
     return tuple(result)
+
+
+def biased(model: FullModel, base: FittedModel, unknown: str, amplitude: float) -> dict[str, float]:
+    """The noticeable bias of each fitted unknown, in its unit, by an effect of this amplitude that is not in the model.
+
+    Parameters
+    ----------
+    unknown : amplitude of the effect. base : fit of the model without it, on whose linearization the bias is computed.
+    """
+    moved = amplitude * absorbed(base.system, model.base, base.system.of([unknown])[:, 0])
+    return {n: float(m) for n, m in zip(model.base, moved, strict=True) if abs(m) > NOTICEABLE * base.solution.std[n]}
 
 
 def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:

@@ -78,7 +78,7 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     confused = sorted(((p, t) for p, t in apart if t < POLICY.separated_t), key=lambda pair: pair[1])
     unseen: list[Question] = [((u.effect,), (contrast(u.effect),)) for u in undetectable if u.effect in single]
     return RunPlan(
-        detectable(model.setup, found),
+        detectable(model, base, found),
         (*undetectable, *lacking_channels(model.setup)),
         tuple(Separation(effects=list(effects), t=t) for (effects, _), t in confused),
         _added(designer, [*(pair for pair, _ in confused), *unseen]),

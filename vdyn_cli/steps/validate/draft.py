@@ -7,6 +7,9 @@ vehicle:                    # remove the lines that a parameter file of other st
   wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm
   gear_ratio: "?"           # turns of the torque sensor's shaft per turn of the wheel, such as 3.267
   # rolling_resistance, drag_area, ... come from the other steps: --known parameters.json
+environment:
+  temperature: "?"          # of the air, such as 24 degC
+  pressure: "?"             # of the air at the track, not reduced to sea level, such as 98.9 kPa
 """
 SETTINGS = """\
 settings:
