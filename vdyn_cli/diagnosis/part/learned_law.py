@@ -100,7 +100,9 @@ def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ..
         design = np.column_stack([column, free])
         whitened = np.linalg.solve(root, design)
         step = np.linalg.lstsq(whitened, target, rcond=None)[0]
-        return float(step[0]), float(np.sum((target - whitened @ step) ** 2)), column
+        with np.errstate(all="ignore"):  # a law of huge values overflows
+            distance = float(np.sum((target - whitened @ step) ** 2))
+        return float(step[0]), distance if np.isfinite(distance) else np.inf, column
 
     starts = list(product(*_grids(curve, law.units[1:])))
     best = min(starts, key=lambda s: solved(s)[1])
