@@ -238,9 +238,11 @@ def test_estimates_that_are_not_finite_or_exact() -> None:
         "shear_modulus": Estimate(7.93e10, 1e8, (7.91e10, 7.95e10), "Pa", "", "given", 7.9e10),
         "tire_E": Estimate(0.2, 0.1, (-0.5, 0.3), "", "", "tire"),
         "tire_B": Estimate(1e-300, 0.0, (0.0, 1e300), "", "", "tire"),
+        "road_load_f1": Estimate(0.0, 0.0, (0.0, 0.0), "N/(m/s)", "", "coastdown"),
     }
     text = " ".join(Outline(page_of(bare(parameters=Parameters(estimates)))).text.split())
     assert "exact" in text
+    assert "assumed" in text
     assert "×1010 Pa" in text  # the power is set as superscript
     assert "+0.10" in text
     assert "−0.70" in text

@@ -23,6 +23,7 @@ class MissingParameterError(InputError):
 
 # Entries of ``Estimate.spans`` that are not effects: the baseline's value, and a bias by an unexplained residual.
 BASELINE, UNEXPLAINED = "baseline", "unexplained"
+STATED = ("given", "measured")  # sources that are no step
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,11 @@ class Estimate:
     def half_width(self) -> float:
         """Half of the 95 % interval, in the unit of the value."""
         return 0.5 * (self.interval95[1] - self.interval95[0])
+
+    @property
+    def assumed(self) -> bool:
+        """Whether the model of a step fixes this value, such as a road load without a term linear in the speed."""
+        return self.interval95 == (self.value, self.value) and self.source not in STATED
 
     @classmethod
     def given(cls, quantity: Quantity, value: float, std: float = 0.0, source: str = "given") -> Estimate:

@@ -22,14 +22,14 @@ class ParameterRow:
 
     ``spans``: the other explanations whose values the interval includes; ``mark``: letter of the note that lists them;
     ``doubtful``: the diagnosis is undecided between them, or a part of the residual is unexplained; ``wide``: the
-    half-width exceeds the value.
+    half-width exceeds the value; ``without_interval``: the reason why there is none.
     """
 
     key: str
     name: str
     symbol: Symbol
     rounded: typography.RoundedEstimate
-    exact: bool
+    without_interval: str
     unit: str
     relative: str
     meaning: str
@@ -58,7 +58,7 @@ def _parameter_row(key: str, e: Estimate, mark: str) -> ParameterRow:
         name=typography.title(key),
         symbol=shown_symbol(key, quantity.symbol if quantity else ""),
         rounded=rounded,
-        exact=e.interval95 == (e.value, e.value),
+        without_interval=_without_interval(e),
         unit=typography.unit(e.unit),
         relative=typography.relative(e.value, *e.interval95) if rounded.plus else "",
         meaning=typography.prose(e.meaning),
@@ -70,6 +70,12 @@ def _parameter_row(key: str, e: Estimate, mark: str) -> ParameterRow:
         doubtful=any(one in OPEN for one in e.spans),
         wide=wider_than_value(key, e),
     )
+
+
+def _without_interval(e: Estimate) -> str:
+    if e.interval95 != (e.value, e.value):
+        return "not known"
+    return "assumed" if e.assumed else "exact"
 
 
 def spans_text(spans: Sequence[str]) -> str:

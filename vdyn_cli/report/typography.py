@@ -130,7 +130,7 @@ def estimate_text(estimate: Estimate) -> str:
     power = f"{NARROW}×{NARROW}10{superscript(r.exponent)}" if r.exponent else ""
     shown = unit(estimate.unit)
     if not r.plus:
-        return f"{r.value}{power} {shown}".rstrip()
+        return f"{r.value}{power} {shown}".rstrip() + ("  (assumed)" if estimate.assumed else "")
     spread = f"± {r.plus}" if r.symmetric else f"+{r.plus} {MINUS}{r.minus}"
     number = f"({r.value} {spread}){power}" if power else f"{r.value} {spread}"
     share = relative(estimate.value, *estimate.interval95)

@@ -85,7 +85,7 @@ def _parameters(estimates: RoadLoadEstimates, frontal_area: Estimate | None) -> 
     quantile = t_quantile(min(load.degrees, 1e6))
     for k, (value, low, high) in enumerate(zip(load.coefficients.tolist(), *load.intervals(), strict=True)):
         std = max(float(value - low), float(high - value)) / quantile
-        name, source = f"road_load_f{k}", "given" if std == 0 else SOURCE
+        name, source = f"road_load_f{k}", "given" if std == 0 and value else SOURCE
         found[name] = Estimate.of(name, value, std, (float(low), float(high)), source)
     full = solution.correlation
     names = [n for n in (*MAIN, "driveline_efficiency") if n in full]
