@@ -81,6 +81,8 @@ def test_a_large_bias_by_an_undetected_effect_is_stated(bias: float, half: float
     )  # fmt: skip
     adequate = Diagnosis(verdict="adequate", sentence="No model error detected.", p_value=0.5, detectable=(slope,))
     area = Estimate.of("drag_area", 0.55, half / 2, (0.55 - half, 0.55 + half), "coastdown")
+    zero = Estimate.of("drag_area", 0.0, half / 2, (-half, half), "coastdown")
+    assert with_undetected_bias(adequate, {"drag_area": zero}) == adequate
     sentence = with_undetected_bias(adequate, {"drag_area": area}).sentence
     stated = " Rolling resistance that increases with speed remains possible below 0.00018 s/m, which would bias drag"
     assert sentence == "No model error detected." + (

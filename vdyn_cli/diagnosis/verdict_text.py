@@ -67,13 +67,13 @@ def with_undetected_bias(diagnosis: Diagnosis, published: Mapping[str, Estimate]
     """The diagnosis whose sentence states the undetected effect that biases a parameter most beyond its interval.
 
     The bias is that by an effect of the smallest detectable amplitude. Nothing is added if it is small or in the
-    interval.
+    interval, or if the parameter may be zero, so that a share of it says nothing.
     """
     beyond = []
     for smallest in diagnosis.detectable:
         for name in smallest.would_bias.keys() & published.keys():
             one, bias = published[name], abs(smallest.would_bias[name])
-            if bias > max(one.half_width, LARGE_BIAS * abs(one.value)) and one.half_width > 0:
+            if bias > max(one.half_width, LARGE_BIAS * abs(one.value)) and abs(one.value) > one.half_width > 0:
                 beyond.append((bias / one.half_width, name, smallest))
     if not beyond:
         return diagnosis
