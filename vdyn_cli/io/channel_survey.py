@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from vdyn_cli.io.one_recording import one_recording
 from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.stalls import Stalls
-from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, is_clock
+from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, Selective, is_clock
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, from_si
@@ -80,13 +80,16 @@ class ChannelFacts:
     stalls: tuple[tuple[float, float], ...] = ()
 
 
-def survey(path: Path, span: tuple[float, float] | None = None, recording: int = 1) -> tuple[ChannelFacts, ...]:
+def survey(
+    path: Path, span: tuple[float, float] | None = None, recording: int = 1, only: Callable[[str], bool] = bool
+) -> tuple[ChannelFacts, ...]:
     """The facts about each channel of a log, in the file's order.
 
     Parameters
     ----------
     span : first and last time, s, of the part to evaluate; None: the whole log.
     recording : number of the recording to evaluate, counted from 1, in a file whose clock restarts.
+    only : name of a channel -> whether it matters; of the others, a reader that can does not read the samples.
 
     Raises
     ------
@@ -97,7 +100,7 @@ def survey(path: Path, span: tuple[float, float] | None = None, recording: int =
     names: dict[tuple[str, str], int] = {}
     stalls: dict[tuple[int, float, float], Stalls] = {}
     clocks_at: dict[int, tuple[int, float, float]] = {}
-    for whole in one_recording(recorded_channels(path), recording):
+    for whole in one_recording(recorded_channels(path, only), recording):
         recorded = whole if span is None else _within(whole, span)
         info = recorded.info
         names[info.group, info.name] = names.get((info.group, info.name), 0) + 1
@@ -184,8 +187,10 @@ def recordings(path: Path) -> Iterator[Recorded]:
     yield from one_recording(recorded_channels(path), 1)
 
 
-def recorded_channels(path: Path) -> Iterator[Recorded]:
+def recorded_channels(path: Path, only: Callable[[str], bool] = bool) -> Iterator[Recorded]:
     """Every channel with its samples; a reader without ``recordings`` reads them by name.
+
+    ``only``: name of a channel -> whether its samples matter.
 
     Raises
     ------
@@ -193,6 +198,9 @@ def recorded_channels(path: Path) -> Iterator[Recorded]:
     """
     known, _ = readers()
     reader = next((r for r in known if r.matches(path)), known[-1])
+    if isinstance(reader, Selective):
+        yield from reader.selected(path, only)
+        return
     if isinstance(reader, Browsable):
         yield from reader.recordings(path)
         return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
@@ -280,6 +280,19 @@ class Reader(Protocol):
         Raises
         ------
         InputError : with all problems of the file.
+        """
+
+
+@runtime_checkable
+class Selective(Protocol):
+    """A reader that can read some of the channels of a file without reading the others."""
+
+    def selected(self, path: Path, only: Callable[[str], bool]) -> Iterator[Recorded]:
+        """Every channel in the file's order, the samples only of clocks and of those for whose name ``only`` is true.
+
+        Raises
+        ------
+        InputError : the file cannot be read.
         """
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -62,7 +62,11 @@ class CsvReader:
 
     def recordings(self, path: Path) -> Iterator[Recorded]:
         """Every named column with its samples; cells of text count as empty."""
-        layout, numbers, text = _whole_table(path)
+        return self.selected(path, bool)
+
+    def selected(self, path: Path, only: Callable[[str], bool]) -> Iterator[Recorded]:
+        """Every named column, the samples only of clocks and of the columns for whose name ``only`` is true."""
+        layout, numbers, text = _whole_table(path, only)
         names = {i: cell for i, cell in enumerate(layout.header) if cell}
         units = {i: unit_in_header(layout, i) for i in names}
         bare = layout.header_line == 0  # any column may be the clock
@@ -146,13 +150,14 @@ CSV = CsvReader()
 _COUNTED = Column("number of the row", "s", "s")  # the time of a log without a clock
 
 
-def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
-    """Every column of a file without a mapping, and the indices of columns of text."""
+def _whole_table(path: Path, only: Callable[[str], bool]) -> tuple[Layout, Numbers, frozenset[int]]:
+    """The selected columns of a file without a mapping, and the indices of the others and of columns of text."""
     text: frozenset[int] = frozenset()
     while True:
         with open_source(path) as source:
             first = next(source.blocks, b"")
             layout = find_layout(first, source.encoding, (), ReadOptions(), path.name)
+            text |= _not_selected(layout, only)
             positions = [i for i in range(len(layout.header)) if i not in text]
             if not positions:
                 what = "contains only text, no column of numbers"
@@ -166,6 +171,13 @@ def _whole_table(path: Path) -> tuple[Layout, Numbers, frozenset[int]]:
         if not worse:
             return layout, numbers, text
         text |= worse
+
+
+def _not_selected(layout: Layout, only: Callable[[str], bool]) -> frozenset[int]:
+    """The columns that need not be read: those with another name, and no clock; none of a table without a header."""
+    timed = layout.instants | {i for i, cell in enumerate(layout.header) if is_clock(cell, unit_in_header(layout, i))}
+    others = (i for i, cell in enumerate(layout.header) if cell and not only(cell))
+    return frozenset(others) - timed if layout.header_line else frozenset()
 
 
 def _repeated(columns: Iterable[Array]) -> Mask:

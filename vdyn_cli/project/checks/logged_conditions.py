@@ -12,7 +12,7 @@ from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.drafting.run_conditions import logged_starts
-from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions
+from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions, shows_direction
 from vdyn_cli.project.reading.run_reading import log_names
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -30,7 +30,12 @@ def contradicted_conditions(spec: Any, source: YamlSource) -> Iterator[Finding]:
     if not any(run.direction or run.start for run in runs):
         return
     try:
-        facts = [survey(source.path.parent / log_names(run)[0], _span(run), run.recording or 1) for run in runs]
+        facts = []
+        for run in runs:
+            file = source.path.parent / log_names(run)[0]
+            facts.append(survey(file, _span(run), run.recording or 1, shows_direction))
+            if not (any(shows_direction(f.column) for f in facts[0]) or any(run.start for run in runs)):
+                return  # logs of one day have the same columns
     except InputError:  # a table of several runs, which its own reader has read
         return
     yield from wrong_directions(runs, logged_directions(facts), source)

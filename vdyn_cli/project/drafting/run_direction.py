@@ -56,6 +56,11 @@ class PlaceColumns:
     degrees: float
 
 
+def shows_direction(name: str) -> bool:
+    """Whether a channel has the name of a heading, a latitude or a longitude."""
+    return any(kind.match(name) for kind in (_HEADING, _LATITUDE, _LONGITUDE))
+
+
 def place_columns(facts: Sequence[ChannelFacts]) -> PlaceColumns | None:
     """The columns of latitude and longitude by their names, in degrees, minutes or semicircles by their values."""
     north, east = _named(_LATITUDE, facts), _named(_LONGITUDE, facts)
