@@ -44,7 +44,7 @@ CANDIDATES = {
     """,
     "validate": """
         accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag
-        driveline_dry_loss driveline_loss driveline_viscous driven_wheel_slip elevation_slope extra_drag_area
+        driveline_dry_loss driveline_loss driveline_viscous driven_wheel_slip extra_drag_area
         grade_profile headwind mass_error motor_inertia payload road_grade rotating_mass run_warmup shaft_damping
         shaft_stiffness slip_stiffness speed_delay speed_dependent_rolling speed_scale
         temperature_rolling tire_relaxation tire_warmup torque_delay torque_drift torque_gain torque_lag torque_offset
@@ -53,7 +53,7 @@ CANDIDATES = {
 }
 NAMES = {effect.name for effect in catalog()}
 # Names that parameters, channels, and constants or inputs of models have, too: a literal of these names those.
-MODELS = {"elevation_slope", "accelerometer_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
+MODELS = {"accelerometer_slope", "shaft_damping", "shaft_stiffness", "speed_scale", "torque_gain"}
 COLUMNS = {"headwind"}  # words that headers of logs have for a channel (project/drafting/channel_guess.py)
 ALSO = set(PARAMETERS) | set(CHANNELS) | MODELS | COLUMNS
 

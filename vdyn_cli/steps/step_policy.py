@@ -482,6 +482,10 @@ class StepPolicy:
         0.1, "share of the rms error", "that hills must remove beside errors of load and torque, to be candidates",
         "In 18 trips of a real car they remove 17 to 89 %, in 12 simulated drives without hills nothing.",
     )  # fmt: skip
+    reversed_hills_gain: float = threshold(
+        0.3, "share of the rms error", "that hills of the opposite sign must remove, to call an elevation reversed",
+        "Three times the share for its own sign, because few elevations are reversed; a reversed one removes most.",
+    )  # fmt: skip
     missed_std: float = threshold(
         3.0, "standard deviations", "of a correct model's error; the rms error must also exceed this",
         "One error in 400 is as large.",

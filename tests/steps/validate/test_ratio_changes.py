@@ -39,7 +39,7 @@ def drive(
         x += STEP * v
     channels = {"speed": speed + 0.02 * rng.standard_normal(time.size), "brake_torque": np.zeros(time.size)}
     if shown:
-        channels["elevation_slope"] = slope + 0.003 * np.sin(0.2 * time)
+        channels["grade"] = slope + 0.003 * np.sin(0.2 * time)
     return time, channels, wanted / ratio + 0.5 * rng.standard_normal(time.size)
 
 

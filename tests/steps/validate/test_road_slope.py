@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.open_road import G, Made, Truth, drive
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.road.drive_roads import shown_roads
+from vdyn_cli.steps.validate.road.drive_roads import sensed_roads
 from vdyn_cli.steps.validate.road.road_slope import sensed_road
 
 
@@ -60,7 +60,7 @@ def test_the_heights_at_both_ends_give_the_zero_on_a_road_that_climbs() -> None:
 
 def test_logs_take_the_slopes_of_their_roads_as_channels() -> None:
     logs = [log_of(drive(Truth(), 7, seconds=60.0)), log_of(drive(Truth(), 8, seconds=60.0))]
-    roads = shown_roads(logs)
+    roads = sensed_roads(logs)
     assert roads.inputs == ("accelerometer_slope",)
     for log, road in zip(roads.channels(logs), roads.sensed, strict=True):
         assert np.array_equal(log["accelerometer_slope"], road.slope)

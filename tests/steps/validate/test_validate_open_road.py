@@ -11,7 +11,10 @@ import pytest
 
 from tests.open_road import CDA, DENSITY, F0, F1, Made, Truth, description, drive, written
 from vdyn_cli.project.execute import RefusedResultError, execute
+from vdyn_cli.project.inputs import gather
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps import load_step
+from vdyn_cli.steps.validate.preparation import prepare
 from vdyn_cli.steps.validate.tables import window_table
 from vdyn_cli.steps.validate.text import windows_sentence
 from vdyn_cli.steps.validate.window_ends import WindowEnds
@@ -107,8 +110,11 @@ def test_hills_alone_are_named(tmp_path: Path) -> None:
     assert low < 1.0 < high
 
 
-def over_hills(folder: Path, truth: Truth, seed: int, drop: str) -> Result:
-    """Three drives without windows, described as on a level road; an elevation in steps of a meter is logged."""
+def described_over_hills(folder: Path, truth: Truth, seed: int, drop: str, sign: float = 1.0) -> Path:
+    """Three drives without windows, described as on a level road; an elevation in steps of a meter is logged.
+
+    ``drop``: the channel that is not mapped. ``sign``: of the logged elevation.
+    """
     drives = [drive(truth, 1000 * seed + k, SHORT) for k in range(3)]
     described = dict(description(folder, drives))
     described["settings"] = {"model": "road_load"}
@@ -116,42 +122,58 @@ def over_hills(folder: Path, truth: Truth, seed: int, drop: str) -> Result:
     described["channels"] = {name: one for name, one in channels.items() if name != drop}
     for k, one in enumerate(drives):
         rise = np.diff(one.time) * one.speed[1:] * np.sin(np.arctan(one.slope[1:]))
-        height = np.round(500.0 + np.r_[0.0, np.cumsum(rise)])
+        height = np.round(500.0 + sign * np.r_[0.0, np.cumsum(rise)])
         rows = zip(one.time, one.speed, one.torque, one.felt, height, strict=True)
         lines = ["t;v;T;a;z", *(f"{t:.2f};{v:.4f};{q:.3f};{f:.4f};{z:.0f}" for t, v, q, f, z in rows)]
         (folder / f"drive_{k}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    path = written(folder, described)
+    return written(folder, described)
+
+
+def over_hills(folder: Path, truth: Truth, seed: int, drop: str) -> Result:
     try:
-        return execute("validate", path).result
+        return execute("validate", described_over_hills(folder, truth, seed, drop)).result
     except RefusedResultError as error:
         return error.record.result
 
 
-SHOWN = pytest.mark.parametrize(
-    ("drop", "effect"),
-    [
-        pytest.param("elevation", "accelerometer_slope", id="felt"),
-        pytest.param("acceleration", "elevation_slope", id="elevation", marks=pytest.mark.thorough),
-    ],
-)
-
-
-@SHOWN
-def test_hills_explain_whole_drives_that_the_simulation_misses(tmp_path: Path, drop: str, effect: str) -> None:
-    told = over_hills(tmp_path, Truth(), 1, drop).diagnosis
+def test_hills_explain_whole_drives_that_the_simulation_misses(tmp_path: Path) -> None:
+    told = over_hills(tmp_path, Truth(), 1, "elevation").diagnosis
     assert told is not None
     assert told.verdict == "ambiguous"  # which loss it is, the drives cannot tell
-    assert (effect,) in told.ambiguous
+    assert ("accelerometer_slope",) in told.ambiguous
     (losses,) = [set(one) for one in told.ambiguous if "driveline_loss" in one]
     assert losses <= LOSSES
 
 
-@SHOWN
-def test_hills_alone_are_named_without_windows(tmp_path: Path, drop: str, effect: str) -> None:
-    told = over_hills(tmp_path, Truth(loss=0.0), 11, drop).diagnosis
+def test_hills_alone_are_named_without_windows(tmp_path: Path) -> None:
+    told = over_hills(tmp_path, Truth(loss=0.0), 11, "elevation").diagnosis
     assert told is not None
-    assert told.extended == (effect,)
-    assert told.causes[0].unknowns[effect].value == pytest.approx(1.0, abs=0.1)
+    assert told.extended == ("accelerometer_slope",)
+    assert told.causes[0].unknowns["accelerometer_slope"].value == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("loss", [0.0, Truth().loss])
+def test_hills_of_a_logged_elevation_are_simulated(tmp_path: Path, loss: float) -> None:
+    """Only the loss is left to name."""
+    told = over_hills(tmp_path, Truth(loss=loss), 11 if loss == 0.0 else 1, "acceleration").diagnosis
+    assert told is not None
+    if loss == 0.0:
+        assert told.verdict == "adequate"
+    else:
+        assert {n for one in told.ambiguous for n in one} | set(told.extended) <= LOSSES
+        assert "driveline_loss" in {n for one in told.ambiguous for n in one} | set(told.extended)
+
+
+@pytest.mark.parametrize(("sign", "doubted"), [(1.0, False), (-1.0, True)])
+def test_an_elevation_gives_the_grade_also_with_the_wrong_sign(tmp_path: Path, sign: float, doubted: bool) -> None:
+    read = gather(load_step("validate"), described_over_hills(tmp_path, Truth(loss=0.0), 11, "acceleration", sign), ())
+    problem = prepare(read.spec, read.data, read.known)
+    for log, one in zip(problem.logs, [drive(Truth(loss=0.0), 11_000 + k, SHORT) for k in range(3)], strict=True):
+        slope = np.interp(log.time, one.time, one.slope)
+        assert np.corrcoef(log["grade"], slope)[0, 1] > 0.8
+    (found,) = [f for f in problem.findings if f.where == "channels.elevation"]
+    assert found.doubt is doubted
 
 
 def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None:

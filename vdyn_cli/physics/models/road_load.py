@@ -21,15 +21,11 @@ from vdyn_cli.quantities.constants import GRAVITY
 FORWARD = 1.0
 
 DriveSignal = Literal["coasting", "torque", "force"]
-Slopes = Literal["known", "sensed", "elevated", "both"]
 Resistances = Literal["coefficients", "forces", "coasted"]
 
 CAR = ("mass", "rotating_mass", "rolling_resistance", "rolling_speed", "drag_area", "air_density", "wind_variance")
 DRIVELINE = ("gear_ratio", "wheel_radius", "driveline_efficiency", "recuperation_loss")
-SENSED, ELEVATED = "accelerometer_slope", "elevation_slope"
-SLOPES: dict[Slopes, tuple[str, ...]] = {
-    "known": (), "sensed": (SENSED,), "elevated": (ELEVATED,), "both": (SENSED, ELEVATED)
-}  # fmt: skip
+SENSED = ("accelerometer_slope",)
 DRIVES: dict[DriveSignal, tuple[str, ...]] = {"coasting": (), "torque": ("drive_torque",), "force": ("drive_force",)}
 RADIUS, READ, ROAD_ENDS = ("wheel_radius",), ("read_radius",), ("road_begin", "road_end")
 CHANGED = ("changed",)
@@ -42,7 +38,7 @@ def road_load(
     driven: DriveSignal = "coasting",
     accelerometer: bool = False,
     located: bool = False,
-    slopes: Slopes = "known",
+    sensed: bool = False,
     specific_force: bool = False,
     resistances: Resistances = "coefficients",
     rolled: bool = False,
@@ -62,7 +58,7 @@ def road_load(
         mean slope beyond the grade, uphill on the way out.
     located : the grade depends on the road's coordinate, heading times the input ``position`` (m), which increases in
         the direction of driving. It is an input: integrating a wrong speed would shift the hills.
-    slopes : source of the slope beyond the grade, an input (``SLOPES``): an accelerometer, a logged elevation or both.
+    sensed : an input is the slope beyond the grade by an accelerometer (``SENSED``).
     specific_force : a second output is the specific force V' + g sin(grade) of the simulated motion.
     resistances : stated as "coefficients" (rolling resistance changes with the mass), "forces" (N, no change), or
         "coasted": from decelerations times the stated mass (the drag area changes as well).
@@ -80,7 +76,7 @@ def road_load(
     road_end (m), the range of the runs. wind_variance (m^2/s^2), of gusts, adds drag. The state run_time (s since the
     log's start) starts at 0. Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
     """
-    road = [*(["position"] if located else []), *SLOPES[slopes]]
+    road = [*(["position"] if located else []), *(SENSED if sensed else ())]
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         state = e.state("speed", 15.0)

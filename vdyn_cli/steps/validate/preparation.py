@@ -14,6 +14,7 @@ from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.drives.late_speed import with_speed_on_time
 from vdyn_cli.steps.validate.input_checks import is_long_trip
 from vdyn_cli.steps.validate.problem import ValidateProblem
+from vdyn_cli.steps.validate.road.elevation_road import with_logged_elevation
 from vdyn_cli.steps.validate.spec import ValidateSpec, WindowSettings
 
 
@@ -30,7 +31,7 @@ def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Valid
     if spec.settings.model == "road_load":
         right, late = with_speed_on_time(right)
         findings = (*findings, *late)
-    return ValidateProblem(spec, right, known, findings=findings)
+    return with_logged_elevation(ValidateProblem(spec, right, known, findings=findings))
 
 
 def powered_windows(problem: ValidateProblem) -> tuple[ValidateSpec, ValidateProblem] | None:

@@ -19,6 +19,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.elevation_grade import ElevationGrade
 from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
@@ -60,9 +61,9 @@ from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, miss
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts, torque_gain_profile
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.result import result
-from vdyn_cli.steps.validate.road.drive_roads import DriveRoads, shown_roads
+from vdyn_cli.steps.validate.road.drive_roads import DriveRoads, sensed_roads
 from vdyn_cli.steps.validate.road.open_road import road_findings
-from vdyn_cli.steps.validate.road.slope_evidence import slope_reduction
+from vdyn_cli.steps.validate.road.slope_evidence import shown_slope
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
 
@@ -79,7 +80,8 @@ class ValidateProblem(SimulatedProblem):
     Parameters
     ----------
     spec : the description. logs : of its runs, in their order. known : parameters from other steps and the vehicle.
-    given_roads : in place of those that accelerometers and elevations show.
+    given_roads : in place of those that accelerometers show.
+    grades : of the logs, computed from a logged elevation; empty without.
     missed : rms error of the speed over the whole drives that the windows replace, m/s; 0 if they replace none.
     findings : about the logs as they were read.
 
@@ -94,6 +96,7 @@ class ValidateProblem(SimulatedProblem):
     logs: tuple[Log, ...]
     known: Parameters
     given_roads: DriveRoads | None = None
+    grades: tuple[ElevationGrade, ...] = ()
     missed: float = 0.0
     findings: tuple[Finding, ...] = ()
     _begun: dict[tuple[tuple[str, float], ...], SimulationSetup] = field(default_factory=dict, init=False, repr=False)
@@ -101,7 +104,7 @@ class ValidateProblem(SimulatedProblem):
 
     @cached_property
     def roads(self) -> DriveRoads:
-        """The roads from accelerometers and elevations; empty where they are not used.
+        """The roads from accelerometers; empty where they are not used.
 
         They are used for powered windows, and for whole drives that the simulation on the stated road misses (most
         often because of hills) if these roads explain part of the error beside errors of load and torque.
@@ -110,12 +113,12 @@ class ValidateProblem(SimulatedProblem):
         if self.given_roads is not None or s.model != "road_load":
             return self.given_roads or DriveRoads()
         if s.windows:
-            return shown_roads(self.logs, elevations=False) if s.windows.powered else DriveRoads()
-        found, stated = shown_roads(self.logs), replace(self, given_roads=DriveRoads())
+            return sensed_roads(self.logs) if s.windows.powered else DriveRoads()
+        found, stated = sensed_roads(self.logs), replace(self, given_roads=DriveRoads())
         if not found.inputs or not missed_drives(stated.baseline, STEP_POLICY.hills_error):
             return DriveRoads()
-        less = {n: slope_reduction(stated.baseline, self.logs, found.slopes(n)) for n in found.inputs}
-        return found.only([n for n, reduction in less.items() if reduction > STEP_POLICY.hills_gain])
+        share, reduction = shown_slope(stated.baseline, self.logs, found.slopes)
+        return found if share > 0.0 and reduction > STEP_POLICY.hills_gain else DriveRoads()
 
     @cached_property
     def segmented(self) -> tuple[tuple[DriveSegment, ...], tuple[Finding, ...]]:
@@ -138,10 +141,9 @@ class ValidateProblem(SimulatedProblem):
             logs = tuple(
                 replace(g, channels={n: v for n, v in g.channels.items() if n != "drive_torque"}) for g in logs
             )
-        roads = self.roads
-        segments, findings = drive_segments(roads.channels(logs), conditions, rule)
-        if roads.elevated:
-            segments = [replace(s, slope_error=roads.elevated[s.run].error_at(s.time)) for s in segments]
+        segments, findings = drive_segments(self.roads.channels(logs), conditions, rule)
+        if self.grades:
+            segments = [replace(s, slope_error=self.grades[s.run].error_at(s.time)) for s in segments]
         return tuple(segments), (*self.findings, *start_findings(self.spec.runs), *findings)
 
     @cached_property
@@ -153,7 +155,7 @@ class ValidateProblem(SimulatedProblem):
             return _timed(
                 road_load(
                     "torque",
-                    slopes=self.roads.measured,
+                    sensed=bool(self.roads.inputs),
                     specific_force=compared,
                     resistances=resistances(self.known),
                     rolled=_by_wheel(self.spec),

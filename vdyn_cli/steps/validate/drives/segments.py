@@ -25,7 +25,7 @@ from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives
 from vdyn_cli.steps.validate.drives.unequal_resistance import other_resistance, resistance_finding
 from vdyn_cli.steps.validate.drives.unlogged_braking import UnloggedBraking, unlogged_braking
-from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
+from vdyn_cli.steps.validate.road.road_slope import SENSED_SLOPE
 
 ModelName = Literal["vehicle", "road_load"]
 
@@ -276,11 +276,7 @@ def total_drive_torque(signals: Mapping[str, Array]) -> Array:
 def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
     part = slice(a, b + 1)
     time = log.time[part]
-    names = [
-        n
-        for n in ("drive_torque", "drive_torque_left", "drive_torque_right", SENSED_SLOPE, ELEVATION_SLOPE, *INPUTS)
-        if n in log
-    ]
+    names = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", SENSED_SLOPE, *INPUTS) if n in log]
     inputs = {n: log[n][part] for n in names}
     outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
     name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name

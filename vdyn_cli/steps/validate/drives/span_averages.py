@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.validate.road.road_slope import ELEVATION_SLOPE, SENSED_SLOPE
+from vdyn_cli.steps.validate.road.road_slope import SENSED_SLOPE
 
 SPAN = 1.0  # s over which accelerations are taken
 
@@ -31,14 +31,14 @@ def slope_over_span(time: Array, values: Array) -> Array:
 def level_rate(time: Array, speed: Array, channels: Mapping[str, Array]) -> Array:
     """The rate of speed (n,), m/s^2, on a level road: V' + g i, without the share of the rotating mass in g i.
 
-    The grade i is the logged one, and what accelerometers or logged elevations show beyond it.
+    The grade i is the logged one, and what accelerometers show beyond it.
 
     Parameters
     ----------
     time : (n,) s. speed : (n,) m/s. channels : grade and slopes (n,), as far as they are known.
     """
     rate = slope_over_span(time, speed)
-    for name in ("grade", SENSED_SLOPE, ELEVATION_SLOPE):
+    for name in ("grade", SENSED_SLOPE):
         if name in channels:
             rate = rate + GRAVITY * mean_over_span(time, channels[name])
     return rate

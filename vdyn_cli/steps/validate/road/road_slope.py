@@ -23,7 +23,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
 
-SENSED_SLOPE, ELEVATION_SLOPE, DRIVE_SLOPE = "accelerometer_slope", "elevation_slope", "drive_slope"
+SENSED_SLOPE, DRIVE_SLOPE = "accelerometer_slope", "drive_slope"
 LOOK = 1.0  # s over which specific force and speed are compared
 PLACES = 100.0  # m between the points of a profile
 CREEPING = 2.0  # m/s, below which braking pitches the body

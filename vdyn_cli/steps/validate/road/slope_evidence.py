@@ -1,4 +1,4 @@
-"""The share of a simulated speed's error that a measured slope explains, beside errors of road load and torque."""
+"""Which share of a measured slope the drives show, beside errors of road load and torque."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from vdyn_cli.steps.validate.noise import inertia_of
 BIN = 1.0  # s, over which forces are averaged; short compared with the decay of a speed change, about a minute
 
 
-def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Array]) -> float:
-    """The share by which a measured slope reduces the rms error of the speed, beside errors of road load and torque.
+def shown_slope(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Array]) -> tuple[float, float]:
+    """The share of a measured slope that the drives show, and by which share it reduces the rms error of the speed.
 
     A small force x(t) changes the speed by S with S' = x / M - p S, p = rho c A v / M. The error of the speed is
     fitted by least squares with the responses to x = 1, v, v^2 and the drive torque (errors of road load, mass and
@@ -30,7 +30,7 @@ def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequenc
 
     Returns
     -------
-    1 - rms with / rms without; zero where the fitted slope has the wrong sign.
+    The fitted share of the slope: 1 as measured, -1 with the wrong sign; and 1 - rms with / rms without.
 
     Raises
     ------
@@ -45,13 +45,13 @@ def slope_reduction(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequenc
         made.append((np.hstack([starts, responses[:, 1:]]), error))
     columns, error = np.vstack([c for c, _ in made]), np.concatenate([e for _, e in made])
     there = np.isfinite(error)
-    columns, error = columns[there] / np.maximum(np.abs(columns[there]).max(axis=0), 1e-12), error[there]
+    scale = np.maximum(np.abs(columns[there]).max(axis=0), 1e-12)
+    columns, error = columns[there] / scale, error[there]
     without = error - columns[:, :-1] @ np.linalg.lstsq(columns[:, :-1], error)[0]
     share = np.linalg.lstsq(columns, error)[0]
-    if share[-1] > 0.0:  # wrong sign: the simulation without the hill would be too slow uphill
-        return 0.0
     rest = error - columns @ share
-    return float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
+    # Without the hill, the simulation is too fast uphill: the error has the sign opposite to that of its response.
+    return float(-share[-1] / scale[-1]), float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
 
 
 def _responses(s: DriveSegment, error: Array, slope: Array, values: Mapping[str, float]) -> tuple[Array, Array]:

@@ -1,0 +1,45 @@
+"""The grade of drives from a logged elevation, where the simulated speed shows its hills."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.elevation_grade import elevation_grades, with_grades
+from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.problem import ValidateProblem
+from vdyn_cli.steps.validate.road.slope_evidence import shown_slope
+
+
+def with_logged_elevation(problem: ValidateProblem) -> ValidateProblem:
+    """The problem with the grade that a logged elevation shows, scaled by the share of it that the drives show.
+
+    The problem itself where no elevation is logged, or a grade is; where the drives show too little of its hills; and
+    for windows, which estimate their mean slope. A share below zero is an elevation with the wrong sign.
+
+    Raises
+    ------
+    InputError, ResultError : as those of the problem's baseline.
+    """
+    grades = () if problem.spec.settings.windows else elevation_grades(problem.logs)
+    if not grades:
+        return problem
+    share, reduction = shown_slope(problem.baseline, problem.logs, [g.grade for g in grades])
+    least, most = STEP_POLICY.elevation_least, 1.0 / STEP_POLICY.elevation_least
+    if not least < abs(share) < most:
+        return problem
+    if reduction < (STEP_POLICY.hills_gain if share > 0.0 else STEP_POLICY.reversed_hills_gain):
+        return problem
+    used = tuple(g.scaled(float(np.clip(share, -1.0, 1.0))) for g in grades)
+    steepest = max(float(np.std(g.grade)) for g in grades)
+    if share > 0.0:
+        what = f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; "
+        what += f"the drives show {share:.2f} times this grade"
+        remedy = "map 'grade' if it is known better"
+    else:
+        what = f"the drives show {share:.2f} times the slope of the elevation: it has the wrong sign, and was reversed"
+        remedy = "add 'sign: -1' to the channel, or check that its logs belong to these drives"
+    finding = Finding("channels.elevation", what, remedy=remedy, minor=share > 0.0, doubt=share < 0.0)
+    return replace(problem, logs=with_grades(problem.logs, used), grades=used, findings=(*problem.findings, finding))
