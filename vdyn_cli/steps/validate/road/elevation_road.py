@@ -14,7 +14,7 @@ from vdyn_cli.steps.validate.road.slope_evidence import shown_slope
 
 
 def with_logged_elevation(problem: ValidateProblem) -> ValidateProblem:
-    """The problem with the grade that a logged elevation shows, scaled by the share of it that the drives show.
+    """The problem with the grade that a logged elevation shows, with the sign that the drives show.
 
     The problem itself where no elevation is logged, or a grade is; where the drives show too little of its hills; and
     for windows, which estimate their mean slope. A share below zero is an elevation with the wrong sign.
@@ -32,7 +32,8 @@ def with_logged_elevation(problem: ValidateProblem) -> ValidateProblem:
         return problem
     if reduction < (STEP_POLICY.hills_gain if share > 0.0 else STEP_POLICY.reversed_hills_gain):
         return problem
-    used = tuple(g.scaled(float(np.clip(share, -1.0, 1.0))) for g in grades)
+    # The likeliest slope is shrunk by its own errors, so that its share is one but for the error of this regression.
+    used = tuple(g.scaled(float(np.sign(share))) for g in grades)
     steepest = max(float(np.std(g.grade)) for g in grades)
     if share > 0.0:
         what = f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; "
