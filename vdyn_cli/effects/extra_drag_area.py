@@ -6,7 +6,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     unknowns=Quantity("extra_drag_area", "m^2", "drag area of sensors, cables and open windows", "dCdA", -0.3, 0.5),
     reference="doi:10.4271/2017-01-1574 names sensors and cables as the cause; range: wheel force sensors with "
     "rods about 0.1 m^2",
-    label="drag area that is not in the model",
+    label="drag area that the description leaves out",
     signature="The car slows down faster at high speed only, equally on every run and in both directions.",
     alike=("drag_area", "air_density", "headwind", "speed_dependent_rolling"),
     confirm="Coast down from the same speed with the measuring equipment removed, or from a higher speed.",

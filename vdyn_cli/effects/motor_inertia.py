@@ -7,7 +7,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
         "motor_inertia", "kg m^2", "inertia missing in the model on the motor side of the half-shafts", "", -4.0, 8.0
     ),
     reference="geared motor-generators of a power-split transaxle: 3.3 kg m^2 at the wheels, 2 % of the car's mass",
-    label="inertia of motors that is not in the model",
+    label="inertia of motors that the description leaves out",
     signature="While the car accelerates, the half-shaft torque is below the drive torque; the half-shafts "
     "oscillate at a lower frequency.",
     alike=("rotating_mass", "wheel_inertia", "torque_gain", "shaft_stiffness"),

@@ -3,9 +3,9 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="parameters",
-    unknowns=Quantity("extra_rotating_mass", "kg", "rotating mass that is not in the model", "", -100.0, 300.0),
+    unknowns=Quantity("extra_rotating_mass", "kg", "rotating mass that the description leaves out", "", -100.0, 300.0),
     reference="M + sum J/r^2: wheels add 3 to 4 % of the mass, coupled motor-generators 2 % more",
-    label="rotating mass that is not in the model",
+    label="rotating mass that the description leaves out",
     signature="The car accelerates and decelerates less than the forces require, but its weight on slopes agrees "
     "with the mass.",
     alike=("mass_error", "rolling_resistance", "drag_area", "torque_gain", "wheel_inertia", "motor_inertia"),

@@ -5,7 +5,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     on="load_moment",
     unknowns=Quantity("unsprung_mass", "kg", "unsprung mass of each axle", "m", -30, 200),
     reference="70 to 100 kg per axle of a passenger car; tires deflect by 18 to 20 mm under its weight",
-    label="unsprung mass that is not in the model",
+    label="unsprung mass that the description leaves out",
     signature="The residual is proportional to the second derivative of the axle loads: largest at fast pedal steps.",
     alike=("clock_offset", "pitch_inertia"),
     confirm="Weigh a wheel with its carrier, half of the links and shafts added.",
