@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, median_deviation
 
 ABSOLUTE_ROUNDS = 30  # reweightings for least absolute deviations
 HUBER_ROUNDS = 10  # reweightings with Huber's weights
@@ -44,6 +43,6 @@ def huber_fit(columns: Array, y: Array) -> tuple[Array, float]:
         root = np.sqrt(weight)
         found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
         left = y - columns / scale @ found
-        scatter = NORMAL_FROM_MEDIAN * float(np.median(np.abs(left - np.median(left))))
+        scatter = median_deviation(left - np.median(left))
         weight = 1.0 / np.maximum(np.abs(left) / max(HUBER * scatter, 1e-12), 1.0)
     return found / scale, scatter

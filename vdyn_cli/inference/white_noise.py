@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, median_deviation
 
 # A channel's variance must exceed that of its white noise by so many of its standard errors, noise^2 (2 / n)^0.5: with
 # less, the channel may hold noise alone. Above that, the intervals show how much information the channel holds.
 LEAST_EXCESS = 10.0
 ROUNDING = 1e-12  # share of a variance
-NORMAL_FROM_MEDIAN = 1.482602218505602  # standard deviation of a normal variable per median absolute value
 
 
 def white_level(trace: Array, time: Array | None = None) -> float:
@@ -44,7 +43,7 @@ def white_level(trace: Array, time: Array | None = None) -> float:
     weights = 1.0 / gaps.prod(axis=2)
     differences = np.sum(weights * np.lib.stride_tricks.sliding_window_view(x, 4), axis=1)
     differences = differences / np.sqrt(np.sum(weights**2, axis=1))
-    level = NORMAL_FROM_MEDIAN * float(np.median(np.abs(differences)))
+    level = median_deviation(differences)
     whole = float(np.sqrt(np.mean(differences**2)))
     return level if level > 1e-9 * whole else whole
 

@@ -1,4 +1,4 @@
-"""Types of arrays: numbers, truth values, indices; integral, interpolation over missing values, change, spans."""
+"""Types of arrays: numbers, truth values, indices; integral, interpolation, change, robust deviation, spans."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]  # indices of rows
+
+NORMAL_FROM_MEDIAN = 1.482602218505602  # standard deviation of a normal variable per median absolute value
 
 
 def cumulative_integral(x: Array, y: Array) -> Array:
@@ -25,6 +27,11 @@ def net_change(values: Array) -> float:
     """Last minus first value (n,) that is not missing (NaN); 0 without any."""
     there = values[np.isfinite(values)]
     return float(there[-1] - there[0]) if there.size else 0.0
+
+
+def median_deviation(residuals: Array) -> float:
+    """Standard deviation of normal residuals (n,) about zero, 1.4826 median |x|, which few outliers do not change."""
+    return NORMAL_FROM_MEDIAN * float(np.median(np.abs(residuals)))
 
 
 def spans(flags: Mask) -> list[tuple[int, int]]:

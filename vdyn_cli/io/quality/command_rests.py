@@ -14,10 +14,10 @@ import numpy as np
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.regular_segments import quantum
-from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
 
 _ROUNDS = 3  # of the fit, each without the outliers of the previous one
-_OUTLIER = 3.0 * 1.4826  # median absolute residuals
+_OUTLIER = 3.0  # standard deviations by the median absolute residual
 _FEWEST_REPEATED = 5  # values at which a command rested more than once, to determine the grid of its source
 _WITHIN = 1e-3  # of a grid's step: rounding of the file
 
@@ -81,7 +81,7 @@ def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Ma
     for _ in range(_ROUNDS):
         found = np.linalg.lstsq(design[used], force[used], rcond=None)[0]
         residual = force - design @ found
-        used = drives & (np.abs(residual) < _OUTLIER * float(np.median(np.abs(residual[drives]))))
+        used = drives & (np.abs(residual) < _OUTLIER * median_deviation(residual[drives]))
     left, all_ = float(np.var(residual[used])), float(np.var(force[used]))
     if found[0] <= 0.0 or left > (1.0 - QUALITY.least_drive_tie) * all_:
         return none
@@ -90,10 +90,8 @@ def drive_tie(time: Array, values: Array, force: Array, speed: Array, judged: Ma
         return none
     change = _sliding(np.abs(np.diff(values, append=values[-1])), width)
     steady = whole & (change <= float(np.median(change[whole])))
-    means = np.abs(_sliding(np.nan_to_num(residual), width)[steady])
-    return DriveTie(
-        residual, float(found[0]), 1.4826 * float(np.median(means)), float(np.quantile(means, 0.999)), width
-    )
+    means = _sliding(np.nan_to_num(residual), width)[steady]
+    return DriveTie(residual, float(found[0]), median_deviation(means), float(np.quantile(np.abs(means), 0.999)), width)
 
 
 def contradicted_rests(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.inference import white_level
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, drive_windows, impulses
@@ -23,7 +23,6 @@ TINY = 1e-12  # (rad/s)^2
 # s: ten times the largest clock offset, so that late readings of forces matter little.
 BLOCK = 1.0
 ROWS_PER_UNKNOWN = 5  # at least, so that the median residual is one of noise
-NORMAL = 1.4826  # standard deviation over median of absolute values of a normal distribution
 
 
 def with_shared_noise(runs: Sequence[DriveWindows]) -> tuple[DriveWindows, ...]:
@@ -110,7 +109,7 @@ def with_slow_acceleration(
     white = np.concatenate(
         [2.0 * (radius * b.noise.speed) ** 2 + b.noise.acceleration**2 * b.noise.squares for b in blocks]
     )
-    shown = (NORMAL * float(np.median(np.abs(left)))) ** 2 * count / (count - matrix.shape[1])
+    shown = median_deviation(left) ** 2 * count / (count - matrix.shape[1])
     slow = max(shown - float(np.median(white)), 0.0) / BLOCK**2  # (m/s^2)^2
     return tuple(replace(run, noise=replace(run.noise, slow=slow * run.duration**2)) for run in runs)
 

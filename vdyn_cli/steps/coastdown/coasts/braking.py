@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from vdyn_cli.description.description_model import HEADING
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.robust_fits import least_absolute_deviations
-from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
-from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral
+from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral, median_deviation
 from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, groups
@@ -60,7 +59,7 @@ class _ExcessDeceleration:
     @property
     def _driven_on(self) -> Mask:
         """Whether each pair of successive intervals lies between a gross braking and as gross a throttle after it."""
-        scatter = NORMAL_FROM_MEDIAN * float(np.median(np.abs(self.excess - np.median(self.excess))))
+        scatter = median_deviation(self.excess - np.median(self.excess))
         level = max(STEP_POLICY.brake_gross * self.limit, STEP_POLICY.brake_scatter * scatter)
         found = np.zeros(self.excess.size - 1, dtype=bool)
         for k in np.flatnonzero(self.excess > level):

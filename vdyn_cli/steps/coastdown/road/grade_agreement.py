@@ -18,8 +18,7 @@ import numpy as np
 
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.robust_fits import least_absolute_deviations
-from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
@@ -69,8 +68,8 @@ def _without_brakes(parts: Sequence[tuple[Array, Array]]) -> list[tuple[Array, A
     runs = np.repeat(np.arange(len(parts)), [y.size for _, y in parts])
     design = np.column_stack([np.concatenate([x for x, _ in parts]), np.eye(len(parts))[runs]])
     values = np.concatenate([y for _, y in parts])
-    off = np.abs(values - design @ least_absolute_deviations(design, values))
-    usual = off <= FAR * NORMAL_FROM_MEDIAN * float(np.median(off))
+    off = values - design @ least_absolute_deviations(design, values)
+    usual = np.abs(off) <= FAR * median_deviation(off)
     kept = [usual[runs == k] for k in range(len(parts))]
     return [(x[k], y[k]) for (x, y), k in zip(parts, kept, strict=True) if k.sum() >= FEWEST_BINS]
 

@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vdyn_cli.inference.white_noise import NORMAL_FROM_MEDIAN
-from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -227,7 +226,7 @@ def _local_variance(rate: Array, torque: Array, rest: Array) -> float:
     """Variance of the acceleration about lines over the torque, one for every ``LOCAL`` samples, (m/s^2)^2."""
     own = _indicators(rate.size, list(range(0, rate.size - LOCAL + 1, LOCAL)))
     residual = _residual(np.column_stack([own * torque[:, None], own, rest]), rate)
-    return float((NORMAL_FROM_MEDIAN * np.median(np.abs(residual))) ** 2 * LOCAL / (LOCAL - 2) + LEAST_NOISE**2)
+    return median_deviation(residual) ** 2 * LOCAL / (LOCAL - 2) + LEAST_NOISE**2
 
 
 @dataclass(frozen=True)
