@@ -23,7 +23,7 @@ def test_an_amplitude_holds_the_bias_by_a_remainder_however_the_model_is_fitted(
     assert fitted is not None
     assert base is not None
     answer = CandidateModel(("slope",), fitted, 0.001, "shape", 0.05)
-    judgment = Judgment("named", "", base, detect(strategy, base), (), (answer,))
+    judgment = Judgment(base, detect(strategy, base), accepted=(answer,), material=True)
     amplitudes = fitted_amplitudes(answer, setup)
     found = open_amplitudes(strategy, judgment, amplitudes)
     assert found["slope"].half_width >= amplitudes["slope"].half_width
@@ -47,6 +47,6 @@ def test_an_amplitude_is_mixed_with_relinearized_answers(monkeypatch: pytest.Mon
     monkeypatch.setattr("vdyn_cli.diagnosis.extend.amplitudes.probable_answers", lambda *_: [(linear, 0.3)])
     monkeypatch.setattr(type(strategy), "relinearized", lambda *_: both)
     answer = CandidateModel(("slope",), fitted, 0.5, None, 0.0)
-    judgment = Judgment("named", "", base, detect(strategy, base), (), (answer,))
+    judgment = Judgment(base, detect(strategy, base), accepted=(answer,), material=True)
     found = open_amplitudes(strategy, judgment, fitted_amplitudes(answer, strategy.model.setup))
     assert found["slope"].interval95[1] < 10.0

@@ -8,7 +8,8 @@ import pytest
 
 from tests.diagnosis.line_step import diagnosed, estimate, offer, publishing
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.judgment import BEYOND_RANGE, Judgment, judge
+from vdyn_cli.diagnosis.judgment import BEYOND_RANGE, Judgment
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.strategies.effect_unknowns import unknowns_of
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.diagnosis.verdict_text import amplitude_text
@@ -43,7 +44,7 @@ def test_a_rival_far_beyond_its_range_does_not() -> None:
 def test_alone_it_comes_closest_and_the_reason_is_said() -> None:
     found = judged(HIDDEN / 2.0, wind=False)
     assert found.verdict == "unknown"
-    assert found.why == BEYOND_RANGE
+    assert found.refutation == BEYOND_RANGE
     assert found.beyond_range is not None
     size = found.beyond_range.fitted.values["wind_twin"]
     assert size == pytest.approx(HIDDEN, rel=0.2)

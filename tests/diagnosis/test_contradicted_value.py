@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vdyn_cli.diagnosis.judgment import _contradicted
+from vdyn_cli.diagnosis.name.candidate_judgment import _contradicted
 from vdyn_cli.inference.regression import Unknown
 
 UNKNOWNS = (

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
 from vdyn_cli.diagnosis.detect.detection import detect, reachable_t
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
-from vdyn_cli.diagnosis.judgment import Judgment, judge
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.candidate_models import candidate_model, catalog_falls_short, pairs
 from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
@@ -106,8 +108,8 @@ def test_what_comes_closest_is_what_explains_most_in_whatever_order_answers_were
     _, verdict = judged(Campaign(2, hidden={"wind": 2.0}), *CATALOG, cause("wind_twin"))
     most = min(verdict.answers, key=lambda t: t.fitted.solution.cost)
     for answers in (verdict.answers, verdict.answers[::-1]):
-        refuted = replace(verdict, answers=answers).unknown("it is not")
-        assert (refuted.verdict, refuted.why, refuted.answers) == ("unknown", "it is not", ())
+        refuted = replace(verdict, accepted=answers).refuted("it is not")
+        assert (refuted.verdict, refuted.refutation, refuted.answers) == ("unknown", "it is not", ())
         assert refuted.closest is most
 
 
@@ -132,7 +134,7 @@ def test_beside_a_sensor_that_did_not_measure_nothing_is_right_and_nothing_else_
     case, _ = judged(Campaign(3, hidden=hidden))
     verdict = judge(open_strategy(case), [stuck])
     assert verdict.verdict == "data_fault"
-    assert verdict.why == "run_2.csv, column 'V' holds one value all through"
+    assert verdict.fault == "run_2.csv, column 'V' holds one value all through"
     assert not verdict.answers
 
 
@@ -188,6 +190,32 @@ def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
     fitted = bench.fitted(("slope",))
     assert fitted is not None
     assert fitted.solution.std["slope"] == pytest.approx(fitted.solution.classical_std["slope"], rel=0.5)
+
+
+ONE, OTHER = (cast(Any, SimpleNamespace(of_sensors=False)) for _ in range(2))
+SENSOR = cast(Any, SimpleNamespace(of_sensors=True))
+
+
+@pytest.mark.parametrize(
+    ("evidence", "verdict"),
+    [
+        ({}, "adequate"),
+        ({"material": False, "accepted": (ONE,)}, "adequate"),
+        ({"material": True}, "unknown"),
+        ({"material": True, "accepted": (ONE,)}, "named"),
+        ({"material": True, "accepted": (ONE, OTHER)}, "ambiguous"),
+        ({"material": True, "accepted": (SENSOR,)}, "data_fault"),
+        ({"fault": "it is constant", "insufficient": "too few"}, "not_testable"),
+        ({"fault": "it is constant"}, "data_fault"),
+        ({"material": True, "accepted": (ONE,), "one_way": "one direction"}, "not_testable"),
+    ],
+)
+def test_the_verdict_follows_from_the_evidence(evidence: dict[str, Any], verdict: str) -> None:
+    judgment = Judgment(cast(Any, None), cast(Any, None), **evidence)
+    assert judgment.verdict == verdict
+    assert bool(judgment.answers) is (verdict in ("named", "ambiguous") or SENSOR in judgment.accepted)
+    assert judgment.confounded == (judgment.accepted if judgment.one_way else ())
+    assert judgment.immaterial is (ONE if judgment.material is False else None)
 
 
 # What can't be told ----------------------------------------------------------------------------------------------
@@ -259,7 +287,7 @@ def test_an_effect_that_differs_between_runs_needs_runs_enough_for_the_level() -
 def test_a_level_that_the_units_cannot_reach_is_refused() -> None:
     _, verdict = judged(Campaign(10, hidden={"wind": 5.0}), level=1e-4)
     assert verdict.verdict == "not_testable"
-    assert "cannot reach the level of 0.0001" in verdict.why
+    assert "cannot reach the level of 0.0001" in verdict.insufficient
 
 
 def test_effects_that_would_not_be_visible_are_listed_with_the_bias_they_would_cause() -> None:

@@ -19,8 +19,8 @@ def named(
     monkeypatch: pytest.MonkeyPatch, alone: float, both: float, most: bool = False, needed: bool = True
 ) -> tuple[str, ...]:
     """The effects that are named, with the held-out rms after the law alone, and after the law and one effect more."""
-    law = Some(effects=("road",), fitted="road", unphysical="", explains_most=most)
-    more = Some(effects=("road", "brake"), fitted="both", unphysical="", explains_most=True)
+    law = Some(effects=("road",), fitted="road", unphysical="", of_sensors=False, explains_most=most)
+    more = Some(effects=("road", "brake"), fitted="both", unphysical="", of_sensors=False, explains_most=True)
     after = {"road": alone, "both": both}
     stubs: dict[str, Callable[..., Any]] = {
         "candidate_model": lambda strategy, effects: law,
@@ -32,7 +32,7 @@ def named(
     }
     for name, stub in stubs.items():
         monkeypatch.setattr(part_judgment, name, stub)
-    judgment = Judgment("unknown", "", cast(Any, None), cast(Any, None), ())
+    judgment = Judgment(cast(Any, None), cast(Any, None), material=True)
     found = _with_law(cast(Any, None), judgment, cast(Any, Some(effect="road")))
     assert found is not None
     assert found.verdict == "named"

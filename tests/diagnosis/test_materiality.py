@@ -9,7 +9,7 @@ import pytest
 
 from tests.diagnosis.line_step import estimate
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.judgment import judge
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.size.finding_size import Limits, explained_share, finding_size
 from vdyn_cli.diagnosis.size.materiality import limits_of
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy

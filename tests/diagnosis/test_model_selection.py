@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.judgment import judge
 from vdyn_cli.diagnosis.name import model_selection
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.name.model_selection import may_be_zero, nearly_sufficient, simplest, worse_than_alone
 from vdyn_cli.diagnosis.strategies.full_model import FullModel

@@ -19,7 +19,8 @@ from tests.plant.coast_information import information
 from tests.plant.information import total
 from tests.plant.vehicle import Vehicle, random_vehicle
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
-from vdyn_cli.diagnosis.judgment import Judgment, judge
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.next_tests.experiment_design import Contrast, ExperimentDesigner, PlannedTest
 from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.policy import POLICY

@@ -53,7 +53,7 @@ def test_an_answer_that_only_stood_for_a_latency_is_replaced_by_it(
     strategy: Any = SimpleNamespace(
         model=real.model, base=real.base, relinearized=lambda f: f, prior_values={"mass": 1}
     )
-    judgment = Judgment("named", "", real.base, detect(real, real.base), (), (model(None, ("slope",)),))
+    judgment = Judgment(real.base, detect(real, real.base), accepted=(model(None, ("slope",)),), material=True)
     monkeypatch.setattr(nuisance_effects, "held_out_gain", lambda *_: None)
     found = with_nuisance_effects(strategy, judgment, Limits(output=0.1, noise=1.0))
     assert found.answer is not None

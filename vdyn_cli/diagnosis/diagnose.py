@@ -15,7 +15,8 @@ from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, alr
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
 from vdyn_cli.diagnosis.extend.extension import Extension, extended
 from vdyn_cli.diagnosis.extend.open_answers import holding_free_curve, with_open_answers
-from vdyn_cli.diagnosis.judgment import Judgment, judge, resized
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
 from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.part.part_figure import part_figure
@@ -85,10 +86,9 @@ def _diagnosed(
     setup = setup_of(prepared, level)
     strategy = open_strategy(setup)
     limits = limits_of(base, _metric(prepared)[1], requested.matters)
-    by_candidates = judge(strategy, faults, limits)
-    by_part = with_part(strategy, by_candidates, problem)
-    strategy, judgment = by_part.strategy, resized(by_part.strategy, by_part.judgment, by_candidates)
-    judgment = with_nuisance_effects(strategy, judgment, limits)
+    by_part = with_part(strategy, judge(strategy, faults, limits), problem)
+    strategy = by_part.strategy
+    judgment = with_nuisance_effects(strategy, by_part.judgment, limits)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)
     extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
@@ -115,8 +115,8 @@ def _described(
     as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
     amplitudes = open_amplitudes(strategy, judgment, _fitted(judgment, setup))
     amplitudes |= extension.amplitudes if as_named else {}
-    if judgment.absorbed is not None:
-        amplitudes = {**fitted_amplitudes(judgment.absorbed, setup), **amplitudes}
+    if judgment.nuisance is not None:
+        amplitudes = {**fitted_amplitudes(judgment.nuisance.model, setup), **amplitudes}
     narrowed, last = isinstance(prepared.spec.diagnose.effects, list), extension.result
     metric = _metric(prepared)
     unit = metric[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain
-from vdyn_cli.diagnosis.judgment import HELD_OUT_WORSE, NO_GAIN, Judgment
+from vdyn_cli.diagnosis.judgment import HELD_OUT_WORSE, NO_GAIN, Judgment, NuisanceError
 from vdyn_cli.diagnosis.published_fields import interchangeable
 from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of
 from vdyn_cli.effects import Effect
@@ -51,10 +51,8 @@ def verdict_sentence(
         text = _immaterial(judgment, effects, amplitudes, size)
     elif judgment.verdict == "unknown" and size is not None and judgment.closest is not None:
         text += f" Effect of the closest candidate on the {_size(size, ': ')}."
-    if judgment.absorbed is not None:
-        label = _with_amplitude(effects[judgment.absorbed.effects[-1]], amplitudes)
-        expected = f": values that the logger holds may be up to {two_digits(judgment.expected)} s (one row) late"
-        text += f" {capitalized(label)} is part of the fit{expected if judgment.expected else ' and does not matter'}."
+    if judgment.nuisance is not None:
+        text += _nuisance(judgment.nuisance, effects, amplitudes)
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
     if readable:
         text += f" Smallest errors these data could reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."
@@ -87,6 +85,13 @@ def with_undetected_bias(diagnosis: Diagnosis, published: Mapping[str, Estimate]
     return diagnosis.model_copy(update={"sentence": diagnosis.sentence + text})
 
 
+def _nuisance(nuisance: NuisanceError, effects: Mapping[str, Effect], amplitudes: Mapping[str, Estimate]) -> str:
+    """The sentence on a sensor error that the baseline contains."""
+    label, late = _with_amplitude(effects[nuisance.model.effects[-1]], amplitudes), two_digits(nuisance.expected)
+    expected = f": values that the logger holds may be up to {late} s (one row) late"
+    return f" {capitalized(label)} is part of the fit{expected if nuisance.expected else ' and does not matter'}."
+
+
 def _revealed(smallest: Detectable) -> str:
     """The effect with its detectable amplitude, "brakes that drag (9 N)"."""
     return f"{smallest.label} ({_amount(smallest)})"
@@ -107,18 +112,18 @@ def _sentence(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Map
     p = p_text(judgment.detection.p_value)
     if judgment.verdict == "adequate":
         return f"No model error detected ({p})."
-    if judgment.one_way_effects is not None:
-        label = " with ".join(judgment.one_way_effects)
+    if judgment.one_way:
+        label = " with ".join(effects[e].label for answer in judgment.confounded for e in answer.effects)
         found = f"{capitalized(label)} would explain the misfit" if label else "No other error detected"
-        return f"{found} ({p}), but {judgment.why}: wind, slope and resistance are confounded."
+        return f"{found} ({p}), but {judgment.one_way}: wind, slope and resistance are confounded."
     if judgment.verdict == "not_testable":
-        return not_possible(judgment.why or "no candidate effect would be visible in these data")
+        return not_possible(judgment.insufficient)
     if judgment.verdict == "unknown":
         return f"Unmodeled effect present ({p}): {_closest(judgment, effects, amplitudes)}"
     if judgment.verdict == "ambiguous":
         return _ambiguous(judgment, effects, amplitudes)
     if judgment.answer is None:
-        return data_fault(judgment.why)
+        return data_fault(judgment.fault)
     answer = judgment.answer
     named = " and ".join(_with_amplitude(effects[e], amplitudes) for e in answer.effects)
     several = len(answer.effects) > 1 or is_plural(effects[answer.effects[0]].label)
@@ -136,13 +141,14 @@ def _closest(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapp
     if judgment.closest is None:
         return none
     labels = " with ".join(effects[e].label for e in judgment.closest.effects)
-    if judgment.why in (NO_GAIN, HELD_OUT_WORSE):
+    if judgment.refutation in (NO_GAIN, HELD_OUT_WORSE):
         verb = "are" if len(judgment.closest.effects) > 1 or is_plural(labels) else "is"
-        return f"{labels} would explain it, but {verb} not named, since {judgment.why}."
+        return f"{labels} would explain it, but {verb} not named, since {judgment.refutation}."
     if judgment.beyond_range and (amount := amplitude_text(effects[judgment.closest.effects[0]], amplitudes)):
         return f"{none} {capitalized(labels)}{amount} would explain it."
     verb = "come" if len(judgment.closest.effects) > 1 or is_plural(labels) else "comes"
-    return f"{none} {capitalized(labels)} {verb} closest, but {judgment.why or 'a significant residual remains'}."
+    why = judgment.refutation or "a significant residual remains"
+    return f"{none} {capitalized(labels)} {verb} closest, but {why}."
 
 
 def remainder_sentence(share: float, most_like: str = "") -> str:
@@ -161,7 +167,7 @@ def _immaterial(
         return f"{text}: even free profiles change the output and the parameters by less than what matters."
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.immaterial.effects)
     verb = "come" if len(judgment.immaterial.effects) > 1 or is_plural(named) else "comes"
-    what = "would explain it" if judgment.immaterial_suffices else f"{verb} closest to it"
+    what = "would explain it" if judgment.accepted else f"{verb} closest to it"
     return f"{text}{size_text(size)}. {capitalized(named)} {what}."
 
 
@@ -219,7 +225,7 @@ def _share(gain: HeldOutGain | None) -> str:
 
 def _explained(judgment: Judgment) -> str:
     """What an answer explains: a share of the error, or only a contradiction to a stated value."""
-    if judgment.by_prior and (judgment.gain is None or not judgment.gain.better):
+    if judgment.contradicted is not None and (judgment.gain is None or not judgment.gain.better):
         what = f"the stated {judgment.contradicted.replace('_', ' ')}" if judgment.contradicted else "stated values"
         return f"why the model without it contradicts {what}"
     return _share(judgment.gain)

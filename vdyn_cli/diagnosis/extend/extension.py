@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, with_meaning
-from vdyn_cli.diagnosis.judgment import Judgment, with_fewer_effects, without_answer
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_judgment import with_fewer_effects, without_answer
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import shapes_of, started_at, unknowns_of
@@ -85,7 +86,7 @@ def extended(
             found = again
     judgment, extension = found
     if extension.result is None and judgment.answer is not None and _missed(base):
-        judgment = judgment.unknown(STILL_MISSED)
+        judgment = judgment.refuted(STILL_MISSED)
     return judgment, extension
 
 
@@ -98,14 +99,14 @@ def _extended(
         if judgment.beyond_range is None or base.refused or _less_doubtful(found[1].result, base):
             return found
         within = min(judgment.tried, key=lambda t: t.cost, default=None)
-        return judgment.unknown(closest=within), Extension()
+        return judgment.refuted(closest=within), Extension()
     wanted = _wanted(extend, setup, judgment, base)
     start = strategy.relinearized(judgment.answer.fitted).values if judgment.answer else NO_VALUES
     result, failed = publish_with(problem, [setup.candidates[e] for e in wanted], start)
     if isinstance(extend, list):  # the user must learn that the requested effect is not in the model
         failed = tuple(replace(f, doubt=True) for f in failed)
     if zero := _may_be_zero(judgment, setup, wanted, result):
-        judgment = judgment.unknown(f"{zero} {ZERO}")
+        judgment = judgment.refuted(f"{zero} {ZERO}")
         if extend in ("named", "learned"):
             result = None
     if result is None:
@@ -127,7 +128,7 @@ def _with_open_answer(
     """
     setup = strategy.model.setup
     if zero := _may_be_zero(judgment, setup, (), None):
-        return judgment.unknown(f"{zero} {ZERO}"), Extension()
+        return judgment.refuted(f"{zero} {ZERO}"), Extension()
     found, results = Extension(), dict[tuple[str, ...], Result]()
     alone = all(len(answer.effects) == 1 for answer in judgment.possible)
     tried = [a for a in judgment.possible if learned or not set(a.effects) & setup.learned]
@@ -143,7 +144,7 @@ def _with_open_answer(
         elif alone:  # linear fits about a refused baseline give wrong amplitudes
             found = replace(found, amplitudes={**found.amplitudes, **_amplitudes(result, effects)})
     if missed and tried and not results:
-        judgment = judgment.unknown(STILL_MISSED, judgment.beyond_range)
+        judgment = judgment.refuted(STILL_MISSED, judgment.beyond_range)
     return judgment, replace(found, answers=results)
 
 

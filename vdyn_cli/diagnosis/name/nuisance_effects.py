@@ -13,14 +13,13 @@ from dataclasses import replace
 from math import erfc, sqrt
 
 from vdyn_cli.diagnosis.gain.held_out_gain import Selection, held_out_gain
-from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.judgment import Judgment, NuisanceError
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, candidate_model
 from vdyn_cli.diagnosis.name.model_selection import not_significantly_worse
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import Limits, finding_size
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
-from vdyn_cli.quantities.diagnosis import Verdict
 
 
 def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits) -> Judgment:
@@ -40,7 +39,7 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
     answers = not_significantly_worse(strategy.model, tried) or (min(tried, key=lambda t: t.cost),)
     best = min(answers, key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, t.cost))  # loggers are late, not early
     if judgment.answers and all(_is_idle_beside(strategy, a, best.effects[-1], limits) for a in judgment.answers):
-        without = replace(judgment, verdict="adequate", answers=(), material=False, immaterial=judgment.answers[0])
+        without = replace(judgment, accepted=(), material=False, closest=judgment.answers[0])
         return with_nuisance_effects(strategy, without, limits)
     if several:
         return judgment
@@ -50,7 +49,7 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
             answers,
             key=lambda t: (_amplitude(strategy.model, t)[0] < 0.0, len(by_name[t.effects[-1]].covers), t.cost),
         )
-        return replace(judgment, absorbed=kept, expected=most)
+        return replace(judgment, nuisance=NuisanceError(kept, most))
     # The error need not matter more than the least of the answers that these data cannot discriminate does.
     size = min((finding_size(strategy, fitted, one.fitted) for one in answers), key=lambda one: one.change)
     matters = size.plain and size.change > limits.output
@@ -58,15 +57,14 @@ def with_nuisance_effects(strategy: Strategy, judgment: Judgment, limits: Limits
         chance = erfc(max(_deviation(strategy.model, t) for t in tried) / sqrt(2.0))
         return _named_alone(replace(judgment, tried=(*judgment.tried, *tried), size=size), answers, chance)
     named = _named_beside(strategy, judgment, best) if matters else None
-    return named or replace(judgment, absorbed=best)
+    return named or replace(judgment, nuisance=NuisanceError(best))
 
 
 def _named_alone(judgment: Judgment, answers: Sequence[CandidateModel], chance: float) -> Judgment:
     """The judgment with sensor errors as the only answers; ``chance`` is the p value of the most significant one."""
     found = judgment.detection
     found = replace(found, p_value=min(found.p_value, max(chance, found.scores.smallest_p())))
-    verdict: Verdict = "ambiguous" if len(answers) > 1 else "data_fault"
-    return replace(judgment, verdict=verdict, answers=tuple(answers), detection=found, material=True, immaterial=None)
+    return replace(judgment, accepted=tuple(answers), detection=found, material=True, closest=None)
 
 
 def _named_beside(strategy: Strategy, judgment: Judgment, best: CandidateModel) -> Judgment | None:
@@ -75,7 +73,7 @@ def _named_beside(strategy: Strategy, judgment: Judgment, best: CandidateModel) 
     if gain is not None and (gain.worse or not gain.positive):
         return None
     size = finding_size(strategy, judgment.base, best.fitted)
-    return replace(judgment, answers=(best,), tried=(*judgment.tried, best), gain=gain, size=size)
+    return replace(judgment, accepted=(best,), tried=(*judgment.tried, best), gain=gain, size=size)
 
 
 def _is_idle_beside(strategy: Strategy, answer: CandidateModel, error: str, limits: Limits) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 from math import ceil
 
-from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.judgment import NONE_VISIBLE, Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.next_tests.experiment_design import (
     Contrast,
@@ -144,7 +144,7 @@ def _more_data(designer: ExperimentDesigner, judgment: Judgment) -> tuple[NextTe
     """More runs where these are too few; where all have one direction, runs in both and what these reveal."""
     model = designer.strategy.model
     setup, runs = model.setup, model.runs
-    if judgment.verdict == "not_testable" and not judgment.why:  # more runs of this kind reveal no candidate
+    if judgment.insufficient == NONE_VISIBLE:  # more runs of this kind reveal no candidate
         return _revealing(designer, judgment)
     wanted = max(POLICY.fewest_runs_between, setup.fewest_runs, runs if setup.one_way else 2 * runs)
     if not setup.one_way:

@@ -12,7 +12,6 @@ from vdyn_cli.diagnosis.part.learned_law import Learned, fitted_forms, learned
 from vdyn_cli.diagnosis.part.part_finding import PartFinding
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
-from vdyn_cli.quantities.diagnosis import Verdict
 from vdyn_cli.quantities.errors import ResultError
 
 
@@ -51,16 +50,6 @@ def _named(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[Strate
     gain = held_out_gain(extended, base, answer.fitted, Selection((law.name,), base))
     if gain is None or not gain.positive:
         return None
-    verdict: Verdict = "data_fault" if law.effect.sensor else "named"
-    named = replace(
-        judgment,
-        verdict=verdict,
-        why="",
-        base=base,
-        detection=replace(judgment.detection, scores=found.scores, testable=found.testable),
-        answers=(answer,),
-        tried=(*judgment.tried, answer),
-        gain=gain,
-        closest=None,
-    )
-    return extended, named
+    detection = replace(judgment.detection, scores=found.scores, testable=found.testable)
+    named = replace(judgment, base=base, detection=detection, tried=(*judgment.tried, answer))
+    return extended, named.naming(answer, gain)

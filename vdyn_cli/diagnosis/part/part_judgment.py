@@ -14,6 +14,7 @@ from vdyn_cli.diagnosis.part.learned_law_judgment import with_learned_law
 from vdyn_cli.diagnosis.part.part_finding import LawWithin, PartFinding, part_finding
 from vdyn_cli.diagnosis.part.part_search import rms_share
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.size.finding_size import finding_size
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
@@ -58,7 +59,7 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
         return same
     for law in finding.laws:
         if law.follows and (named := _with_law(strategy, judgment, law)) is not None:
-            return PartJudgment(strategy, named, finding, law)
+            return PartJudgment(strategy, _resized(strategy, named, judgment), finding, law)
     if not more:
         return same
     # A law over the position on the road, or of a wind, reads no signal of the model that a learned law could read.
@@ -66,9 +67,12 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     if any(p.reads is not None for p in finding.parts) or (strategy.prior_values and finding.rivals):
         return same
     if (two := _with_two_laws(strategy, judgment, finding)) is not None:
-        return PartJudgment(strategy, two, finding)
+        return PartJudgment(strategy, _resized(strategy, two, judgment), finding)
     found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
-    return same if found is None else PartJudgment(found[0], found[1], finding, None, found[2])
+    if found is None:
+        return same
+    extended, named, learned = found
+    return PartJudgment(extended, _resized(extended, named, judgment), finding, None, learned)
 
 
 def _explained_elsewhere(strategy: Strategy, judgment: Judgment, parts: Sequence[Part]) -> bool:
@@ -174,9 +178,15 @@ def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding)
 
 def _naming(judgment: Judgment, answer: CandidateModel, gain: HeldOutGain | None) -> Judgment | None:
     """The judgment that names this answer; None where its held-out gain is not positive."""
-    if gain is not None and not gain.positive:
-        return None
-    return replace(judgment, verdict="named", why="", answers=(answer,), gain=gain, closest=None)
+    return None if gain is not None and not gain.positive else judgment.naming(answer, gain)
+
+
+def _resized(strategy: Strategy, named: Judgment, before: Judgment) -> Judgment:
+    """The judgment with the size of its answer, computed if that differs from the answers of ``before``."""
+    (answer,) = named.accepted
+    if any(a.effects == answer.effects for a in before.answers):
+        return named
+    return replace(named, size=finding_size(strategy, named.base, answer.fitted))
 
 
 def _gain_of(strategy: Strategy, judgment: Judgment, answer: CandidateModel) -> HeldOutGain | None:
