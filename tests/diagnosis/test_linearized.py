@@ -89,7 +89,7 @@ def test_refits_need_no_relinearization() -> None:
     assert base is not None
     seen = detect(strategy, base)
     assert min(seen.scores.evidence[n] for n in ("slope", "wave")) > POLICY.large_t
-    assert strategy.focused(seen) == (strategy, seen)
+    assert strategy.about_largest_effect(seen) == (strategy, seen)
 
 
 def test_the_strongest_of_many_are_compared_and_those_that_cannot_be_fitted_are_not() -> None:

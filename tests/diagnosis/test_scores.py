@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from tests.diagnosis.linear import BASE, PROFILE, Campaign
-from vdyn_cli.diagnosis.detect.scores import Scores, absorbed, equivalent, scores, signs
+from vdyn_cli.diagnosis.detect.scores import Scores, equivalent, omitted_effect_bias, scores, signs
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem, linearize, linearized_system
 from vdyn_cli.inference import Unknown
@@ -106,7 +106,7 @@ def test_unknowns_that_the_baseline_imitates_together_cost_a_rank() -> None:
 def test_an_effect_is_absorbed_by_what_is_fitted() -> None:
     made = system_of(Campaign(8), {"copy_of_bend": ["copy_of_bend"]})
     trace = made.of(["copy_of_bend"])[:, 0]
-    np.testing.assert_allclose(absorbed(made, list(BASE), trace), [0.0, 3.0], atol=1e-9)
+    np.testing.assert_allclose(omitted_effect_bias(made, list(BASE), trace), [0.0, 3.0], atol=1e-9)
 
 
 # What chance would have given ------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.linearized_system import LinearizedSystem
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 
-Obstacle = Literal["absorbed", "runs", "collinear", "noise"]
+Obstacle = Literal["nuisance", "runs", "collinear", "noise"]
 
 
 @dataclass(frozen=True)
@@ -96,13 +96,13 @@ def is_testable(model: FullModel, found: Scores, name: str) -> bool:
 def obstacle(model: FullModel, found: Scores, name: str) -> Obstacle | None:
     """Why these data would not show the candidate at a plausible amplitude; None where they would.
 
-    "absorbed": a nuisance parameter of the baseline stands for it (``nuisance_effects``).
+    "nuisance": a nuisance parameter of the baseline stands for it (``nuisance_effects``).
 
     A sensitivity that is nearly collinear with fitted unknowns is not trusted for its small remainder, unless that
     contradicts priors: a drifting sensor zero acts like a force, but exceeds the tolerance of its data sheet.
     """
-    if name in model.absorbed:
-        return "absorbed"
+    if name in model.nuisance_errors:
+        return "nuisance"
     if found.rank[name] == 0 or not (
         found.visibility[name] > POLICY.least_visibility or found.stated[name] > POLICY.prior_information
     ):

@@ -86,12 +86,12 @@ class Scores:
         if not named:
             return 1.0
         by_flips = self._flipped(named, draws)
-        seen = {n: self.statistic[n] for n in named}
-        flipped = self._as_strong(seen, by_flips)
+        observed = {n: self.statistic[n] for n in named}
+        flipped = self._as_strong(observed, by_flips)
         if scaled:
-            scale = {n: max(1.0, float(np.mean(np.append(t, seen[n]))) / self.rank[n]) for n, t in by_flips.items()}
+            scale = {n: max(1.0, float(np.mean(np.append(t, observed[n]))) / self.rank[n]) for n, t in by_flips.items()}
             even = self._as_strong(
-                {n: t / scale[n] for n, t in seen.items()}, {n: t / scale[n] for n, t in by_flips.items()}
+                {n: t / scale[n] for n, t in observed.items()}, {n: t / scale[n] for n, t in by_flips.items()}
             )
             flipped = min(flipped / (1.0 - POLICY.scaled_share), even / POLICY.scaled_share, 1.0)
         return max(flipped, self._drawn(named, max(self.evidence[n] for n in named) - 1e-9, draws))
@@ -100,9 +100,9 @@ class Scores:
         """The smallest p value that sign flips can give."""
         return 1.0 / len(signs(self._contributions.shape[0], POLICY.sign_draws))
 
-    def _as_strong(self, seen: Mapping[str, float], by_flips: Mapping[str, Array]) -> float:
+    def _as_strong(self, observed: Mapping[str, float], by_flips: Mapping[str, Array]) -> float:
         """Share of the flips, including the data themselves, whose strongest candidate is as strong as the observed."""
-        strongest = max(float(equivalent(t, self.rank[n])) for n, t in seen.items()) - 1e-9
+        strongest = max(float(equivalent(t, self.rank[n])) for n, t in observed.items()) - 1e-9
         most = np.max([equivalent(t, self.rank[n]) for n, t in by_flips.items()], axis=0)
         return float((1 + np.sum(most >= strongest)) / (len(most) + 1))
 
@@ -123,7 +123,7 @@ class Scores:
             statistics[name] = quadratic(contributions[:, columns] @ z, variance)
         return statistics
 
-    def _drawn(self, names: Sequence[str], seen: float, draws: int) -> float:
+    def _drawn(self, names: Sequence[str], observed: float, draws: int) -> float:
         columns = np.concatenate([self.groups[n] for n in names])
         factor: Array = np.asarray(np.linalg.qr(self._left[:, columns], mode="r"))
         normal = np.random.default_rng(SEED).standard_normal((draws, factor.shape[0])) @ factor
@@ -133,7 +133,7 @@ class Scores:
             own = factor[:, at : at + k]
             most = np.maximum(most, equivalent(quadratic(normal[:, at : at + k], (own.T @ own)[None]), self.rank[name]))
             at += k
-        return float((1 + np.sum(most >= seen)) / (draws + 1))
+        return float((1 + np.sum(most >= observed)) / (draws + 1))
 
 
 def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[str, Sequence[str]]) -> Scores:
@@ -142,8 +142,8 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
     whole = system.of([n for name in names for n in candidates[name]])
     groups, left = column_groups(candidates), visible_only(whole, beside.without(whole))
     visibility, stated, statistic, rank, estimate, spread = {}, {}, {}, {}, {}, {}
-    seen = system.run >= 0
-    priors = left[~seen[system.label]]
+    measured = system.run >= 0
+    priors = left[~measured[system.label]]
     stated_priors = left[system.run[system.label] == -1]
     contributions = np.add.reduceat(left * beside.y[:, None], system.starts, axis=0)
     for name, columns in groups.items():
@@ -161,11 +161,11 @@ def scores(system: LinearizedSystem, fitted: Sequence[str], candidates: Mapping[
         flipped[b] = beside.basis[first:last].T @ left[first:last]
     return Scores(
         names, groups, visibility, stated, statistic, rank, estimate, spread,
-        left, contributions[seen], flipped[seen], priors,
+        left, contributions[measured], flipped[measured], priors,
     )  # fmt: skip
 
 
-def absorbed(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> Array:
+def omitted_effect_bias(system: LinearizedSystem, fitted: Sequence[str], column: Array) -> Array:
     """The bias of each fitted unknown, (fitted,), by an effect of this sensitivity, (n,), that is not in the model.
 
     Notes

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vdyn_cli.diagnosis.detect.detection import Obstacle, fewest_runs, obstacle
-from vdyn_cli.diagnosis.detect.scores import Scores, absorbed
+from vdyn_cli.diagnosis.detect.scores import Scores, omitted_effect_bias
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import largest_plausible
@@ -31,7 +31,7 @@ def untestable(model: FullModel, base: FittedModel, found: Scores) -> tuple[NotT
         unknown = model.amplitudes(name)[0]
         sensitivity = base.system.of([unknown])[:, 0]
         why = obstacle(model, found, name)
-        if why in (None, "absorbed") or not np.any(sensitivity):
+        if why in (None, "nuisance") or not np.any(sensitivity):
             continue
         amplitude = POLICY.typical_share * largest_plausible(effect, unknown)
         noticed = biased(model, base, unknown, amplitude)
@@ -50,7 +50,7 @@ def biased(model: FullModel, base: FittedModel, unknown: str, amplitude: float) 
     ----------
     unknown : amplitude of the effect. base : fit of the model without it, on whose linearization the bias is computed.
     """
-    moved = amplitude * absorbed(base.system, model.base, base.system.of([unknown])[:, 0])
+    moved = amplitude * omitted_effect_bias(base.system, model.base, base.system.of([unknown])[:, 0])
     return {n: float(m) for n, m in zip(model.base, moved, strict=True) if abs(m) > NOTICEABLE * base.solution.std[n]}
 
 

@@ -54,9 +54,9 @@ class Information:
     def statistic(self, name: str) -> tuple[float, int]:
         """T^2 of a candidate or profile, and its degrees of freedom."""
         g, sizes = self.columns[name], np.sqrt(np.maximum(np.diag(self.matrix), 0.0))
-        seen = g[sizes[g] > ROUNDING * max(float(np.max(sizes)), 1e-150)]
-        inverse, rank = pseudo_inverse(self.matrix[np.ix_(seen, seen)])
-        return float(self.score[seen] @ inverse @ self.score[seen]), rank
+        visible = g[sizes[g] > ROUNDING * max(float(np.max(sizes)), 1e-150)]
+        inverse, rank = pseudo_inverse(self.matrix[np.ix_(visible, visible)])
+        return float(self.score[visible] @ inverse @ self.score[visible]), rank
 
     def evidence(self, names: Sequence[str]) -> dict[str, float]:
         """Normal equivalent of the statistic of each visible candidate or profile."""

@@ -63,14 +63,14 @@ def judge(strategy: Strategy, faults: Sequence[Finding] = (), limits: Limits | N
         return judgment
     if not detected:
         return replace(judgment, one_way=model.setup.one_way)
-    focused, seen = strategy.focused(found)
-    answers, tried = accepted_models(focused, seen)
-    answers = _without_idle_effects(strategy, focused, answers, limits)
+    local, found_there = strategy.about_largest_effect(found)
+    answers, tried = accepted_models(local, found_there)
+    answers = _without_idle_effects(strategy, local, answers, limits)
     judgment = _sized(strategy, replace(judgment, tried=tried, accepted=answers), limits)
     if not judgment.material:
         return replace(judgment, one_way=model.setup.one_way)
-    judgment = _accepting(strategy, judgment, answers, seen)
-    judgment = _with_gain(strategy, judgment, focused) if judgment.answers else judgment
+    judgment = _accepting(strategy, judgment, answers, found_there)
+    judgment = _with_gain(strategy, judgment, local) if judgment.answers else judgment
     named = [model.setup.candidates[name] for name in judgment.answer.effects] if judgment.answer else []
     if model.setup.one_way and any(effect.turns_with_heading or effect.begins_with_run for effect in named):
         return replace(judgment, one_way=model.setup.one_way, gain=None)
@@ -99,7 +99,7 @@ def _insufficient(strategy: Strategy, found: Detection) -> str:
 
 
 def _without_idle_effects(
-    strategy: Strategy, focused: Strategy, answers: Sequence[CandidateModel], limits: Limits | None
+    strategy: Strategy, local: Strategy, answers: Sequence[CandidateModel], limits: Limits | None
 ) -> tuple[CandidateModel, ...]:
     """The answers without effects that neither change the main output by more than the limit nor lower its error.
 
@@ -112,7 +112,7 @@ def _without_idle_effects(
         kept = answer
         for effect in answer.effects if len(answer.effects) > 1 else ():
             rest = tuple(e for e in kept.effects if e != effect)
-            less = candidate_model(focused, rest) if rest else None
+            less = candidate_model(local, rest) if rest else None
             size = finding_size(strategy, less.fitted, kept.fitted) if less else None
             if less and size and size.plain and size.change <= limits.output and size.after >= size.before:
                 kept = less
@@ -140,11 +140,11 @@ def _sized(strategy: Strategy, judgment: Judgment, limits: Limits | None) -> Jud
 
 
 def _accepting(
-    strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], seen: Detection
+    strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...], found_there: Detection
 ) -> Judgment:
     """The judgment with those answers that their amplitudes do not refute; their held-out gain is not computed."""
     model = strategy.model
-    if not answers and (beyond := best_beyond_range(strategy, judgment.tried, seen)):
+    if not answers and (beyond := best_beyond_range(strategy, judgment.tried, found_there)):
         return judgment.refuted(BEYOND_RANGE, beyond)
     if not answers:
         return judgment.refuted(closest=best_fit(judgment.tried if judgment.size is not None else ()))
@@ -152,19 +152,19 @@ def _accepting(
     if len(answers) == 1 < len(answers[0].effects) and may_be_zero(model, strategy.relinearized(answers[0].fitted)):
         answers = nearly_sufficient(judgment.tried) or answers
     first = answers[0]
-    if any(is_imitated(model, answer, seen) for answer in answers):
+    if any(is_imitated(model, answer, found_there) for answer in answers):
         return judgment.refuted(IMITATED, first)
     if len(answers) == 1 and may_be_zero(model, strategy.relinearized(first.fitted)):
         return judgment.refuted(NOT_SIGNIFICANT, first)
     return replace(judgment, accepted=answers)
 
 
-def _with_gain(strategy: Strategy, judgment: Judgment, focused: Strategy) -> Judgment:
+def _with_gain(strategy: Strategy, judgment: Judgment, local: Strategy) -> Judgment:
     """The judgment with its held-out gain; without an answer where the gain refutes it."""
     answers, found, base = judgment.answers, judgment.detection, judgment.base
     first, gain = answers[0], None
     if len(answers) == 1 or len(first.effects) > 1:  # several answers of several effects share most of them
-        gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, focused.base))
+        gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, local.base))
     if gain is None:
         return judgment
     by_prior = all(found.scores.stated[e] > POLICY.prior_information for e in first.effects)
@@ -231,7 +231,7 @@ def without_answer(strategy: Strategy, judgment: Judgment) -> Judgment | None:
 
 def _judged_again(strategy: Strategy, judgment: Judgment, answers: tuple[CandidateModel, ...]) -> Judgment | None:
     """The judgment with these answers instead of its own; None where significance or held-out gain refutes them."""
-    focused, seen = strategy.focused(judgment.detection)
-    found = _accepting(strategy, judgment, answers, seen)
-    found = _with_gain(strategy, found, focused) if found.answers else found
+    local, found_there = strategy.about_largest_effect(judgment.detection)
+    found = _accepting(strategy, judgment, answers, found_there)
+    found = _with_gain(strategy, found, local) if found.answers else found
     return found if found.answers else None

@@ -188,11 +188,11 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
     below = hopeless_cost(strategy.base.solution.cost, least)
     models = [candidate_model(strategy, p, below) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
     both = [m for m in models if m is not None]
-    seen = {t.effects for t in tried}
+    already = {t.effects for t in tried}
     alone = dict.fromkeys(
         (e,) for m in both for e, other in permutations(m.effects) if not _is_needed(strategy, m, other)
     )
-    enough = [candidate_model(strategy, e) for e in alone if e not in seen]
+    enough = [candidate_model(strategy, e) for e in alone if e not in already]
     return (*filter(None, enough), *(m for m in both if all_needed(strategy, m)))
 
 

@@ -73,8 +73,8 @@ def _with_equal_partners(
     best = best_fit(answers)
     if best is None or len(best.effects) == 1:
         return ()
-    seen = {frozenset(a.effects) for a in answers}
-    return tuple(a for a in alternatives(strategy, best, found) if a.sufficient and frozenset(a.effects) not in seen)
+    already = {frozenset(a.effects) for a in answers}
+    return tuple(a for a in alternatives(strategy, best, found) if a.sufficient and frozenset(a.effects) not in already)
 
 
 def _one_profile_suffices(strategy: Strategy) -> bool:

@@ -85,8 +85,8 @@ class ExperimentDesigner:
         system, s = self.strategy.base.system, len(self._names)
         own = system.columns[:, s:]
         known = (system.run[system.label] < 0) & ~own.any(axis=1)
-        seen = np.column_stack([own[~known], system.columns[~known, :s]])
-        return sqrt(self.times) * _eliminated(seen, own.shape[1]), system.columns[known, :s]
+        driven = np.column_stack([own[~known], system.columns[~known, :s]])
+        return sqrt(self.times) * _eliminated(driven, own.shape[1]), system.columns[known, :s]
 
     @property
     def manoeuvres(self) -> tuple[Manoeuvre, ...]:
@@ -154,8 +154,8 @@ class ExperimentDesigner:
         s^2 = diag((J'J)^-1), the Cramer-Rao bound; practically infinite where nothing determines the unknown.
         """
         base = self.strategy.model.base
-        seen, known = self._driven
-        whole = np.vstack([seen if rows is None else rows, known])[:, : len(base)]
+        driven, known = self._driven
+        whole = np.vstack([driven if rows is None else rows, known])[:, : len(base)]
         size = np.linalg.norm(whole, axis=0)
         size[size == 0.0] = 1.0
         _, values, right = np.linalg.svd(whole / size, full_matrices=False)

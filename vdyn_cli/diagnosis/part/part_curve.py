@@ -86,9 +86,9 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
     own = [n for n in part.own if n in solution.values]
     names = [*own, *part.unknowns]
     basis = part.basis(x)
-    seen = _seen(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
+    covered = _within_data(x, samples) if samples is not None else np.ones(POINTS, dtype=np.bool_)
     if not part.own and not part.anchored:  # the fitted parameters absorb a constant: remove it from the curve
-        basis = basis - basis[seen].mean(axis=0)
+        basis = basis - basis[covered].mean(axis=0)
     gradient = np.column_stack([part.slopes(x, solution.values), basis]) if own else basis
     at = [solution.names.index(n) for n in names]
     half = np.max(
@@ -98,15 +98,15 @@ def curve_of(part: Part, fitted: FittedParts, base: Solution, samples: Array | N
     found = np.array([solution.values[n] for n in part.unknowns])
     half = np.hypot(half, NORMAL95 * np.sqrt(truncation_error(found, part.orders)))
     prior = np.sqrt(basis**2 @ fitted.variance_of(part))
-    seen &= (half <= POLICY.covered_share * NORMAL95 * prior) | (np.abs(x) <= part.scale)
-    seen = _longest(seen, x)
-    if np.count_nonzero(seen) < FEWEST_POINTS:
+    covered &= (half <= POLICY.covered_share * NORMAL95 * prior) | (np.abs(x) <= part.scale)
+    covered = _longest(covered, x)
+    if np.count_nonzero(covered) < FEWEST_POINTS:
         return None
     value = part.baseline(x, solution.values) + basis @ found
-    inside = gradient[seen]
+    inside = gradient[covered]
     covariance = inside @ solution.classical_covariance[np.ix_(at, at)] @ inside.T
     covariance += truncation_error(found, part.orders) * np.eye(len(inside))
-    return Curve(part, x[seen], value[seen], half[seen], part.baseline(x[seen], base.values), covariance)
+    return Curve(part, x[covered], value[covered], half[covered], part.baseline(x[covered], base.values), covariance)
 
 
 def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[int]) -> Array:
@@ -118,7 +118,7 @@ def _half(gradient: Array, solution: Solution, covariance: Array, at: Sequence[i
     return np.asarray(t_quantile(max(degrees, POLICY.fewest_curve_degrees)) * std)
 
 
-def _seen(x: Array, samples: Array) -> NDArray[np.bool_]:
+def _within_data(x: Array, samples: Array) -> NDArray[np.bool_]:
     """Whether each point (points,) lies within the samples of the coordinate, without the outermost ones."""
     known = np.sort(samples[np.isfinite(samples)])
     left_out = min(OUTERMOST, known.size // 20)
@@ -158,8 +158,8 @@ def _at_rest(effect: Effect, s: Signals) -> dict[str, float]:
     """The effect's states after a long time at constant signals."""
     states = dict.fromkeys(effect.states, 0.0)
     for _ in range(int(STEADY / INTEGRATION_STEP) if states else 0):
-        seen = s.but(**states)
-        rates = {n: float(rate(seen)) for n, rate in effect.states.items()}
+        there = s.but(**states)
+        rates = {n: float(rate(there)) for n, rate in effect.states.items()}
         states = {n: v + INTEGRATION_STEP * rates[n] for n, v in states.items()}
         if all(abs(r) < 1e-6 for r in rates.values()):
             break

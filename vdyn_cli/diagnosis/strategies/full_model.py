@@ -84,7 +84,7 @@ class FullModel:
         return frozenset(u.name for u in self.regression.shared if u.nuisance)
 
     @cached_property
-    def absorbed(self) -> frozenset[str]:
+    def nuisance_errors(self) -> frozenset[str]:
         """Sensor errors that the baseline already contains, as nuisance parameters whose prior is a default.
 
         A small difference between their sensitivities, or a contradiction of such a prior, is no evidence of an error.

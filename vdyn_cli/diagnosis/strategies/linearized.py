@@ -72,8 +72,8 @@ class LinearizedStrategy(Strategy):
         every = tuple(sorted({*fitted.effects, *effects}))
         zero = {n: 0.0 for e in every for n in self.model.amplitudes(e)}
         point = {**zero, **values, **self.prior_values}
-        seen = self.relinearization.predicted(every, fitted.values, point)
-        return FittedModel(tuple(effects), fitted.solution, *seen) if seen else None
+        simulated = self.relinearization.predicted(every, fitted.values, point)
+        return FittedModel(tuple(effects), fitted.solution, *simulated) if simulated else None
 
     def with_open_range(self, about: str = "") -> LinearizedStrategy:
         """See Strategy. Relinearized fits stay within the plausible range."""
@@ -82,7 +82,7 @@ class LinearizedStrategy(Strategy):
         there = self._linearized_about(fitted) if fitted else None
         return there.with_open_range() if there else wide
 
-    def focused(self, found: Detection) -> tuple[LinearizedStrategy, Detection]:
+    def about_largest_effect(self, found: Detection) -> tuple[LinearizedStrategy, Detection]:
         """The strategy linearized about the effect that explains most, and the detection repeated there.
 
         Evidence on the first linearization ranks large effects wrongly (``fits_alone``).
@@ -100,13 +100,13 @@ class LinearizedStrategy(Strategy):
             return self, found
         # Nondifferentiable effects were tested in ``found`` at their likely amplitudes; ``there`` they may not show.
         kept = {n for n in found.testable if self.relinearization.nondifferentiable((n,))}
-        seen = detect(there, there.base)
+        repeated = detect(there, there.base)
         if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in alone.items())):
             there = self._with_own_fits(local, strongest, alone)
             # About a large scale, ``reachable_t`` is wrong for the others: candidates with a fit stay testable.
             kept |= {n for n, fit in alone.items() if fit is not None}
-        testable = tuple(n for n in found.scores.names if n in kept or n in seen.testable)
-        return there, replace(seen, testable=testable)
+        testable = tuple(n for n in found.scores.names if n in kept or n in repeated.testable)
+        return there, replace(repeated, testable=testable)
 
     def best_with_shape(self, found: Detection, strongest: str) -> str | None:
         """The effect with a shape parameter that explains clearly more than the strongest one; None without any.

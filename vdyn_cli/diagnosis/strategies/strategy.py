@@ -74,6 +74,6 @@ class Strategy(Protocol):
         """
         return NO_VALUES
 
-    def focused(self, found: Detection) -> tuple[Strategy, Detection]:
-        """A strategy whose fits do not distort large effects, with the detection repeated; unchanged by default."""
+    def about_largest_effect(self, found: Detection) -> tuple[Strategy, Detection]:
+        """The strategy linearized about the largest effect, with the detection repeated; unchanged by default."""
         return self, found

@@ -184,28 +184,28 @@ def _compared(
     segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
 ) -> list[_ExcessDeceleration]:
     """The excess deceleration of each segment over the law that all segments share and the hills of the road."""
-    seen = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
-    found = _over_common_law(segments, seen, directions)
+    measured = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
+    found = _over_common_law(segments, measured, directions)
     places = [_places(s, d, f.time) for s, d, f in zip(segments, directions, found, strict=True)]
     placed = [k for k, place in enumerate(places) if place is not None]
     excess = [PlacedExcess(HEADING[directions[k]], np.asarray(places[k]), found[k].excess) for k in placed]
     hills = dict(zip(placed, repeated_slope(excess), strict=True))
     if not any(np.any(hill) for hill in hills.values()):
         return found
-    level = [(time, speed, value - hills.get(k, 0.0)) for k, (time, speed, value) in enumerate(seen)]
+    level = [(time, speed, value - hills.get(k, 0.0)) for k, (time, speed, value) in enumerate(measured)]
     return _over_common_law(segments, level, directions)
 
 
 def _over_common_law(
-    segments: Sequence[CoastSegment], seen: Sequence[tuple[Array, Array, Array]], directions: Sequence[str | None]
+    segments: Sequence[CoastSegment], measured: Sequence[tuple[Array, Array, Array]], directions: Sequence[str | None]
 ) -> list[_ExcessDeceleration]:
     """The excess of each segment's deceleration over the law c(direction) + k V^2 that all segments share.
 
     Parameters
     ----------
-    seen : of each segment, time, speed and deceleration, (b,) s, m/s, m/s^2.
+    measured : of each segment, time, speed and deceleration, (b,) s, m/s, m/s^2.
     """
-    speeds, values = [s[1] for s in seen], [s[2] for s in seen]
+    speeds, values = [s[1] for s in measured], [s[2] for s in measured]
     counts = {d: directions.count(d) for d in directions}
     ways = sorted({str(d) for d in directions})
     column = np.array([ways.index(str(d)) for d in directions])
@@ -214,7 +214,7 @@ def _over_common_law(
     law = least_absolute_deviations(design, np.concatenate(values))
     level = _levels(law[:-1], column, [v - law[-1] * u**2 for u, v in zip(speeds, values, strict=True)])
     found = []
-    for segment, (time, speed, value), c, direction in zip(segments, seen, column, directions, strict=True):
+    for segment, (time, speed, value), c, direction in zip(segments, measured, column, directions, strict=True):
         common = level[c] + law[-1] * speed**2
         separate = counts[direction] >= STEP_POLICY.separating_runs
         limit = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few

@@ -51,7 +51,7 @@ def crosswind_shift(fit: RoadLoadFit, stated: float | None) -> tuple[Mapping[str
     across = likely_crosswind(fit) if stated is None else stated
     if campaign.drive != "coasting" or not campaign.speed_fitted or not across:
         return {}, ()
-    shift = absorbed(fit, lambda speed: crosswind_force(fit.at, speed, across))
+    shift = parameter_shift(fit, lambda speed: crosswind_force(fit.at, speed, across))
     halves = {n: 0.5 * float(np.diff(solution.interval95[n])[0]) for n in shift}
     if all(abs(d) < MATERIAL * halves[n] for n, d in shift.items()):
         return shift, ()
@@ -104,7 +104,7 @@ def crosswind_force(at: Mapping[str, float], speed: Array, across: float) -> Arr
     return np.asarray(0.5 * at["air_density"] * at["drag_area"] * drag)
 
 
-def absorbed(fit: RoadLoadFit, force: Callable[[Array], Array]) -> Mapping[str, float]:
+def parameter_shift(fit: RoadLoadFit, force: Callable[[Array], Array]) -> Mapping[str, float]:
     """Shift of rolling resistance and drag area (m^2) by a force over speed, for those of the two that are estimated.
 
     Least squares of the force on M g and 1/2 rho V^2 over the fitted speeds.

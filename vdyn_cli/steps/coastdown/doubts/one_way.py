@@ -19,7 +19,7 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
-from vdyn_cli.steps.coastdown.doubts.crosswind import absorbed
+from vdyn_cli.steps.coastdown.doubts.crosswind import parameter_shift
 from vdyn_cli.steps.coastdown.fit.residuals import fitted_to
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -92,7 +92,7 @@ def unbalanced_finding(fit: RoadLoadFit) -> tuple[Finding, ...]:
 def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
     """Shift of rolling resistance and drag area by a headwind ``one_way_wind``, where they are estimated."""
     density = 0.5 * fit.at["air_density"] * fit.at["drag_area"]
-    return absorbed(fit, lambda speed: density * ((speed + STEP_POLICY.one_way_wind) ** 2 - speed**2))
+    return parameter_shift(fit, lambda speed: density * ((speed + STEP_POLICY.one_way_wind) ** 2 - speed**2))
 
 
 def _moved(solution: Solution, shift: Mapping[str, float]) -> Solution:

@@ -17,7 +17,7 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.coastdown.doubts.crosswind import MATERIAL, absorbed
+from vdyn_cli.steps.coastdown.doubts.crosswind import MATERIAL, parameter_shift
 from vdyn_cli.steps.coastdown.doubts.one_way import is_one_way
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_regression import effects_of
@@ -43,7 +43,7 @@ def sheltered_wind_shift(fit: RoadLoadFit) -> Mapping[str, float]:
     def force(speed: Array) -> Array:
         return np.asarray(pull * speed * np.where(speed > half, 1.0, -1.0))
 
-    return absorbed(fit, force)
+    return parameter_shift(fit, force)
 
 
 def mean_wind(fit: RoadLoadFit) -> float:
