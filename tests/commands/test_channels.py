@@ -193,3 +193,12 @@ def test_gaps_and_constant_segments_of_a_further_log_are_stated(tmp_path: Path) 
     text, _ = channels_table(*paths)
     assert "against whole.csv: 'Time [s]': gap from 29.90 s to 70.00 s\n" in text
     assert "against whole.csv: 'Speed [km/h]': constant at 60 from 40.0 s to 69.9 s (30 %)" in text
+
+
+def test_a_unit_at_the_end_of_a_name_is_shown(tmp_path: Path) -> None:
+    rows = "".join(f"{k / 10:.1f},{60 - k / 10:.1f}\n" for k in range(60))
+    (tmp_path / "log.csv").write_text("tGPS_s,vGPS_mph\n" + rows)
+    lines = shown(tmp_path / "log.csv").splitlines()
+    assert lines[1].split()[:4] == ["tGPS_s", "s", "10", "Hz"]
+    assert lines[2].split()[:2] == ["vGPS_mph", "mph"]
+    assert lines[2].endswith("unit by the end of its name")

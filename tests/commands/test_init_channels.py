@@ -112,6 +112,24 @@ def test_columns_that_no_channel_takes_are_listed(tmp_path: Path) -> None:
             {"Speed_mph": 60 - WAVE, "Accel X_g": 0.3 * WAVE, "Accel Y_g": 0.1 * WAVE},
             ("acceleration", "Accel X [g]"),
         ),
+        (
+            "coastdown",
+            {"Ground Speed_mpers": 60 - WAVE, "Drive Speed_mpers": 61 - WAVE},
+            ("speed", "Ground Speed [m/s]"),
+        ),
+        (
+            "coastdown",
+            {"CCVS1_WheelBasedVehicleSpeed_mpers": 60 - WAVE},
+            ("speed", "CCVS1_WheelBasedVehicleSpeed [m/s]"),
+        ),
+        ("coastdown", {"SOG_kts": 60 - WAVE}, ("speed", "SOG [kts]")),
+        ("coastdown", {"VehSpd_0.01 kmperh": 6000 - WAVE}, ("speed", "VehSpd [0.01 km/h]")),
+        ("coastdown", {"twist.linear.x_": 20 - WAVE}, ("speed", "twist.linear.x")),
+        (
+            "inertia",
+            {"My_VL_kNm": WAVE, "Fx_VL_kN": WAVE, "Fz_VL_kN": 4 + 0.1 * WAVE, "Drehzahl_VL_1permin": 500 + WAVE},
+            ("wheel_speed", "Drehzahl_VL [1/min]"),
+        ),
     ],
 )
 def test_names_and_units_of_rigs_and_phones_are_known(

@@ -94,6 +94,7 @@ BEHIND = "TIMESTAMP,MODEL,RPM,SPEED\n" + rows("{t:.3f},two,800 rpm,{v:.2f}km/h")
 DECODED = "TimeStamp,CAN ID,Signal,Raw Value,Physical Value\n" + rows(
     "{d:%Y-%m-%d %H:%M:%S.%f}+00:00,217,VehSpd[km/h],9,{v:.2f}\n{d:%Y-%m-%d %H:%M:%S.%f}+00:00,300,Gear,3,3"
 )
+COMMENTS = "Zeit;v_Fzg;T_Aussen\ns;km/h;°C\nZeitkanal;CAN ESP_21;Klima\n" + rows("{t:.3f};{v:.2f};#NV")
 AGAIN = OF_DAY.splitlines(keepends=True)
 EXPORTS = {
     "motec.csv": (MOTEC, "Time", "Ground Speed", "km/h"),
@@ -115,5 +116,6 @@ EXPORTS = {
     "groups.csv": (GROUPS, "TIME#1", "Vehicle Speed", "km/h"),
     "behind.csv": (BEHIND, "TIMESTAMP", "SPEED", "km/h"),
     "decoded.csv": (DECODED, "TimeStamp", "VehSpd[km/h]", "km/h"),
+    "comments.csv": (COMMENTS, "Zeit", "v_Fzg", "km/h"),
     "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }

@@ -112,3 +112,8 @@ def test_a_clock_is_known_by_the_names_that_loggers_give_it(name: str) -> None:
 @pytest.mark.parametrize("name", ["Torque", "GPS Speed (m/s)", "GPS Timing Error", "Device Temperature", "throttle"])
 def test_other_channels_of_such_loggers_are_no_clocks(name: str) -> None:
     assert not is_clock(name)
+
+
+def test_a_clock_of_full_seconds_may_have_a_fixed_rate() -> None:
+    time = np.floor(np.arange(200) / 10.0)
+    assert "remove 'time' and write 'reading: {rate: 10 Hz}'" in rising(time).problems[0].remedy

@@ -50,5 +50,5 @@ def test_other_drives_are_not_exchanged() -> None:
 def test_a_clock_in_another_column_is_named(tmp_path: Path) -> None:
     rows = [f"{30.0 - 0.4 * t:.3f},{t:.2f}" for t in TIME]
     (tmp_path / "run.csv").write_text("\n".join(["t,v", *rows]) + "\n")
-    with pytest.raises(InputError, match="'speed' increases like a clock: if the two columns are exchanged"):
+    with pytest.raises(InputError, match="exchange the columns of 'time' and 'speed' in the"):
         read_log(tmp_path / "run.csv", {"time": Column("t", "s", "s"), "speed": Column("v", "m/s", "m/s")})

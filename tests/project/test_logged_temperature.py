@@ -28,14 +28,25 @@ def test_fahrenheit_is_converted() -> None:
 
 
 @pytest.mark.parametrize(
+    "name",
+    ["Lufttemp [°C]", "T_Luft", "Temp außen", "Température ambiante", "AmbT_degC", "TAmb_C", "AMB_AmbientAirTemp"],
+)
+def test_names_of_other_loggers_and_languages_are_known(name: str) -> None:
+    unit = "" if name.endswith(("_C", "_degC")) else "°C"
+    ((_, text),) = logged_temperature([[channel(name, unit, 18.0, 19.0)]])
+    assert text.startswith("18 +- 2 degC")
+
+
+@pytest.mark.parametrize(
     "facts",
     [
         channel("Battery Temperature", "°C", 20.0, 22.0),
+        channel("Ansauglufttemperatur", "°C", 20.0, 22.0),
         channel("Ambient Temperature Cabin", "°C", 20.0, 22.0),
         channel("Ambient Temperature", "", 20.0, 22.0),
         channel("Ambient Temperature", "°C", -60.0, 20.0),
     ],
-    ids=["battery", "cabin", "no unit", "not connected"],
+    ids=["battery", "intake", "cabin", "no unit", "not connected"],
 )
 def test_what_is_not_the_air_is_left_to_the_user(facts: ChannelFacts) -> None:
     assert logged_temperature([[facts]]) == ()

@@ -156,3 +156,10 @@ def test_units_as_loggers_write_them(written: str, si: str, factor: float) -> No
 def test_capitals_are_no_nanometers() -> None:
     with pytest.raises(UnitError, match="nautical mile"):
         to_si(1.0, "NM", "m")
+
+
+def test_a_raw_value_s_unit_has_a_factor() -> None:
+    assert to_si(9000.0, "0.01 km/h", "m/s") == pytest.approx(25.0)
+    assert to_si(200.0, "0.1degC", "K") == pytest.approx(293.15)
+    with pytest.raises(UnitError):
+        to_si(1.0, "0.01 0.01 km/h", "m/s")

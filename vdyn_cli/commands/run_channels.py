@@ -9,6 +9,7 @@ from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.csv.vbox_coastdown_table import HEAD
+from vdyn_cli.io.file_units import words_and_unit
 from vdyn_cli.io.files import distinct_names
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -115,7 +116,7 @@ def _entry(facts: ChannelFacts) -> ChannelEntry:
         column=facts.column,
         group=info.group,
         source=info.source,
-        unit=info.unit,
+        unit=_unit(facts)[0],
         rate=_known(info.rate),
         span=None if math.isnan(info.span[0]) else info.span,
         state=facts.state,
@@ -141,7 +142,15 @@ def _row(facts: ChannelFacts, grouped: bool) -> list[str]:
     rate = "" if math.isnan(info.rate) else f"{info.rate:.4g} Hz"
     span = ["", ""] if math.isnan(info.span[0]) else [_seconds(t, info.span[1] - info.span[0]) for t in info.span]
     limits = [_number(facts.lowest), _number(facts.highest)]
-    return [name, *([info.group] if grouped else []), info.unit, rate, *span, *limits, "; ".join(_notes(facts))]
+    return [name, *([info.group] if grouped else []), _unit(facts)[0], rate, *span, *limits, "; ".join(_notes(facts))]
+
+
+def _unit(facts: ChannelFacts) -> tuple[str, str]:
+    """The unit of a channel, and its source if that is the end of its name, such as ``vGPS_mph``."""
+    if facts.info.unit or facts.state in ("clock", "text"):
+        return facts.info.unit, ""
+    unit = words_and_unit(facts.column)[1]
+    return (unit, "the end of its name") if len(unit) > 1 else ("", "")  # _m and _s may mean something else
 
 
 def _seconds(time: float, length: float) -> str:
@@ -157,6 +166,8 @@ def _notes(facts: ChannelFacts) -> list[str]:
     notes: list[str] = []
     if facts.state != "varies":
         notes.append(facts.state)
+    if (by := _unit(facts)[1]) and facts.state != "clock":
+        notes.append(f"unit by {by}")
     if facts.state == "clock" and (not facts.info.unit or facts.info.unit_from != "file"):
         notes.append(_clock_unit(facts))
     if facts.info.late:

@@ -162,6 +162,8 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named is None:
         texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text")
         remedy = f"if the text of {texts} is the time, export it as {FORMS}" if texts else "export it with its time"
+        if other := _increasing(facts):
+            remedy = f"{other}; {remedy}"
         remedy += "; if its rate is fixed, describe it without 'time', but with its rate, as in 'reading: {rate: 1 Hz}'"
         if facts and max(f.samples for f in facts) <= MOST_LEVELS:
             remedy += (
@@ -173,8 +175,20 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named.decreases is not None:
         count, before, behind = named.decreases
         what += f": {before:.10g} is followed by {behind:.10g}" + (f", and {count - 1} more" if count > 1 else "")
+    if other := _increasing(facts):
+        return what, f"{other}; or correct the header if it exchanges two names"
     remedy = "sort the rows by time, split the file where its time steps back, or export a time that has all its digits"
     return what, remedy
+
+
+def _increasing(facts: Sequence[ChannelFacts]) -> str:
+    """The remedy that maps the only column that increases as the time; empty if there is none, or several."""
+    found = [f.column for f in facts if f.state == "varies" and f.info.rate != f.info.rate and f.decreases is None]
+    return (
+        f"if '{found[0]}', which increases, is the time, name it 'Time [s]' or map it as 'time'"
+        if len(found) == 1
+        else ""
+    )
 
 
 def recordings(path: Path) -> Iterator[Recorded]:

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.quantity import UnitError, is_spelling, to_si
+from vdyn_cli.quantities.quantity import UnitError, is_spelling, raw_scale, to_si
 from vdyn_cli.quantities.unit_grammar import written_powers
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
@@ -58,6 +58,7 @@ def is_unit(text: str) -> bool:
     """Whether a text from a file is a unit; impossible texts are not passed to the parser of units."""
     if _UNIT.fullmatch(text) is None:
         return False
+    text = raw_scale(text)[1]
     if is_spelling(text):
         return True
     # m/s2, but not V2, which may be a name.

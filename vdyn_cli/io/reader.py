@@ -21,7 +21,7 @@ _CLOCK = re.compile(
     r"(\w+[ _.])?time[ _]?stamps?|stamp(?=_[mun]?s\b)|date[ /_-]?time|"
     r"(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
     r"x_value|utc|(ms|seconds)_today|"
-    r"(milli|micro)s(econds)?|(minutes|seconds|secs?|ms)(?=\W*$)|t(?=_[mun]?s\b|[^\w]|$))(?![a-z])",
+    r"(milli|micro)s(econds)?|(minutes|seconds|secs?|ms)(?=\W*$)|t(?=_[mun]?s\b|[^\w]|$)|t_?(gps|can|utc)(?=_[mun]?s\b|$))(?![a-z])",
     re.IGNORECASE,
 )
 # Sampling rates, Hz, of loggers in road tests: the unit of time is known if only one unit gives such a rate.

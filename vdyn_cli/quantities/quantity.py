@@ -66,6 +66,8 @@ _BY_KIND = {
     **{(u, "N m"): "lbf*ft" for u in ("lb-ft", "ft-lb", "lb ft", "ft lb", "lbft", "ftlb")},
 }
 
+_RAW = re.compile(r"\s*(\d{0,3}\.\d{1,12})[ *x·]{0,3}((?:[^\W\d_]|[%°]).*)", re.DOTALL)
+
 _KINDS = {
     "m": "length",
     "m^2": "area",
@@ -95,6 +97,12 @@ def is_spelling(text: str) -> bool:
     return text.lower() in {spelling for spelling, _ in _BY_KIND}
 
 
+def raw_scale(text: str) -> tuple[float, str]:
+    """The decimal factor and the unit of a raw value's unit, such as 0.01 and km/h of ``0.01 km/h``; 1 without one."""
+    raw = _RAW.fullmatch(text[: unit_grammar.LONGEST_UNIT])
+    return (float(raw[1]), raw[2]) if raw is not None and float(raw[1]) > 0.0 else (1.0, text)
+
+
 @cache
 def _registry() -> UnitRegistry[Any]:
     from pint import UnitRegistry
@@ -112,7 +120,11 @@ def _scale(unit: str, si_unit: str) -> tuple[float, float]:
 
 
 def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
-    """The same as ``_scale``, from the unit library."""
+    """The same as ``_scale``, from the unit library; a factor before the unit is a raw value's: ``0.01 km/h``."""
+    step, plain = raw_scale(unit)
+    if plain != unit:
+        factor, offset = _scale(plain, si_unit)
+        return step * factor, offset
     # An accelerometer's "g" is standard gravity, not the gram; a rotating shaft's "1/min" counts revolutions; "lb" of a
     # force is pound-force.
     text = _BY_KIND.get((unit[: unit_grammar.LONGEST_UNIT].strip().lower(), si_unit), unit)

@@ -164,7 +164,9 @@ class ChannelEntry(Entry):
     column: str = Field(description="name as a description's 'column' states it")
     group: str = Field(description="group of the channel in the file; empty where it has none")
     source: str = Field(description="device or bus that the file names; empty where it names none")
-    unit: str = Field(description="unit that the file states, or a clock's name or rate shows; empty if unknown")
+    unit: str = Field(
+        description="unit that the file states, or that the end of the name or a clock's rate shows; empty if unknown"
+    )
     rate: float | None = Field(description="written samples per second, Hz; null without a clock")
     span: tuple[float, float] | None = Field(description="first and last time with a sample, s; null without a clock")
     state: Literal["clock", "varies", "constant", "empty", "text"] = Field(description="what the samples do")

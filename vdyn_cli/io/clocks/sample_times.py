@@ -17,6 +17,7 @@ from vdyn_cli.quantities.log import Log
 
 LineOf = Callable[[int], int]
 
+_FEWEST_TIMES = 5  # different ones, from which a fixed rate is estimated
 _MOST_DROPPED = 0.2  # of the rows; a column with more errors is not a clock
 SHORTEST_LOG, LONGEST_LOG = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
 FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; one sample a minute shows no motion
@@ -85,15 +86,19 @@ def check_rising(
             f"'recording: {len(begins) + 1}', or split it there, or map a clock that does not restart"
         )
     elif mode == "drop":
-        remedy = (
-            f"more than {100 * _MOST_DROPPED:.0f} % of the rows would be left out: export the log again, or split it"
-        )
+        most = f"{100 * _MOST_DROPPED:.0f} %"
+        remedy = f"more than {most} of the rows would be left out: export the log again, or split it"
     elif not (time[1:] != time[:-1]).any():
         remedy = "the time is constant: map the column of the clock, or export the log again"
     elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
         remedy = "the time has too few digits: export it with more digits"
+        if rate := _fixed_rate(time):
+            remedy += f"; if the rate is fixed, remove 'time' and write 'reading: {{rate: {rate:g} Hz}}'"
     elif share > _MOST_DROPPED and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):
-        remedy = f"'{clocks[0]}' increases like a clock: if the two columns are exchanged, correct the header"
+        remedy = (
+            f"'{clocks[0]}' increases like a clock: exchange the columns of 'time' and '{clocks[0]}' in the "
+            "description, or correct the header if it names them wrongly"
+        )
     elif share > _MOST_DROPPED:
         remedy = "sort the rows by their time, or export the log again"
     else:
@@ -215,3 +220,11 @@ def lines_of(rows: Sequence[int] | NDArray[np.int64], line_of: LineOf) -> str:
 
 def _count(n: int, noun: str) -> str:
     return f"{n} {noun}" + ("s" if n != 1 else "")
+
+
+def _fixed_rate(time: Array) -> float:
+    """The rows per second of a clock with too few digits, if most of its times occur equally often; else 0."""
+    known, counts = np.unique(time[np.isfinite(time)], return_counts=True)
+    if known.size < _FEWEST_TIMES or np.mean(counts == np.median(counts)) < 1.0 - _MOST_DROPPED:
+        return 0.0
+    return float(np.median(counts) / np.median(np.diff(known)))

@@ -10,6 +10,7 @@ NOT_WRITTEN = frozenset(
     {
         *("", "-", "--", "---", "----", "-----", "?", "*", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "<na>"),
         *("-nan", "-nan(ind)", "1.#qnan", "-1.#ind", "nodata", "no data", "#value!", "#ref!", "#div/0!", "#num!"),
+        *("#nv", "#wert!", "#bezug!", "#zahl!", "#valeur!", "#nombre!", "#n/d", "#n/v"),  # Excel in other languages
     }
 )
 

@@ -301,7 +301,10 @@ def _header_above(first: int, records: list[CsvRow], cells: list[list[str]], wan
                 rows.append(i)  # the units row names further columns
             break
         rows.append(i)
-    names = [i for i in rows if not holds_units(cells[i])] or rows
+    units = [i for i in rows if holds_units(cells[i])]
+    # Comments on the columns may stand below their units, but their names do not.
+    names = [i for i in rows if i not in units and (not units or i < units[0])]
+    names = names or [i for i in rows if i not in units] or rows
 
     def likeness(i: int) -> tuple[float, int, int]:
         named = {cell for cell in cells[i] if is_written(cell)}

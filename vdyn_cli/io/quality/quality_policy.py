@@ -21,6 +21,12 @@ class QualityPolicy:
         "Loggers choose marks that no sensor reaches. The ranges of sensors end within some three times what they "
         "measure in a drive, and the largest value of a bus signal, 65535, is its mark.",
     )  # fmt: skip
+    sure_mark_ratio: float = threshold(
+        1.5, "", "the same for a mark that is the only negative value of a channel, or a bus signal's largest value in "
+        "its unit, such as 655.35 km/h",
+        "No motion passes from positive values to -999, or to exactly 65535 counts, without values between; 255.996 "
+        "km/h, the mark of J1939, is 1.5 times the speed of a fast coast-down.",
+    )  # fmt: skip
     shortest_segment: int = threshold(
         5, "samples", "of equal values or of a straight line, below which a segment is not tested",
         "Four equal values in a row occur in every coarse channel; so few wrong samples do not affect an estimate.",

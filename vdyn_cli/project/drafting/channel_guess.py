@@ -16,6 +16,7 @@ from vdyn_cli.project.drafting.channel_names import (
     OF_ACCELERATION,
     RULES,
     SAME_WORD,
+    STATES_UNIT,
     in_english,
 )
 from vdyn_cli.quantities.quantity import Quantity, UnitError, a_unit_of, to_si
@@ -175,7 +176,8 @@ def _ranked(
     ranked: dict[int, list[_Candidate]] = {}
     for one in facts:
         words, suffix = _words(one.column)
-        words -= ignored
+        # A rotational speed of the only wheel that a log names is that of this wheel.
+        words = words - ignored | ({"wheel"} if channel == "wheel_speed" and words & ignored else set())
         if one.state == "clock" or (of_file and words & {"time", "speed", "accel", "torque"}):
             continue
         rank = _rank(words | of_file, ways, frozenset(never.split()), channel)
@@ -227,7 +229,7 @@ def _words(name: str) -> tuple[Words, str]:
     if suffix == "rpm":
         lower = (*lower, "n")  # WHEEL_RPM states the quantity, too
     words = {SAME_WORD.get(w, w) for w in lower}
-    if "g" in words and words & OF_ACCELERATION:
+    if "g" in words and (words & OF_ACCELERATION or {"a", "x"} <= words):
         suffix = suffix or "g"
     if words == {"s"}:
         words = {"position"}
@@ -250,6 +252,8 @@ def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) ->
     """The unit of a column and its source; an empty unit and the reason if it has another dimension."""
     if one.info.unit:
         unit, how = one.info.unit, "unit from the file"
+    elif STATES_UNIT.get(quantity.unit, frozenset("?")) <= _words(one.column)[0]:
+        unit, how = quantity.unit, "unit of every message of this name"
     elif suffix:
         unit, how = suffix, "unit from the end of its name"
     elif file_name and (stated := _words(file_name.split(".")[0])[1]):

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 # Polish, Czech and Scandinavian languages, without accents.
 _SPELLINGS = {
     "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita "
-    "snelheid predkosc hastighet hastighed rychlost",
+    "snelheid predkosc hastighet hastighed rychlost sog",
     "accel": "acceleration accelerometer acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione "
     "versnelling przyspieszenie",
     "long": "longitudinal lon inline forward laengs längs longitudinale",
@@ -25,7 +25,7 @@ _SPELLINGS = {
     "wheel": "whl rad roue rueda ruota roda",
     "elevation": "altitude alt height elev höhe hoehe altitud altitudine",
     "position": "distance dist pos odometer weg strecke distancia distanza",
-    "n": "rotation rpm drehzahl regime giri rotacao",
+    "n": "rotation rpm drehzahl varvtal regime giri rotacao",
     "grade": "slope incline gradient steigung pente pendiente pendenza",
     "wind": "viento vento",
     "force": "kraft fuerza forza forca",
@@ -48,6 +48,8 @@ SAME_WORD = {spelling: word for word, spellings in _SPELLINGS.items() for spelli
 OF_ACCELERATION = frozenset(("accel", "ax", "ay", "az", "long", "lat", "vert", "force"))  # with them, g is 9.80665 m/s2
 CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "left"), "rr": ("rear", "right")}
 ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
+# Words that name a signal whose unit is always SI: twist.linear.x of ROS (REP 103).
+STATES_UNIT = {"m/s": frozenset(("twist", "linear", "x"))}
 NOT_DRIVEN = frozenset(("target", "max", "mean", "error", "status"))  # not the measured motion itself
 
 # Words of languages without blanks between words, Chinese, Japanese, Korean and Russian, and joined words.
@@ -83,12 +85,15 @@ _JOINED = {
 _IN_ENGLISH = {joined: word for word, many in _JOINED.items() for joined in many.split()}
 _LONGEST_FIRST = re.compile("|".join(sorted(_IN_ENGLISH, key=len, reverse=True)), re.IGNORECASE)
 _NORTH_EAST_DOWN = re.compile(r"(?<![a-z])(vel(?:ocity)?[_ ]?)[ned](?![a-z])", re.IGNORECASE)
+# SPN 84 of J1939, CCVS1: the vehicle's speed, which the control unit computes from the wheels.
+_FROM_WHEELS = re.compile(r"wheel[ _-]?based(?=[ _-]?(vehicle|veh|speed))", re.IGNORECASE)
 _ACCENTS = re.compile("[\u0300-\u0307\u0309-\u036f]")  # without the German dieresis, U+0308
 
 
 def in_english(name: str) -> str:
     """A name with joined words of other languages in English, separated by blanks, and without accents."""
     plain = unicodedata.normalize("NFC", _ACCENTS.sub("", unicodedata.normalize("NFD", name)))
+    plain = _FROM_WHEELS.sub("", plain)
     plain = _NORTH_EAST_DOWN.sub(r"\1 north ", plain)
     return _LONGEST_FIRST.sub(lambda found: f" {_IN_ENGLISH[found[0].lower()]} ", plain)
 
@@ -97,6 +102,7 @@ _OTHER_SPEEDS = (
     "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery crank idle "
     "input output transmission turbo cruise set steering throttle pedal slip sideslip tire wiper n "
     "lat vert y z north east down air pitot airspeed "  # of other directions, and of the air
+    "drive driven "  # of the driven wheels
     "lead preceding object obj radar relative rel closing delta difference diff lap sector sim simulated"
 )
 

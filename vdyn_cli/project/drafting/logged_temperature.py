@@ -6,15 +6,28 @@ import re
 from collections.abc import Sequence
 
 from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.file_units import words_and_unit
+from vdyn_cli.project.drafting.channel_names import in_english
 from vdyn_cli.quantities.quantity import UnitError, from_si, to_si
 
-# An intake, a battery or a cabin is not the air: only names that say so count.
-_NAME = re.compile(
-    r"\b(amb(ient)?|outside|outdoor|exterior|external)\b.*\btemp(erature)?\b"
-    r"|\btemp(erature)?\b.*\b(amb(ient)?|outside|outdoor)\b|\bau(ss|ß)entemperatur\b|\b(t|temp) (au(ss|ß)en|amb|out)\b",
+# An intake, a battery or a cabin is not the air: only names that say so count, in the languages of channel_names.py.
+_TEMPERATURE = frozenset(["t", "temp", "temperature", "temperatur", "temperatura", "temper", "oat"])
+_OUTSIDE = frozenset(
+    [
+        *("amb", "ambient", "ambiant", "ambiante", "ambiental", "ambiente", "outside", "outdoor", "exterior"),
+        *("external", "exterieur", "exterieure", "esterna", "umgebung", "umgebungs", "aussen", "aussenluft"),
+        *("luft", "oat", "ute", "lucht", "buiten"),
+    ]
+)
+_COMPOUND = re.compile(
+    r"\b((aussen|umgebungs|luft|aussenluft|ute|utendors|buiten|lucht)(?=temp)|t(?=amb)|amb(?=t\b))",
     re.IGNORECASE,
 )
-_INSIDE = re.compile(r"cabin|battery|intake|coolant|heat|interior|set ?point", re.IGNORECASE)
+_INSIDE = re.compile(
+    r"cabin|battery|intake|inlet|coolant|heat|interior|set ?point|ansaug|ladeluft|kühl|innen|reifen|öl|oil|tire|tyre",
+    re.IGNORECASE,
+)
+_DEGREES = {"c": "degC", "degc": "degC", "celsius": "degC", "f": "degF", "degf": "degF", "k": "K"}  # ends of names
 _AIR = (233.0, 328.0)  # K, beyond the weather of any test day: a sensor that is not connected
 _SENSOR = 2.0  # K, a car's sensor behind the bumper, which the engine and the road warm
 
@@ -41,8 +54,10 @@ def logged_temperature(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[tuple[st
 
 
 def _is_air(facts: ChannelFacts) -> bool:
-    name = facts.info.name.replace("_", " ")
-    if facts.state not in ("varies", "constant") or not _NAME.search(name) or _INSIDE.search(name):
+    if facts.state not in ("varies", "constant") or _INSIDE.search(facts.info.name):
+        return False
+    words = set(_words(facts))
+    if not (words & _TEMPERATURE and words & _OUTSIDE):
         return False
     try:
         low, high = (to_si(value, _unit(facts), "K") for value in (facts.lowest, facts.highest))
@@ -51,6 +66,12 @@ def _is_air(facts: ChannelFacts) -> bool:
     return _AIR[0] < low and high < _AIR[1]
 
 
+def _words(facts: ChannelFacts) -> tuple[str, ...]:
+    name = in_english(facts.info.name.replace("_", " ").replace("ß", "ss"))
+    return words_and_unit(_COMPOUND.sub(r"\1 ", name))[0]
+
+
 def _unit(facts: ChannelFacts) -> str:
-    unit = facts.info.unit
-    return f"deg{unit}" if unit in ("C", "F") else unit
+    """The unit that the file states, or the end of the name: ``AmbT_degC``."""
+    unit = facts.info.unit or re.split(r"[\W_]+", facts.info.name.lower())[-1]
+    return _DEGREES.get(unit.lower(), unit)
