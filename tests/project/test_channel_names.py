@@ -24,7 +24,7 @@ OTHERS = {
     "Torque vectoring|Turbine torque|Torque converter|Lenkmoment|Reibmoment",
     "m/s^2": "Centripetal acceleration|Gyro accel|Head acceleration|Seat acceleration|Hub acceleration|"
     "Radbeschleunigung|Pitch acceleration|Rear axle acceleration|Required acceleration|Unsprung accel|acc_norm|"
-    "accel_magnitude|"
+    "accel_magnitude|Wheel accel z|Hub Az|Seat acceleration z|"
     "acceleration derived|Linear Acceleration x|userAcceleration.x|vibration accel|Total acceleration|"
     "Querbeschleunigung",
     "%": "Battery Gradient|Steering gradient|Clutch slip|Torque Converter slip|Engine Load|Grade limit",
@@ -38,6 +38,7 @@ OF_THE_CAR = {
     ("validate", "acceleration", "m/s^2"): "Acceleration_x|Long Accel|Längsbeschleunigung|AccelerometerX|InlineAcc",
     ("validate", "grade", "%"): "Road Grade|Slope|Steigung|坡度",
     ("cg", "pitch_rate", "deg/s"): "Pitch Rate|Gyro Y",
+    ("bump", "vertical_acceleration", "m/s^2"): "Vert Accel|Az|Body acc z [m/s^2]|Acceleration_z|z-Beschleunigung",
     ("tire", "slip", "%"): "Slip|Wheel slip|kappa",
 }  # fmt: skip
 

@@ -130,7 +130,10 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
         "derived pitch roll yaw wheel hub seat head unsprung gyro gravity linear user object obj required "
         "centripetal vibration axle from speed torque",
     ),
-    "vertical_acceleration": (("vert accel", "az", "vert g"), "pedal down"),
+    "vertical_acceleration": (
+        ("vert accel", "accel z", "az", "a z", "vert g", "g force z"),
+        "pedal down wheel hub unsprung axle angular gyro seat head",
+    ),
     "jerk": (("jerk",), ""),
     "grade": (("grade",), "steer steering bat batt battery temp temperature pressure"),
     "wind_speed": (("wind speed", "headwind"), "cross"),
