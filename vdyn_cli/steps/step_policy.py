@@ -333,6 +333,11 @@ class StepPolicy:
         "Simulated crossings of other vehicles: 0.044 to 0.054 with circular wheels, 0.019 with a flat contact patch, "
         "0.005 with the path as the profile, 0.003 with point contact.",
     )  # fmt: skip
+    bump_accelerometer: float = threshold(
+        0.05, "m", "standard deviation of an accelerometer's place along the car, where the description gives none",
+        "The center of gravity that it is measured from is known to 1 to 2 cm; the sprung body's lies 1 to 3 cm from "
+        "the car's, and the sensor itself is some 5 cm long. On a bump 3 cm change its reading by five noise levels.",
+    )  # fmt: skip
     bump_airborne: float = threshold(
         0.25, "share of the crossing", "with an axle off the road, above which it is excluded",
         "Such a car lands on its bump stops, which the model does not have.",

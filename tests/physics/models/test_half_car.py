@@ -192,6 +192,9 @@ def test_a_smooth_speed_bends_only_as_much_as_the_samples_ask_for() -> None:
     assert np.max(np.abs(bent.value - braked)) < 0.03
     assert np.ptp(np.cumsum(bent.value - braked)[450:900]) * 0.002 < 3e-3  # m
     assert bent.scale_std > 1.5 * found.scale_std
+    known = smooth_speed(time, braked + 0.02 * rng.standard_normal(time.size), 0.7 * (braked - true))
+    assert np.max(np.abs(known.value - braked)) < 0.006
+    assert known.scale_std < 1.4 * found.scale_std
 
 
 def test_a_sensor_s_limit_is_seen_and_a_plateau_of_noise_is_not() -> None:

@@ -22,6 +22,8 @@ CHANNELS = (*LOADS, *BODY_CHANNELS)
 # damping the body's motion has decayed below 1 % of its first amplitude (exp(-0.3 2 pi 1.2 2.5) = 0.004)
 BEFORE, AFTER = 1.0, 2.5
 
+Ground = tuple[Array, Array]  # positions and heights (n,) of the road, m, the bump from 0 on
+
 
 @dataclass(frozen=True)
 class Crossing:
@@ -62,12 +64,12 @@ def traveled(log: Log) -> Array:
     return cumulative_integral(log.time, filled(log.time, log["speed"]))
 
 
-def cut_crossing(log: Log, distance: float, wheelbase: float) -> Crossing:
+def cut_crossing(log: Log, distance: float, wheelbase: float, mass: float, ground: Ground) -> Crossing:
     """The part of a log from ``BEFORE`` s before the front axle meets the bump to ``AFTER`` s after the rear axle does.
 
     Parameters
     ----------
-    distance : from the log's start to the bump's near edge, m. wheelbase : m.
+    distance : from the log's start to the bump's near edge, m. wheelbase : m. mass : of the car, kg.
     """
     way = traveled(log)
     meets = np.interp([distance, distance + wheelbase], way, log.time)
@@ -80,8 +82,17 @@ def cut_crossing(log: Log, distance: float, wheelbase: float) -> Crossing:
         cut_off = at_limit(part[name], noise[name])
         channels[name] = np.where(cut_off, np.nan, part[name])
         clipped[name] = int(np.count_nonzero(cut_off))
-    speed = smooth_speed(part.time, part["speed"])
+    loads = {0.0: part["front_load"], wheelbase: part["rear_load"]}
+    climb = sum(_climb(way[first : first + part.time.size] - distance - b, f, ground) for b, f in loads.items())
+    speed = smooth_speed(part.time, part["speed"], -cumulative_integral(part.time, np.asarray(climb)) / mass)
     return Crossing(log.name, part.time, channels, noise, speed, float(way[first]), distance, clipped)
+
+
+def _climb(past: Array, load: Array, ground: Ground) -> Array:
+    """Backward force Fz u' (n,) of the road's slope on an axle, N, at ``past`` (n,), m beyond the bump's near edge."""
+    along, height = ground
+    slope = np.interp(past, along, np.gradient(height, along), left=0.0, right=0.0)
+    return np.asarray(np.where(np.isfinite(load), load, 0.0) * slope)
 
 
 def at_limit(values: Array, noise: float) -> NDArray[np.bool_]:

@@ -110,7 +110,7 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     path = rolling_path(spec, data, known)
     model, rolling, width = _models_on_bump(spec, data, path)
     stated = [(run.distance_front, run.distance_rear) for run in spec.runs] or [(None, None)] * len(data.runs)
-    crossings, doubtful_runs = select_crossings(data.runs, stated, car, model, width)
+    crossings, doubtful_runs = select_crossings(data.runs, stated, car, model, width, path.ground)
     channels = [n for n in CHANNELS if all(n in c.channels for c in crossings)]
     rear_weight = spec.settings.rear_weight
     weights = ChannelWeights(dict.fromkeys(channels, 1.0), rear_weight.value if rear_weight else None)

@@ -12,6 +12,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.bump.crossing import Ground
 from vdyn_cli.steps.bump.measured_profile import BumpData, simplified
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -32,12 +33,14 @@ class RollingPath:
     radius : of the wheels, m. gap : the largest height of the wheel's lowest point above the road under its center, m.
     stated : whether the description gives the radius.
     shape : of the path: a hump over a described bump, points (position, height) in m over a measured profile.
+    ground : heights (n,) of the road and their positions (n,), m, the bump from 0 on.
     """
 
     radius: float
     gap: float
     stated: bool
     shape: Hump | Points
+    ground: Ground
 
     def doubts(self, stiffness: float, residual: float) -> tuple[Finding, ...]:
         """A doubt where the loads' residual is as large as a fit without this path leaves.
@@ -78,8 +81,10 @@ def rolling_path(spec: BumpSpec, data: BumpData, known: Parameters) -> RollingPa
     gap = float(np.max(path - height))
     bump = spec.obstacle
     if data.profile is not None or bump.width is None or bump.height is None:
-        return RollingPath(radius, gap, "wheel_radius" in known, simplified(along, path, TOLERANCE)[0])
-    return RollingPath(radius, gap, "wheel_radius" in known, _hump(along / bump.width.value, path / bump.height.value))
+        shape: Hump | Points = simplified(along, path, TOLERANCE)[0]
+    else:
+        shape = _hump(along / bump.width.value, path / bump.height.value)
+    return RollingPath(radius, gap, "wheel_radius" in known, shape, (along, height))
 
 
 def _hump(share: Array, height: Array) -> Hump:

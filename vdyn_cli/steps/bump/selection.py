@@ -14,7 +14,7 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.bump.bump_location import find_bump
-from vdyn_cli.steps.bump.crossing import Crossing, cut_crossing
+from vdyn_cli.steps.bump.crossing import Crossing, Ground, cut_crossing
 from vdyn_cli.steps.bump.input_checks import airborne, doubts, wrong_location, wrong_log
 from vdyn_cli.steps.bump.known_car import KnownCar, static_loads, usual_car
 
@@ -23,13 +23,14 @@ PACED = 0.1  # m, accuracy of the difference of two paced distances
 
 
 def select_crossings(
-    logs: Sequence[Log], stated: Sequence[Distances], known: KnownCar, model: Model, width: float
+    logs: Sequence[Log], stated: Sequence[Distances], known: KnownCar, model: Model, width: float, ground: Ground
 ) -> tuple[tuple[Crossing, ...], tuple[Finding, ...]]:
     """The part of each log around the bump, and findings about the logs.
 
     Parameters
     ----------
     stated : distances of the bump in the description, one pair for each log. width : m, of the bump.
+    ground : the bump.
 
     Raises
     ------
@@ -52,7 +53,7 @@ def select_crossings(
         if errors := wrong_location(log, location, wheelbase):
             wrong += errors
             continue
-        crossing = cut_crossing(log, location.distance, wheelbase)
+        crossing = cut_crossing(log, location.distance, wheelbase, known.values["mass"], ground)
         excluded = airborne(crossing, static, wheelbase)
         doubtful += [*gravity, *([excluded] if excluded else doubts(log, crossing, expected))]
         crossings += [] if excluded else [crossing]

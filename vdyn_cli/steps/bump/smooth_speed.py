@@ -9,6 +9,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 
 SPACING = 0.04  # s between knots: a bump brakes an axle within a tenth of a second
+LEAST_BRAKED = 1e-4  # of the mean speed: changes below move the car by less than 0.1 mm on a bump of 1 m
 GAP_PENALTY = 1e-8  # on curvature where there is no sample: bridges gaps, and is below any of STIFFNESSES
 STIFFNESSES = 10.0 ** np.arange(6.0, -2.1, -0.5)  # grid of the curvature penalty, relative to the samples per knot
 
@@ -30,17 +31,20 @@ class SmoothSpeed:
     ramp_std: float
 
 
-def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
+def smooth_speed(time: Array, speed: Array, braked: Array | None = None) -> SmoothSpeed:
     """Penalized linear spline through the measured speed, and the standard deviations of its mean and slope.
 
     The integral of 0.02 m/s of white noise wanders by a millimeter a second, which changes the load on the flank of a
     bump by some hundred newtons. The speed of a car is smoother than that, but the bump brakes it. So a linear spline
     with knots 40 ms apart is fitted with a penalty on its curvature. The penalty, up to infinity (a straight line),
-    minimizes n ln(mean square) + freedom ln n (Schwarz; freedom is the trace of the smoother).
+    minimizes n ln(mean square) + freedom ln n (Schwarz; freedom is the trace of the smoother). The part of the change
+    that the bump causes is known but for a factor, which costs one degree of freedom instead of one per knot: without
+    it the noise of the knots at the bump looks like another shape of the bump.
 
     Parameters
     ----------
     time, speed : (n,) s, m/s; NaN are skipped, and at least eight must be finite.
+    braked : (n,) m/s, change of the speed by the slopes of the bump; its factor is fitted. None: unknown.
 
     Source: Eilers and Marx, Statistical Science 11 (1996) 89-121, with straight pieces.
     """
@@ -48,16 +52,18 @@ def smooth_speed(time: Array, speed: Array) -> SmoothSpeed:
     elapsed = time - (time[0] + time[-1]) / 2
     n, mean = int(np.count_nonzero(good)), float(np.mean(speed[good]))
     known = speed[good] - mean
-    pieces = _pieces(time)
+    pieces, free = _pieces(time), 2
+    if braked is not None and float(np.std(braked[good])) > LEAST_BRAKED * abs(mean):
+        pieces, free = np.column_stack([pieces, braked - np.mean(braked)]), 3
     normal, right = pieces[good].T @ pieces[good], pieces[good].T @ known
-    bends = np.diff(np.eye(pieces.shape[1]), 2, axis=0)
+    bends = np.diff(np.eye(pieces.shape[1] + 2 - free, pieces.shape[1]), 2, axis=0)
     bending = bends.T @ bends * n / pieces.shape[1]
     # In coordinates that diagonalize the normal matrix and the penalty, each penalty only scales the coefficients.
     root = np.linalg.inv(np.linalg.cholesky(normal + GAP_PENALTY * bending))
     resistance, axes = np.linalg.eigh(root @ bending @ root.T)
     way = root.T @ axes
     part = way.T @ right
-    resistance[:2] = 0.0  # a straight line does not bend
+    resistance[:free] = 0.0  # a straight line does not bend, nor does the effect of the bump
     total = float(known @ known)
     best, freedom, square, score = part, 0.0, 0.0, np.inf
     for stiffness in (np.inf, *STIFFNESSES):
