@@ -7,6 +7,7 @@ import pytest
 
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
+from vdyn_cli.steps.tire.tire_regression import _swept
 
 NOISE, SPEED = 0.05, 20.0  # m/s
 
@@ -23,3 +24,36 @@ def test_the_variance_of_a_bin_is_that_of_its_mean(every: int) -> None:
     sweep = binned_sweep(log)
     expected = float(np.sqrt(np.mean(sweep.slip_variance)))
     assert float(np.std(sweep.slip)) == pytest.approx(expected, rel=0.15)
+
+
+def _sweep(scatter: float, seed: int) -> tuple[np.ndarray, Log]:
+    """The true load, N, and a sweep with 20 N of noise in the load, which scatters slowly by ``scatter`` N."""
+    random, time = np.random.default_rng(seed), np.arange(4_000) / 100.0
+    load = 4200.0 + scatter * np.sin(time)
+    force = 0.8 * load + 15.0 * random.standard_normal(time.size)
+    channels = {"slip": np.full(time.size, 0.05), "force_x": force}
+    return load, Log("sweep.csv", time, channels | {"force_z": load + 20.0 * random.standard_normal(time.size)})
+
+
+@pytest.mark.parametrize("scatter", [0.0, 300.0])
+def test_noise_of_the_load_does_not_look_like_friction_that_decreases_with_it(scatter: float) -> None:
+    slopes = []
+    for seed in range(20):
+        sweep = binned_sweep(_sweep(scatter, seed)[1])
+        friction, load = sweep.force / sweep.load, sweep.load - sweep.load.mean()
+        slopes.append(float(friction @ load / max(load @ load, 1.0)))
+    assert abs(np.mean(slopes)) < 1e-5 + 3 * np.std(slopes) / 20**0.5  # readings as they are: 1.9e-4 per N
+
+
+def test_a_varying_load_is_kept() -> None:
+    true, log = _sweep(300.0, 1)
+    sweep = binned_sweep(log)
+    error = sweep.load - np.interp(sweep.time, log.time, true)
+    assert float(np.std(error)) == pytest.approx(20.0 / 40**0.5, rel=0.25)
+
+
+def test_the_time_swept_before_a_sweep_counts_every_sample() -> None:
+    sweeps = [binned_sweep(_sweep(0.0, seed)[1]) for seed in range(2)]
+    duration = sweeps[0].span[1] - sweeps[0].span[0]
+    assert duration == pytest.approx(39.99)
+    assert _swept(sweeps, sweeps[1])[0] == pytest.approx(duration + sweeps[1].time[0])

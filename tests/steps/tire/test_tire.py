@@ -91,9 +91,9 @@ def test_a_peak_out_of_reach_leaves_the_slope_alone() -> None:
 
 @pytest.mark.slow
 def test_the_radius_deviation_is_carried_into_the_slope() -> None:
-    vehicle = random_vehicle(2)
+    vehicle = random_vehicle(3)
     wrong = vehicle.but(wheel_radius=vehicle.wheel_radius * 1.02)
-    data = logs(vehicle, 2)
+    data = logs(vehicle, 3)
     blind = STEP.estimate(SPEC, data, known(wrong)).parameters["tire_longitudinal_stiffness"]
     aware = STEP.estimate(SPEC, data, known(wrong, 0.02 * wrong.wheel_radius)).parameters["tire_longitudinal_stiffness"]
     truth = vehicle.tire_longitudinal_stiffness

@@ -14,6 +14,7 @@ from vdyn_cli.quantities.log import Log
 GAP = 5.0  # median time steps, beyond which samples belong to different bins
 MOST_IN_BIN = 40  # samples in one bin: noise in slip falls by six, and a sweep of some seconds keeps dozens of bins
 FEWEST_SLOW = 8  # samples of a slower speed from which the level of its noise can be estimated
+SCATTERS = 3.0  # standard deviations of a variance, by which that of a varying load exceeds that of the noise
 WIDEST = 0.015  # largest range of slip in a bin: a fifth of the width of the knee of a stiff tire
 
 
@@ -23,10 +24,11 @@ class BinnedSweep:
 
     Parameters
     ----------
-    run : the log's name; time, slip, load, force : (n,) means of each bin.
+    run : the log's name; time, slip, force : (n,) means of each bin; load : (n,) N, most probable true loads.
     speed : (n,) m/s, or None where it was not logged. slip_gradient : (n,) 1/m, change of slip per distance.
     spread : (n,), variance of the true slip inside the bin, from its drift.
-    slip_variance, force_variance, load_variance : (n,), of the bins' means, from the white noise of the channels.
+    slip_variance, force_variance, load_variance : (n,), of the readings' means, from the white noise of the channels.
+    span : s, times of the first and the last sample.
     """
 
     run: str
@@ -40,6 +42,7 @@ class BinnedSweep:
     slip_variance: Array
     force_variance: Array
     load_variance: Array
+    span: tuple[float, float]
 
     @property
     def slip_rate(self) -> Array:
@@ -74,6 +77,7 @@ def binned_sweep(log: Log) -> BinnedSweep:
 
     center, middle = mean(slip), mean(time)
     rate = np.gradient(center, middle)
+    load_variance = white_level(load, time) ** 2 / count
     speed = mean(log["vehicle_speed"][good]) if "vehicle_speed" in log else None
     length = mean(np.concatenate([np.where(gaps, 0.0, steps), [0.0]])) * count
     drift = rate * length
@@ -81,15 +85,31 @@ def binned_sweep(log: Log) -> BinnedSweep:
         log.name,
         middle,
         center,
-        mean(load),
+        _without_noise(mean(load), load_variance),
         mean(force),
         speed,
         np.zeros_like(rate) if speed is None else rate / speed,
         drift**2 / 12,
         white_level(slip, time) ** 2 / count + _slow_speed_variance(log, center, speed, length),
         white_level(force, time) ** 2 / count,
-        white_level(load, time) ** 2 / count,
+        load_variance,
+        (float(time[0]), float(time[-1])),
     )
+
+
+def _without_noise(read: Array, variance: Array) -> Array:
+    """The most probable true loads (n,), N, of the bins of one sweep with these readings and variances of their noise.
+
+    With true loads that scatter by t^2 about their mean and readings with the variance v, the true load is on average
+    mean + t^2 / (t^2 + v) (read - mean) (regression calibration). Readings of a constant load would be too high where
+    Fx / Fz is too low, as if friction decreased with the load. That also holds where they scatter more than their noise
+    by chance: t is 0 unless the scatter is ``SCATTERS`` too large.
+    """
+    noise, whole = float(np.mean(variance)), float(np.var(read))
+    by_chance = 1.0 + SCATTERS * (2.0 / max(read.size - 1, 1)) ** 0.5
+    scatter = whole - noise if whole > by_chance * noise else 0.0
+    share = scatter / (scatter + variance) if scatter > 0.0 else np.zeros_like(variance)
+    return np.asarray(read.mean() + share * (read - read.mean()))
 
 
 def _slow_speed_variance(log: Log, slip: Array, speed: Array | None, length: Array) -> Array | float:

@@ -255,7 +255,7 @@ def _swept(sweeps: Sequence[BinnedSweep], now: BinnedSweep) -> Array:
     if len(sweeps) < 2:
         return np.zeros_like(now.time)
     before = next(k for k, sweep in enumerate(sweeps) if sweep is now)
-    return np.asarray(now.time - now.time[0] + sum(float(np.ptp(sweep.time)) for sweep in sweeps[:before]))
+    return np.asarray(now.time - now.span[0] + sum(sweep.span[1] - sweep.span[0] for sweep in sweeps[:before]))
 
 
 def _slope(slip: Array, friction: Array) -> float:
