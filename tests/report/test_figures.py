@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from tests.report import examples
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.report import comparison, residual_map
 from vdyn_cli.report.canvas import ticks
 from vdyn_cli.report.figures import figure_svg
-from vdyn_cli.report.panels import MOST_PANELS, channel_traces, drawn_traces, lay_out, rms
+from vdyn_cli.report.panels import MOST_PANELS, channel_traces, drawn_traces, lay_out
 
 
 def choices(name: str) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array, median_deviation
+from vdyn_cli.quantities.arrays import Array, median_deviation, rms
 
 # A channel's variance must exceed that of its white noise by so many of its standard errors, noise^2 (2 / n)^0.5: with
 # less, the channel may hold noise alone. Above that, the intervals show how much information the channel holds.
@@ -44,7 +44,7 @@ def white_level(trace: Array, time: Array | None = None) -> float:
     differences = np.sum(weights * np.lib.stride_tricks.sliding_window_view(x, 4), axis=1)
     differences = differences / np.sqrt(np.sum(weights**2, axis=1))
     level = median_deviation(differences)
-    whole = float(np.sqrt(np.mean(differences**2)))
+    whole = rms(differences)
     return level if level > 1e-9 * whole else whole
 
 

@@ -1,4 +1,4 @@
-"""Types of arrays: numbers, truth values, indices; integral, interpolation, change, robust deviation, spans."""
+"""Types of arrays: numbers, truth values, indices; integral, interpolation, change, robust deviation, rms, spans."""
 
 from __future__ import annotations
 
@@ -32,6 +32,13 @@ def net_change(values: Array) -> float:
 def median_deviation(residuals: Array) -> float:
     """Standard deviation of normal residuals (n,) about zero, 1.4826 median |x|, which few outliers do not change."""
     return NORMAL_FROM_MEDIAN * float(np.median(np.abs(residuals)))
+
+
+def rms(*parts: Array | float) -> float:
+    """Root mean square of all values of arrays (n,) or numbers that are not missing (NaN); NaN without any."""
+    values = np.concatenate([np.ravel(p) for p in parts])
+    known = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
 
 
 def spans(flags: Mask) -> list[tuple[int, int]]:

@@ -26,6 +26,11 @@ BASELINE, UNEXPLAINED = "baseline", "unexplained"
 STATED = ("given", "measured")  # sources that are no step
 
 
+def normal_interval(value: float, std: float) -> tuple[float, float]:
+    """The 95 % interval of a normal distribution about a value, in its unit."""
+    return value - NORMAL95 * std, value + NORMAL95 * std
+
+
 @dataclass(frozen=True)
 class Estimate:
     """One parameter's value with its uncertainty, in SI units.
@@ -62,8 +67,7 @@ class Estimate:
         ----------
         value, std : in the quantity's SI unit. source : ``given`` or ``measured``.
         """
-        half = NORMAL95 * std
-        return cls(value, std, (value - half, value + half), quantity.unit, quantity.meaning, source)
+        return cls(value, std, normal_interval(value, std), quantity.unit, quantity.meaning, source)
 
     @classmethod
     def of(cls, name: str, value: float, std: float, interval95: tuple[float, float], source: str) -> Estimate:

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.report import canvas, decimation, typography
 from vdyn_cli.report.canvas import LegendEntry, PlotArea
 from vdyn_cli.report.figures import dots, padded
-from vdyn_cli.report.panels import ChannelTraces, Panel, RunTrace, drawn_traces, judged_residual, lay_out, rms
+from vdyn_cli.report.panels import ChannelTraces, Panel, RunTrace, drawn_traces, judged_residual, lay_out
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -249,8 +250,8 @@ def _rms_change(channel: ChannelTraces) -> str:
     extended = [t for t in channel.traces if t.before is not None]
     unseen = [t for t in extended if t.held_out]
     compared = unseen or extended
-    before = rms(np.concatenate([t.before for t in compared if t.before is not None]))
-    after = rms(np.concatenate([t.residual for t in compared]))
+    before = rms(*(t.before for t in compared if t.before is not None))
+    after = rms(*(t.residual for t in compared))
     where = "On the held-out runs" if unseen else "On these runs"
     numbers = f"{typography.significant(before, 2)} to {typography.quantity(after, channel.unit, 2)}"
     return f"{where} the extension changes the rms from {numbers}."

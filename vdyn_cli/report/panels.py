@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.result import Comparison
 from vdyn_cli.report import decimation, typography
 
@@ -130,12 +131,6 @@ def run_trace(one: Comparison, factor: float) -> RunTrace:
         np.ones(n, dtype=bool) if used is None else used[:n],
         one.held_out,
     )
-
-
-def rms(values: Array) -> float:
-    """Root mean square of the finite values (n,), NaN without any."""
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
 
 
 def judged_residual(one: RunTrace) -> Array:

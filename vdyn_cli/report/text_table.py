@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.report import typography
-from vdyn_cli.report.panels import ChannelTraces, judged_residual, rms
+from vdyn_cli.report.panels import ChannelTraces, judged_residual
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ import numpy as np
 
 from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Solution, Unknown
-from vdyn_cli.quantities.constants import NORMAL95
-from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate, normal_interval
 from vdyn_cli.steps.added_effects import AddedEffects
 
 LAW_UNKNOWNS = 3  # most unknowns of a law: an amplitude and two shape parameters
@@ -54,7 +53,7 @@ def effect_amplitudes(
     for u in unknowns:
         value, (low, high) = solution.values[u.name], solution.interval95[u.name]
         least = max(noise[u.name], least_std.get(u.name, 0.0))
-        half = NORMAL95 * least
-        interval = min(low, value - half), max(high, value + half)
+        below, above = normal_interval(value, least)
+        interval = min(low, below), max(high, above)
         found[u.name] = Estimate(value, max(solution.std[u.name], least), interval, u.unit, "", "")
     return found

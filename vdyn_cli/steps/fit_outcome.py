@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
 from vdyn_cli.inference import Solution
 from vdyn_cli.inference.uncertainty_budget import Contribution
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary
 
@@ -46,7 +44,7 @@ def fit_summary(
     """
     every = (*solution.warnings, *warnings)
     return FitSummary(
-        tuple(runs), rms(residuals), rms(noise), unit, solution.names, solution.unit, solution.n_units, warnings=every
+        tuple(runs), rms(*residuals), rms(*noise), unit, solution.names, solution.unit, solution.n_units, warnings=every
     )
 
 
@@ -60,8 +58,3 @@ def scatter(solution: Solution, name: str, unit: str) -> Contribution:
     return Contribution(
         "scatter_of_the_data", solution.values[name], solution.std[name], unit, 1.0, solution.degrees[name]
     )
-
-
-def rms(values: Iterable[Array | float]) -> float:
-    """Root mean square of all finite values of several arrays (n,) or numbers."""
-    return float(np.sqrt(np.nanmean(np.concatenate([np.ravel(v) for v in values]) ** 2)))

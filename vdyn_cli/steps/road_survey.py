@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, rms
 
 MODES = 5  # of the error along the road: a constant and four cosines; shorter waves average out within a coast's bin
 
@@ -43,7 +43,7 @@ class RoadSurvey:
     @property
     def _usual_std(self) -> float:
         """Root mean square of the standard deviations."""
-        return float(np.sqrt(np.mean(self.std**2)))
+        return rms(self.std)
 
     @cached_property
     def _slopes(self) -> Array:

@@ -10,6 +10,7 @@ from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.size.finding_size import FindingSize, explained_share, finding_size, places_of
 from vdyn_cli.diagnosis.size.materiality import main_output
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.diagnosis import PointChange, Remainder, Size
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Comparison, Result
@@ -102,7 +103,7 @@ def _by_results(found: FindingSize, base: Result, last: Result) -> Size | None:
     return Size(
         output=channel,
         unit=base.fit.unit,
-        change=float(np.sqrt(np.mean(every**2))),
+        change=rms(every),
         noise_floor=floor,
         points=_points(largest, change),
         shifts_in_std=_in_std(

@@ -17,6 +17,7 @@ from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
 from vdyn_cli.project.planned.planned_inputs import DayDescription, planned_test
 from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.parameters import Estimate, wider_than_value
@@ -25,7 +26,6 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.result_schema import FindingEntry
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import Failure, Step, published
-from vdyn_cli.steps.fit_outcome import rms
 
 # Simulated days: a standard error from eight units scatters by a quarter, the mean of ten by a tenth.
 DAYS = 10
@@ -117,7 +117,7 @@ def _from_days(test: DayDescription) -> _Expected:
     for name in found[0].parameters:
         each = [one.parameters[name] for one in found if name in one.parameters]
         value = test.at.get(name, float(np.median([e.value for e in each])))
-        figures[name] = (value, rms([e.std for e in each]), rms([e.half_width for e in each]))
+        figures[name] = (value, rms(*(e.std for e in each)), rms(*(e.half_width for e in each)))
     plan_, failed = _run_plan(days[0], len(test.spec.runs))
     return _Expected(days[0], found[0], figures, plan_, failed)
 

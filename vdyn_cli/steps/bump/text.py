@@ -10,6 +10,7 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.half_car import SOUGHT
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.quantities.parameters import Estimate
@@ -20,7 +21,6 @@ from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
 from vdyn_cli.steps.bump.known_car import KnownCar, static_loads
 from vdyn_cli.steps.bump.noise import MISFIT
 from vdyn_cli.steps.bump.replay import ENDS, Replay
-from vdyn_cli.steps.fit_outcome import rms
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 TIRE = "tire_vertical_stiffness"
@@ -185,7 +185,7 @@ def misfit_table(fit: BumpFit, inflated: Mapping[str, float]) -> Table:
     """Table of each channel's noise and residual; ``inflated``: residual over noise, by channel."""
     rows = []
     for name, ratio in inflated.items():
-        noise, unit = rms([c.noise[name] for c in fit.crossings]), UNITS[name]
+        noise, unit = rms(*(c.noise[name] for c in fit.crossings)), UNITS[name]
         rows.append((name, f"{noise:.3g} {unit}", f"{ratio * noise:.3g} {unit}", f"{ratio:.2f}"))
     columns = ("channel", "noise", "residual (rms)", "ratio")
     caption = (

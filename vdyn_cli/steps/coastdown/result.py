@@ -10,9 +10,9 @@ import numpy as np
 
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Estimate, Parameters, normal_interval
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.coastdown import figures, text
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import R83_LIMIT, WLTP_LIMIT, CoastTimes
@@ -76,8 +76,8 @@ def _parameters(estimates: RoadLoadEstimates, frontal_area: Estimate | None) -> 
     found = dict(estimates.main)
     given = estimates.spec.settings.fix.drag_coefficient
     if given is not None:
-        low, high = given.value - NORMAL95 * given.std, given.value + NORMAL95 * given.std
-        found["drag_coefficient"] = Estimate.of("drag_coefficient", given.value, given.std, (low, high), "given")
+        interval = normal_interval(given.value, given.std)
+        found["drag_coefficient"] = Estimate.of("drag_coefficient", given.value, given.std, interval, "given")
     elif frontal_area is not None:
         found["drag_coefficient"] = _drag_coefficient(found["drag_area"], frontal_area)
     if (name := "driveline_efficiency") in solution.names:
@@ -100,7 +100,7 @@ def _drag_coefficient(drag_area: Estimate, area: Estimate) -> Estimate:
     widening = float(np.hypot(share, own)) / share if share > 0 else 1.0
     low, high = (value + (edge - drag_area.value) / area.value * widening for edge in drag_area.interval95)
     if share == 0:
-        low, high = value - NORMAL95 * std, value + NORMAL95 * std
+        low, high = normal_interval(value, std)
     return Estimate.of("drag_coefficient", value, std, (low, high), drag_area.source)
 
 
@@ -111,7 +111,7 @@ def _summary(estimates: RoadLoadEstimates) -> FitSummary:
     misses = [fit.simulate(k).outputs[name] - run.channel(name) for k, run in enumerate(fit.campaign.runs)]
     return FitSummary(
         runs=tuple(r.name for r in fit.campaign.runs),
-        rms=float(np.sqrt(np.mean(np.concatenate(misses) ** 2))),
+        rms=rms(*misses),
         noise_floor=_noise_floor(fit, name),
         unit=unit,
         unknowns=tuple(n for n in solution.names if n not in estimates.fixed and n not in fit.rows.road),

@@ -12,10 +12,9 @@ import numpy as np
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve, white_level
 from vdyn_cli.physics.models.pendulum import MODELS
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
-from vdyn_cli.steps.fit_outcome import rms
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 if TYPE_CHECKING:
@@ -169,7 +168,7 @@ def free_swing(recording: Recording) -> FreeSwing:
     # The residual with viscous friction alone is the scale for the residuals with other kinds of friction.
     viscous = FreeSwing(recording, guess, noise, noise)
     left = solve(viscous.regression(friction=())).residuals
-    swing = replace(viscous, scale=noise * max(rms(left), 1.0))
+    swing = replace(viscous, scale=noise * max(rms(*left), 1.0))
     jump = _jump(swing.regression(), swing.solution, recording.time)
     return swing if jump is None else replace(swing, jump=jump)
 

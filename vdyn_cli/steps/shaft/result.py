@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from vdyn_cli.quantities.constants import NORMAL95
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.parameters import Estimate, Parameters
+from vdyn_cli.quantities.parameters import Estimate, Parameters, normal_interval
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps.fit_outcome import fit_summary, rms
+from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.shaft import figures, text
 from vdyn_cli.steps.shaft.sections import shared_modulus_correlation
 from vdyn_cli.steps.shaft.shaft_side import LoggedShaft
@@ -59,8 +59,7 @@ def _amplitudes(sides: Sequence[ComparedStiffness]) -> dict[str, Estimate]:
         weight = np.array([a[name].std ** -2.0 for a in logged])
         value = float(weight @ np.array([a[name].value for a in logged]) / weight.sum())
         std = float(weight.sum() ** -0.5)
-        half = NORMAL95 * std
-        found[name] = Estimate(value, std, (value - half, value + half), "", "", "")
+        found[name] = Estimate(value, std, normal_interval(value, std), "", "", "")
     return found
 
 
@@ -108,5 +107,5 @@ def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
         what = f"the residuals are {excess:.1f} times the sensors' noise"
         warnings.append(f"{what}: backlash, a progressive joint, or a clock offset")
     solution, names = logged[0].solution, [run.name for s in logged for run in s.runs]
-    summary = fit_summary(solution, names, off, [rms(off) / excess], "N m", warnings)
+    summary = fit_summary(solution, names, off, [rms(*off) / excess], "N m", warnings)
     return replace(summary, unknowns=(*solution.names, *solution.per_run))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.quantities.constants import NORMAL95
-from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.parameters import Estimate, normal_interval
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints
 
@@ -54,8 +54,8 @@ def agreeing_with_data(
     if abs(excess) < CLEARLY * std:
         return slope, ()
     local = slope.value + excess
-    low, high = slope.interval95
-    held = (min(low, local - NORMAL95 * std), max(high, local + NORMAL95 * std))
+    (low, high), (below, above) = slope.interval95, normal_interval(local, std)
+    held = min(low, below), max(high, above)
     warning = (
         f"the measured friction rises by {local:.4g} +- {NORMAL95 * std:.2g} per unit of slip at zero slip, the fitted "
         f"curve by {slope.value:.4g}: the magic formula does not fit this tire; the interval includes both"

@@ -14,7 +14,7 @@ from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
@@ -318,5 +318,4 @@ def _misfit(fit: TireCurveProblem) -> float:
     ResultError : the sweeps do not determine slope and height of that curve either.
     """
     exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
-    residuals = np.concatenate(replace(fit, prior=exact).solve().residuals)
-    return max(float(np.sqrt(np.mean(residuals**2))), 1.0)
+    return max(rms(*replace(fit, prior=exact).solve().residuals), 1.0)

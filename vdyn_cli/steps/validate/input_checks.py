@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
-from vdyn_cli.quantities.arrays import filled
+from vdyn_cli.quantities.arrays import filled, rms
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -85,7 +85,7 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
     error = np.concatenate([one["speed"].error for one in found])
     allowed = np.concatenate([np.hypot(one["speed"].own, one["speed"].sensor) for one in found])
     there = np.isfinite(error)
-    return bool(np.sqrt(np.mean(error[there] ** 2)) > STEP_POLICY.missed_std * np.sqrt(np.mean(allowed[there] ** 2)))
+    return rms(error[there]) > STEP_POLICY.missed_std * rms(allowed[there])
 
 
 def torque_correlation(segments: Sequence[DriveSegment]) -> float:

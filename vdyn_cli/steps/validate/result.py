@@ -12,6 +12,7 @@ from vdyn_cli.physics.models.vehicle import Driven
 from vdyn_cli.physics.models.vehicle_axle import Differential
 from vdyn_cli.physics.models.vehicle_defaults import SIDE_GEAR_INERTIA
 from vdyn_cli.physics.models.vibration_modes import modes
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95, ZERO_CELSIUS
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
@@ -102,10 +103,10 @@ def _oscillations(
 def _summary(v: Validation, names: tuple[str, ...]) -> FitSummary:
     expected = np.concatenate([one.half for one in v.bands_of("speed")]) / NORMAL95
     there = np.isfinite(np.concatenate([one.error for one in v.bands_of("speed")]))
-    rms = float(np.sqrt(np.mean(v.errors("speed") ** 2)))
-    floor = float(np.sqrt(np.mean(expected[there] ** 2)))
+    off = rms(v.errors("speed"))
+    floor = rms(expected[there])
     runs = tuple(names[k] for k in dict.fromkeys(s.run for s in v.segments))
-    return FitSummary(runs, rms, floor, "m/s", (), warnings=text.warnings(v))
+    return FitSummary(runs, off, floor, "m/s", (), warnings=text.warnings(v))
 
 
 def _unrecorded(logs: Sequence[Log], model: str) -> list[Finding]:
@@ -128,7 +129,7 @@ def document(v: Validation) -> dict[str, Any]:
         error = v.errors(name)
         outputs[name] = {
             "unit": CHANNELS[name].unit,
-            "rms": float(np.sqrt(np.mean(error**2))),
+            "rms": rms(error),
             "bias": float(error.mean()),
             "max": float(np.abs(error).max()),
             "sensor_noise": float(np.median([one.sensor for one in v.bands_of(name)])),

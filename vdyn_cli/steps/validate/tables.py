@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.physics.models.vibration_modes import Mode
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.constants import NORMAL95, ZERO_CELSIUS
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.result import Table
@@ -29,7 +29,7 @@ def output_table(v: Validation) -> Table:
     for name in v.outputs:
         error, test = v.errors(name), v.tests[name]
         sensor = float(np.median([one.sensor for one in v.bands_of(name)]))
-        sizes = np.sqrt(np.mean(error**2)), error.mean(), np.abs(error).max(), sensor, v.parameter_std(name)
+        sizes = rms(error), error.mean(), np.abs(error).max(), sensor, v.parameter_std(name)
         numbers = (
             *(f"{x:.3g}" for x in sizes),
             f"{100 * test.share:.1f} %",
@@ -59,7 +59,7 @@ def regime_table(v: Validation) -> Table:
                 continue
             share, limit = v.tests[name].by_regime[regime]
             numbers = (
-                f"{np.sqrt(np.mean(error**2)):.3g}",
+                f"{rms(error):.3g}",
                 f"{error.mean():+.2g}",
                 f"{np.abs(error).max():.3g}",
                 f"{expected:.3g}",

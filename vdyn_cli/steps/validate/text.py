@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.prior import FARTHEST, INSENSITIVE
@@ -25,8 +26,8 @@ def short_name(log: str) -> str:
 def sentence(v: Validation) -> str:
     """The error of the speed over all logs, and which outputs leave their band; what is wrong is the diagnosis's."""
     logs = len({s.log for s in v.segments})  # a cut divides one into several runs
-    rms = float(np.sqrt(np.mean(v.errors("speed") ** 2)))
-    start = f"Over {logs} log{'s' if logs > 1 else ''} the simulated speed is off by {3.6 * rms:.2f} km/h rms"
+    off = rms(v.errors("speed"))
+    start = f"Over {logs} log{'s' if logs > 1 else ''} the simulated speed is off by {3.6 * off:.2f} km/h rms"
     if v.outside:
         worst = max(v.outside, key=lambda n: v.tests[n].share)
         test, names = v.tests[worst], ", ".join(words(n) for n in v.outside[:4])

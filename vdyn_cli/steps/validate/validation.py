@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.prior import INSENSITIVE, ParameterPrior
 from vdyn_cli.steps.validate.drives.segments import DriveSegment
@@ -67,7 +67,7 @@ class Validation:
 
     def parameter_std(self, name: str) -> float:
         """Rms standard deviation of an output by the parameters' uncertainty."""
-        return float(np.sqrt(np.mean(np.concatenate([one.own for one in self.bands_of(name)]) ** 2)))
+        return rms(*(one.own for one in self.bands_of(name)))
 
     @cached_property
     def shares(self) -> dict[str, dict[str, float]]:

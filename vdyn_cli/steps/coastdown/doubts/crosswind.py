@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from vdyn_cli.inference.gust_covariance import SOURCES
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import two_digits
@@ -74,7 +74,7 @@ def stated_crosswind(spec: CoastdownSpec) -> float | None:
     """The rms of the crosswinds that the runs, or else the settings, state, m/s; None where neither does."""
     each = [run.crosswind.value for run in spec.runs if run.crosswind is not None]
     own = spec.settings.crosswind
-    return float(np.sqrt(np.mean(np.square(each)))) if each else None if own is None else own.value
+    return rms(*each) if each else None if own is None else own.value
 
 
 def likely_crosswind(fit: RoadLoadFit) -> float:

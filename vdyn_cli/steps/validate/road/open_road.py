@@ -13,9 +13,10 @@ from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, approach
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import normal_interval
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.drives.segments import RUN_START
 from vdyn_cli.steps.validate.fit.drive_regression import ZERO
@@ -126,24 +127,21 @@ def road_findings(fit: FittedEffects, logs: Sequence[Log], roads: Sequence[RoadP
     setup, solution = fit.setup, fit.solution
     runs = _drives(setup)
     usual = float(np.mean([s.temperature for s in setup.segments]))
-    seen = tuple(roads[u] for u in runs)
+    used = tuple(roads[u] for u in runs)
     level = np.zeros(len(runs))
     slope, spread = (p.get(DRIVE_SLOPE, level) for p in (solution.per_run, solution.per_run_std))
-    zeros = tuple(_normal(r.zero - GRAVITY * i, GRAVITY * s) for r, i, s in zip(seen, slope, spread, strict=True))
+    each = ((r.zero - GRAVITY * i, GRAVITY * s) for r, i, s in zip(used, slope, spread, strict=True))
+    zeros = tuple(IntervalEstimate(value, std, normal_interval(value, std)) for value, std in each)
     shared = (solution.values[ZERO], solution.std[ZERO], solution.interval95[ZERO]) if ZERO in solution.names else None
     return RoadFindings(
         tuple(logs[u].name for u in runs),
-        seen,
+        used,
         zeros,
         IntervalEstimate(*shared) if shared else over_drives(np.array([z.value for z in zeros])),
         {v: _combined(solution, *_holding(setup, solution, v / 3.6, usual)) for v in HOLDING_KMH},
         _seasons(setup, solution),
         _held_out(setup, fit.linearized) if len(runs) >= FEWEST_DRIVES else None,
     )
-
-
-def _normal(value: float, std: float) -> IntervalEstimate:
-    return IntervalEstimate(value, std, (value - NORMAL95 * std, value + NORMAL95 * std))
 
 
 def _seasons(setup: SimulationSetup, solution: Solution) -> SeasonalForce | None:
@@ -177,15 +175,15 @@ def _holding(
     values = {n: {**setup.prior.values, "wind_variance": 0.0}[n] for n in setup.model.parameters}
     simulator = Simulator(setup.model, values, names, setup.effects)
     context = {"heading": 0.0, "temperature": temperature, RUN_START: 0.0}
-    seen = []
+    moved = []
     for torque in (0.0, TEST_TORQUE):
         inputs = {**dict.fromkeys(setup.model.inputs, 0.0), "elapsed": WARM, "drive_torque": torque}
         inputs = {n: inputs[n] for n in setup.model.inputs}
         air = setup.point.car.inputs.air(temperature)
         drive = Drive(np.array([0.0, INSTANT]), inputs, {"speed": speed, "run_time": WARM}, air, context)
         one = simulator(drive, [solution.values[n] for n in names])
-        seen.append((float(one.outputs["speed"][-1] - speed), one.sensitivities["speed"][-1]))
-    (coasting, coast_slopes), (pulled, pull_slopes) = seen
+        moved.append((float(one.outputs["speed"][-1] - speed), one.sensitivities["speed"][-1]))
+    (coasting, coast_slopes), (pulled, pull_slopes) = moved
     per_torque = setup.prior.values["gear_ratio"] / setup.prior.values["wheel_radius"]
     force = per_torque * TEST_TORQUE * coasting / (coasting - pulled)
     gradient = per_torque * TEST_TORQUE * (coasting * pull_slopes - pulled * coast_slopes) / (coasting - pulled) ** 2
