@@ -330,7 +330,7 @@ def test_a_wrong_unit_of_the_description_is_no_reason_to_drive_again(tmp_path: P
     assert "correct the unit in the description" in said
     assert "repeated" not in said
     assert [(run["verdict"], len(run["why"])) for run in document["runs"]] == [("wrong", 1)] * RUNS
-    with pytest.raises(ResultError) as refused:
+    with pytest.raises(InputError) as refused:
         write_step("coastdown", path, (), tmp_path / "out", None)
     assert "the file states another unit 'km/h'" in refused.value.findings[0].what
 

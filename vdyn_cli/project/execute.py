@@ -20,7 +20,7 @@ from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.project.reading.cut_changes import with_changes
 from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.project.result_document import StepRecord, provenance_of, step_command
-from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar
+from vdyn_cli.quantities.errors import Finding, InputError, ResultError, merge_similar, raise_all
 from vdyn_cli.quantities.number_text import capitalized
 from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result
@@ -61,15 +61,16 @@ def execute(
     """
     _LOG.info("reading the logs")
     inputs = _with_contradicted_conditions(gather(load_step(step_name), path, known_files))
+    raise_all(merge_similar(wrong_units(f for log in inputs.logs for f in log.findings)))
     try:
         baseline, found = _estimated(inputs.step, inputs, level)
         result = within_physical_range(with_input_uncertainty(found, inputs))
     except InputError as error:
         found_by_step = (placed(f, inputs.spec, inputs.source, inputs.logs) for f in error.findings)
-        raise type(error)(*_wrong_units(inputs), *found_by_step, *_data_faults(inputs)) from None
+        raise type(error)(*found_by_step, *_data_faults(inputs)) from None
     refused = tuple(placed(f, inputs.spec, inputs.source, inputs.logs) for f in result.refused)
     if refused:
-        refused = tuple(dict.fromkeys((*_wrong_units(inputs), *refused, *_data_faults(inputs))))
+        refused = tuple(dict.fromkeys((*refused, *_data_faults(inputs))))
     quality = with_changes(inputs, baseline)
     given = (*exact_values(inputs), *implausible_rotating_mass(inputs), *(() if level else _dropped_extension(inputs)))
     findings = (*inputs.findings, *given, *result.findings)
@@ -148,11 +149,6 @@ def _faults(inputs: Inputs, used: Sequence[str] = ()) -> tuple[Finding, ...]:
     """Findings on failed sensors in the runs used, or in all runs if those are unknown."""
     logs = [log for log in inputs.logs if log.name in used] or inputs.logs
     return tuple(f for log in logs for f in log.findings if f.fault)
-
-
-def _wrong_units(inputs: Inputs) -> tuple[Finding, ...]:
-    """Units that contradict the logs' own: reported before what follows from them."""
-    return wrong_units(f for log in inputs.logs for f in log.findings)
 
 
 def _data_faults(inputs: Inputs) -> tuple[Finding, ...]:
