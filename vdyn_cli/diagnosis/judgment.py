@@ -135,11 +135,6 @@ class Judgment:
         """The answers, or the effect beyond its plausible range where there are none."""
         return self.answers or ((self.beyond_range,) if self.beyond_range else ())
 
-    @property
-    def remainder(self) -> CandidateModel | None:
-        """The model whose residual is reported: the answer, the best of several, or what comes closest."""
-        return best_fit(self.answers) or self.closest or self.immaterial
-
     def refuted(self, why: str = "", closest: CandidateModel | None = None) -> Judgment:
         """The judgment without an answer, because of ``why``.
 

@@ -76,7 +76,7 @@ def test_a_bump_of_another_size_is_noticed() -> None:
 
 def test_gravity_in_the_acceleration_is_taken_off() -> None:
     result = run(changed(scaled("vertical_acceleration", 1, GRAVITY)))
-    assert any("at rest: gravity is included and subtracted" in f.what for f in result.findings)
+    assert any("at rest: gravity, which is subtracted" in f.what for f in result.findings)
     assert not missed(result)
 
 

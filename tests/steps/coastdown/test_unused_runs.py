@@ -44,7 +44,7 @@ def test_a_run_that_is_braked_halfway_is_rejected() -> None:
     (reason,) = why(problem)
     result = problem.publish()
     assert [entry["why"] for entry in result.extra["rejected"]] == [reason]
-    assert "slows by" in reason
+    assert "decelerates by" in reason
     assert "brake" in reason
     assert len(result.fit.runs) == 7
     assert abs(off(result, "rolling_resistance", 0.0095)) < 3.5

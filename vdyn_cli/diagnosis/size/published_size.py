@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_models import best_fit
 from vdyn_cli.diagnosis.size.finding_size import FindingSize, explained_share, finding_size, places_of
 from vdyn_cli.diagnosis.size.materiality import main_output
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
@@ -76,8 +77,8 @@ def effect_sizes(
 
 
 def remainder(judgment: Judgment) -> Remainder | None:
-    """The significant residual of the answer, or of the model that comes closest."""
-    one = judgment.remainder
+    """The significant residual of the answer, of the best of several, or of the model that comes closest."""
+    one = best_fit(judgment.answers) or judgment.closest or judgment.immaterial
     if one is None or not np.isfinite(one.rest_share):
         return None
     return Remainder(share_of_rms=one.rest_share, p_value=one.rest_p, mostly=one.rest_mostly)

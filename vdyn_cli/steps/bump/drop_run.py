@@ -99,7 +99,7 @@ def wrong_drop(run: DropRun) -> list[Finding]:
     """Findings on a drop of fewer than ``FEWEST_SAMPLES``, or in which the body moves less than ``SMALLEST`` noises."""
     if run.time.size < FEWEST_SAMPLES:
         what = f"has {run.time.size} samples after the release: {FEWEST_SAMPLES} are needed"
-        return [Finding(run.run, what, "", "log until the car rests, or faster")]
+        return [Finding(run.run, what, "", "log until the car is at rest, or at a higher rate")]
     body = [n for n in run.heights if n.startswith("body")]
     if all(np.nanmax(np.abs(run.heights[n] - run.rest[n])) < SMALLEST * run.noise[n] for n in body):
         return [Finding(run.run, "the body does not move", "", "check the channels, or write 'release' with its time")]

@@ -170,7 +170,7 @@ def _pitch_inertia(stated: Mapping[str, Given], found: Mapping[str, Given]) -> t
     findings: tuple[Finding, ...] = ()
     lever = _height_above_wheels(stated)
     if lever is USUAL_LEVER:
-        what = "pitch_inertia is assumed to be that of the whole car; the share of the axles is that of a typical car"
+        what = "pitch_inertia is taken as that of the whole car, and the axles' part of it as in a typical car"
         findings = (Finding("bump", what, "", "give cg_height and wheel_radius, or sprung_pitch_inertia"),)
     mass = found["mass"].value
     unsprung = found["unsprung_mass_front"].value + found["unsprung_mass_rear"].value

@@ -92,5 +92,5 @@ def _without_gravity(log: Log) -> tuple[Log, list[Finding]]:
     rest = float(np.nanmedian(log[name]))
     if abs(rest - GRAVITY) > 1.0:
         return log, []
-    finding = Finding(f"{log.name}, {name}", f"reads {rest:.2f} m/s^2 at rest: gravity is included and subtracted")
+    finding = Finding(f"{log.name}, {name}", f"reads {rest:.2f} m/s^2 at rest: gravity, which is subtracted")
     return log.with_channels(**{name: log[name] - GRAVITY}), [finding]

@@ -103,8 +103,8 @@ def weight_contradiction(
     what += f": all loads are scaled by {1 / (1 + share):.3f}"
     one_axle = f"{replace(vehicle, load_excess=share).one_axle_shift:.2g} m"
     answers = (
-        f"if only one axle's loads are wrong, cg_to_rear is {one_axle} off; if the mass is wrong, pitch_inertia is "
-        f"{off} off; their intervals include this"
+        f"if only one axle's loads are wrong, cg_to_rear has an error of {one_axle}; if the mass is wrong, "
+        f"pitch_inertia has one of {off}; their intervals include this"
     )
     return share, (Finding(place, f"{what}; {answers}", got, remedy, doubt=True),)
 

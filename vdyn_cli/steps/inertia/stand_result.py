@@ -118,8 +118,8 @@ def _residual_over_speed(balance: MomentBalance, comparisons: Sequence[Compariso
     )
     caption = (
         "Residual torque over the wheel's speed, one point per window. Good: noise around zero at every speed. Bad: a "
-        "bend (windage of the wheel, nonlinear bearing drag), two branches (a torque gain that differs up and down, a "
-        "clock offset between torque and speed)."
+        "bend (windage of the wheel, nonlinear bearing drag), two branches (a torque gain that differs between "
+        "spinning up and down, a clock offset between torque and speed)."
     )
     return Figure("stand_residual", "Residual of the moment balance over speed", caption, "wheel speed in rad/s", "N m",
                   series)  # fmt: skip

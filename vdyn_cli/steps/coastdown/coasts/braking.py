@@ -83,9 +83,9 @@ class _ExcessDeceleration:
     def reason(self, at: int) -> str:
         """Sentence on the excess in interval ``at``, with its number, time and speed."""
         at += int(abs(self.excess[at + 1]) > abs(self.excess[at])) if at + 1 < self.excess.size else 0
-        what, cause = ("slows by", "brake or driveline?") if self.excess[at] > 0 else ("accelerates", "throttle?")
+        what, cause = ("decelerates", "brake or driveline?") if self.excess[at] > 0 else ("accelerates", "throttle?")
         return (
-            f"{what} {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
+            f"{what} by {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
             f"{3.6 * self.speed[at]:.0f} km/h ({cause})"
         )
 
@@ -270,7 +270,7 @@ def _undisturbed_part(
     middle = float(np.median(one.excess))
     if middle > max(STEP_POLICY.engaged_least, STEP_POLICY.engaged_share * one.usual):
         why = (
-            f"slows by {middle:.2f} m/s^2 more than the other runs throughout: check for an engaged driveline "
+            f"decelerates by {middle:.2f} m/s^2 more than the other runs throughout: check for an engaged driveline "
             "or a dragging brake"
         )
         return None, [RejectedSegment(name, begin, end, why)]

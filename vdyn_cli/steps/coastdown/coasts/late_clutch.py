@@ -104,7 +104,8 @@ def without_late_clutch(
     if seen is None:
         return list(segments), []
     drag, size = seen
-    why = f"all runs slow by {size:.2f} m/s^2 more in their first {drag.time:.1f} s than later: clutch or driveline?"
+    more = f"{size:.2f} m/s^2 more in their first {drag.time:.1f} s than later"
+    why = f"all runs decelerate by {more}: clutch or driveline?"
     return without_starts(segments, starts, kept, StartCut(drag.until, drag.time, why))
 
 

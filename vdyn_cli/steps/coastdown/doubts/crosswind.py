@@ -59,12 +59,10 @@ def crosswind_shift(fit: RoadLoadFit, stated: float | None) -> tuple[Mapping[str
     if stated is not None:
         what = f"the stated crosswind of {across:.1f} m/s adds about {two_digits(force)} N; the intervals include it"
         return shift, (Finding("runs", what),)
-    suggested = (
-        "the error of the speed hides the gusts: a usual wind has" if _hidden(fit) else "the gusts suggest up to"
-    )
+    suggested = "the error of the speed hides the gusts; a usual wind has" if _hidden(fit) else "the gusts suggest"
     what = (
-        f"no crosswind is stated; {suggested} {across:.1f} m/s across the road, which adds {two_digits(force)} N; the "
-        "intervals include it"
+        f"no crosswind is stated; {suggested} up to {across:.1f} m/s across the road, which adds {two_digits(force)} N;"
+        " the intervals include it"
     )
     remedy = "give the measured 'crosswind' of each run, or 'settings: {crosswind: 0 m/s}' for a calm day"
     return shift, (Finding("runs", what, remedy=remedy),)

@@ -91,7 +91,7 @@ class RatioChange:
         shown = [f"{factor:.2f} from {a:.1f} s to {b:.1f} s" for a, b, factor in self.spans[:3]]
         more = f" and in {len(self.spans) - 3} more parts" if len(self.spans) > 3 else ""
         what = (
-            f"the acceleration per torque changes at once, to {', '.join(shown)}{more} (usual: 1): "
+            f"the acceleration per torque changes suddenly, to {', '.join(shown)}{more} (usual: 1): "
             "another gear, or the gain of a channel changed; these parts are left out"
         )
         remedy = (

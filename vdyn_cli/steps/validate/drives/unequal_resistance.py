@@ -77,9 +77,9 @@ def other_resistance(
 def resistance_finding(log: str, found: OtherResistance, mass: float) -> Finding:
     """The finding on a drive that is left out; ``mass`` with rotating parts, kg."""
     what = (
-        f"resists by {abs(found.force) * mass:.3g} +- {2 * found.error * mass:.2g} N "
-        f"{'more' if found.force > 0 else 'less'} than the other drives: brakes or tires of this drive, or another "
-        "slope, wind or load; this drive is left out"
+        f"has {abs(found.force) * mass:.3g} +- {2 * found.error * mass:.2g} N "
+        f"{'more' if found.force > 0 else 'less'} resistance than the other drives: brakes or tires, or another slope, "
+        "wind or load; this drive is left out"
     )
     remedy = "validate it in a description of its own, or state its direction and wind_speed"
     return Finding(log, what, "", remedy, doubt=True)
