@@ -1,4 +1,4 @@
-"""Text logs without a column of time, whose rows follow each other at a stated rate."""
+"""Logs without a column of time, whose rows follow each other at a stated rate."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.io.stored_logs import write
 from vdyn_cli.io.channel_survey import survey, without_clock
 from vdyn_cli.project.drafting.run_conditions import logged_starts
 from vdyn_cli.project.inputs import gather
@@ -54,3 +55,21 @@ def test_a_missing_or_doubled_time_is_refused(reading: str, channels: str, messa
     with pytest.raises(InputError) as refused:
         gather(load_step("coastdown"), described(tmp_path, reading, channels))
     assert message in str(refused.value)
+
+
+def test_one_of_several_loggers_has_a_rate_and_the_other_several_recordings(tmp_path: Path) -> None:
+    time = np.arange(900) / 10.0
+    motion = 25.0 - 0.1 * time + np.sin(0.6 * time)
+    write("mat", tmp_path / "can", [{"speed": motion}], {"speed": "m/s"})
+    rows = [f"{t:.1f},{v + part:.4f}" for part in (5.0, 0.0) for t, v in zip(time, motion, strict=True)]
+    (tmp_path / "gps.csv").write_text("\n".join(["time [s],speed [m/s]", *rows]) + "\n")
+    (tmp_path / "coast.yaml").write_text(
+        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 60 kg}\n"
+        "environment: {temperature: 24 degC, pressure: 98.9 kPa}\nloggers:\n"
+        "  - {channels: {time: {column: 'time [s]', unit: s}, speed: {column: 'speed [m/s]', unit: m/s}}}\n"
+        "  - {channels: {speed: {column: speed, unit: m/s}}, reading: {rate: 10 Hz}}\n"
+        "runs:\n  - {logs: [gps.csv, can.mat], recording: [2, null], direction: out}\n"
+    )
+    inputs = gather(load_step("coastdown"), tmp_path / "coast.yaml")
+    assert inputs.logs[0]["speed"] == pytest.approx(motion, abs=1e-3)
+    assert inputs.clocks[0].delay == pytest.approx(0.0, abs=0.01)

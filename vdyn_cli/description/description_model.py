@@ -116,7 +116,7 @@ class Reading(Strict):
     )
     rate: Annotated[Given, Si("Hz", 1e-3, 1e6)] | None = Field(
         None,
-        description="sampling rate of a text log without a column of time, such as 1 Hz: its rows are equally spaced, "
+        description="sampling rate of a log without a column of time, such as 1 Hz: its rows are equally spaced, "
         "and 'time' is not mapped",
     )
     split_times: Literal["elapsed", "intervals"] | None = Field(
@@ -174,6 +174,9 @@ class Segment(Strict):
 HEADING: Mapping[str | None, float] = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
+RecordingNumber = Annotated[int, Field(ge=1)]
+
+
 class Run(Strict):
     """One run: its log (or one log per logger), direction, and start since the first run."""
 
@@ -188,10 +191,10 @@ class Run(Strict):
     units: dict[str, str] = Field(
         {}, description="channel: its unit in this run, where its log is in another unit than those of the other runs"
     )
-    recording: Annotated[int, Field(ge=1)] | None = Field(
+    recording: RecordingNumber | list[RecordingNumber | None] | None = Field(
         None,
         description="number of the recording, counted from 1, if the log has several, one after another, and its clock "
-        "restarts with each; 'vdyn channels' lists them",
+        "restarts with each; 'vdyn channels' lists them. With 'logs': a list with the number, or null, for each log",
     )
     direction: Literal["out", "back"] | None = Field(None, description="direction of travel on the test track")
     start: Annotated[Given, Si("s", -LONGEST_TEST, LONGEST_TEST)] | None = Field(
@@ -226,10 +229,18 @@ class Run(Strict):
         """+1 out, -1 back, 0 where the direction is not stated."""
         return HEADING[self.direction]
 
+    @property
+    def recordings(self) -> tuple[int | None, ...]:
+        """The number of the recording in each log; None for a log with a single one."""
+        count = 1 if self.logs is None else len(self.logs)
+        return tuple(self.recording) if isinstance(self.recording, list) else (self.recording,) * count
+
     @model_validator(mode="after")
     def _one_kind_of_log(self) -> Run:
         if (self.log is None) == (self.logs is None):
             raise PydanticCustomError("log", "a run has either 'log' or 'logs'")
+        if isinstance(self.recording, list) and len(self.recording) != len(self.logs or [self.log]):
+            raise PydanticCustomError("recording", "'recording' has one entry for each log of the run")
         return self
 
     @field_validator("cuts", mode="before")

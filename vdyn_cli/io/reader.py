@@ -71,6 +71,9 @@ class Column:
         return -converted if self.sign < 0 else converted
 
 
+COUNTED = Column("number of the row", "s", "s")  # the time of a log without a clock, but with a fixed rate
+
+
 @dataclass(frozen=True)
 class ReadOptions:
     """Format of a log where it is not to be guessed.
@@ -86,7 +89,7 @@ class ReadOptions:
     split_runs : whether each run of such a table is a column or a row.
     levels : m/s, groups of successive speed levels, for a coast-down report that does not state them.
     window : s, first and last time that is used: a channel without values elsewhere is not refused.
-    rate : Hz, of a text log without a column of time: ``time`` is not read from the file; None: it has a clock.
+    rate : Hz, of a log without a column of time: ``time`` is not read from the file; None: it has a clock.
     recording : number of the recording in a file whose clock restarts, counted from 1; None: the file has one.
     """
 

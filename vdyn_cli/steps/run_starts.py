@@ -29,7 +29,7 @@ def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
         return tuple(stated)
     first, last = (np.array([log.time[k] for log in logs]) for k in (0, -1))
     order = np.argsort(first, kind="stable")
-    one_clock = len({run.recording for run in runs}) == 1  # it restarts with each recording
+    one_clock = len({run.recordings[0] for run in runs}) == 1  # it restarts with each recording
     if one_clock and np.all(last[order[:-1]] <= first[order[1:]]):
         return tuple((first - first.min()).tolist())
     if np.median(last - first) > STEP_POLICY.shortest_trip:

@@ -26,6 +26,7 @@ from vdyn_cli.io.csv.tables_beside import TablesBeside, are_complete, separate_c
 from vdyn_cli.io.formats.split_times import split_instants
 from vdyn_cli.io.formats.stored_channels import read_stored, recorded
 from vdyn_cli.io.reader import (
+    COUNTED,
     ChannelInfo,
     Column,
     ReadOptions,
@@ -130,7 +131,7 @@ class CsvReader:
         raw = {channel: numbers.columns[at][: rows.stop] for channel, at in position.items()}
         columns = {channel: layout.header[at] for channel, at in position.items()}
         if options.rate is not None:
-            mapping, columns = {**mapping, "time": _COUNTED}, {"time": _COUNTED.column, **columns}
+            mapping, columns = {**mapping, "time": COUNTED}, {"time": COUNTED.column, **columns}
             raw["time"] = np.arange(rows.stop) / options.rate
         begin = numbers.begins.get(position.get("time", -1), math.nan)
         logged = with_clocks and mapping["time"].unit == "s"
@@ -147,7 +148,6 @@ class CsvReader:
 
 
 CSV = CsvReader()
-_COUNTED = Column("number of the row", "s", "s")  # the time of a log without a clock
 
 
 def _whole_table(path: Path, only: Callable[[str], bool]) -> tuple[Layout, Numbers, frozenset[int]]:

@@ -311,7 +311,7 @@ def _same_rows(clock: StoredChannel, stored: StoredChannel) -> bool:
 
 
 def _text_options(options: ReadOptions, name: str) -> Iterator[Finding]:
-    for key in ("delimiter", "decimal", "encoding", "header_row", "rate"):
+    for key in ("delimiter", "decimal", "encoding", "header_row"):
         if getattr(options, key) is not None:
             what = f"'reading: {key}' applies to text logs only, and this is not one"
             yield Finding(name, what, repr(getattr(options, key)), "remove it")

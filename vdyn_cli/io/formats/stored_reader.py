@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
+from vdyn_cli.io.formats.counted_rows import CountedRows
 from vdyn_cli.io.formats.stored_channels import StoredFile, read_stored, recorded
 from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
 from vdyn_cli.quantities.log import Log
@@ -58,4 +59,5 @@ class StoredReader:
         InputError : with all problems of the file.
         """
         with self.opened(path) as file:
-            return read_stored(file, mapping, options, name)
+            counted = file if options.rate is None else CountedRows(file, options.rate)
+            return read_stored(counted, mapping, options, name)

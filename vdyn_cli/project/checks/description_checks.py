@@ -159,7 +159,7 @@ def repeated_entries(spec: Description, source: YamlSource) -> list[Finding]:
         start = run.from_time.value if run.from_time else -np.inf
         stop = run.to_time.value if run.to_time else np.inf
         columns = (f"{channel}: {column}" for channel, column in sorted(run.columns.items()))
-        own = (f"recording: {run.recording or 1}", *columns)
+        own = (f"recordings: {[number or 1 for number in run.recordings]}", *columns)
         others = seen.setdefault((*map(os.path.normpath, log_names(run)), *own), [])
         for first, last, k in others:
             if min(stop, last) > max(start, first):

@@ -33,7 +33,7 @@ def contradicted_conditions(spec: Any, source: YamlSource) -> Iterator[Finding]:
         facts = []
         for run in runs:
             file = source.path.parent / log_names(run)[0]
-            facts.append(survey(file, _span(run), run.recording or 1, shows_direction))
+            facts.append(survey(file, _span(run), run.recordings[0] or 1, shows_direction))
             if not (any(shows_direction(f.column) for f in facts[0]) or any(run.start for run in runs)):
                 return  # logs of one day have the same columns
     except InputError:  # a table of several runs, which its own reader has read

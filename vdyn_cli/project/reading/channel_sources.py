@@ -9,6 +9,7 @@ import numpy as np
 
 from vdyn_cli.description.description_model import Channel, ChannelSource, Description, KnownChannel, Reading
 from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.io.reader import COUNTED
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -69,7 +70,7 @@ def channel_maps(spec: Description) -> list[tuple[Mapping[str, Channel | KnownCh
 
 def _with_time(channels: Mapping[str, ChannelSource], reading: Reading) -> Mapping[str, Channel | KnownChannel]:
     counted = reading.rate is not None and "time" not in channels
-    return {"time": Channel(column="number of the row", unit="s"), **channels} if counted else channels
+    return {"time": Channel(column=COUNTED.column, unit=COUNTED.unit), **channels} if counted else channels
 
 
 def logged_channels(channels: Mapping[str, Channel | KnownChannel]) -> dict[str, Channel]:

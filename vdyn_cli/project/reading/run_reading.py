@@ -63,7 +63,7 @@ def read_run(
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
     problems = [f for key in ("columns", "signs", "units") for f in _unmapped(run, spec, source, ("runs", index, key))]
     read, no_unit, units = [], set[str](), dict[str, str]()
-    for name, logger, channels in zip(names, loggers, channel_maps(spec), strict=True):
+    for name, logger, channels, nth in zip(names, loggers, channel_maps(spec), run.recordings, strict=True):
         found = logger_columns(step, run, source, name, channels, ("runs", index))
         problems += found.problems
         no_unit |= found.no_unit
@@ -73,7 +73,7 @@ def read_run(
             problems.append(Finding(place, f"the log {name} does not exist", "", remedy_for_missing_file(file)))
         elif "time" in found.columns:  # else it is reported with the channels
             window = _window(run) if len(names) == 1 else WHOLE  # of the first logger's clock
-            options = ReadOptions(**logger.reading.model_dump(), window=window, recording=run.recording)
+            options = ReadOptions(**logger.reading.model_dump(), window=window, recording=nth)
             named = called(name, run, spec)
             reader = partial(_log_and_file, file, found.columns, options, named)
             read.append(attempt(problems, read_unchanged, reader, (file,)))
@@ -94,10 +94,11 @@ def called(name: str, run: Run, spec: Description) -> str:
     """What messages and results call a run's log: with the columns or times that distinguish it from another run's."""
     if run.columns:
         return f"{name} ({', '.join(run.columns.values())})"
-    if run.recording is not None:
-        name = f"{name} (recording {run.recording})"
+    number = run.recordings[log_names(run).index(name)]
+    if number is not None:
+        name = f"{name} (recording {number})"
     window = (run.from_time, run.to_time)
-    same = (one for one in spec.runs if (log_names(one), one.recording) == (log_names(run), run.recording))
+    same = (one for one in spec.runs if (log_names(one), one.recordings) == (log_names(run), run.recordings))
     if len(list(same)) == 1 or window == (None, None):
         return name
     start, stop = ("" if t is None else moment(t.value) for t in window)
