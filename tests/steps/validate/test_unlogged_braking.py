@@ -137,3 +137,12 @@ def test_an_accelerometer_feels_a_brake() -> None:
     (one,) = unlogged_braking([(time, channels, torque)])
     assert one.braked[brake > 0].mean() > 0.9
     assert "brakes that are not logged" in one.finding("drive.csv")[0].what
+
+
+def test_a_brake_on_a_road_of_known_grade_is_no_hill() -> None:
+    time, channels, torque, _ = rolling_over_hills(0.0, 0.5)
+    seen = {n: v for n, v in channels.items() if n != "acceleration"} | {"grade": np.full(time.size, 1e-4)}
+    (one,) = unlogged_braking([(time, seen, torque)])
+    (finding,) = one.finding("drive.csv")
+    assert "brakes that are not logged" in finding.what
+    assert "grade" not in finding.remedy

@@ -34,7 +34,7 @@ class UnloggedBraking:
     ----------
     braked : (n,) mask of samples. spans : first and last time of each stop or slowdown, s.
     excess : m/s^2, the largest deceleration that torque and speed do not explain.
-    confirmed : whether an accelerometer confirms it.
+    confirmed : whether no hill is the cause: an accelerometer confirms the braking, or the grade is known.
     left_out : duration of these samples, s, of the ``moving`` ones.
     one_sided : whether the drive torque is never below zero in any drive, as of a channel without recuperation.
     brake_logged : whether a channel shows the friction brakes on in any drive, so that these are no cause.
@@ -95,6 +95,7 @@ class _Excess:
         brakes.
     moves : (n,) mask: faster than ``SLOWEST``.
     by_accelerometer : (n,) m/s^2, excess by the accelerometer; None without one.
+    graded : whether the grade of the road is known, other than zero.
     """
 
     excess: Array
@@ -104,6 +105,7 @@ class _Excess:
     recuperated: Mask
     moves: Mask
     by_accelerometer: Array | None
+    graded: bool
 
 
 def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
@@ -149,7 +151,8 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
     by_accelerometer = _by_accelerometer(time, channels, columns, driven)
     pulled = np.abs(law[0] * np.minimum(force, 0.0))
     moves, recuperated = speed > SLOWEST, free & (force < -idle)
-    return _Excess(columns @ law - rate, scatter, pulled, free, recuperated, moves, by_accelerometer)
+    graded = bool(np.any(channels.get("grade", 0.0)))
+    return _Excess(columns @ law - rate, scatter, pulled, free, recuperated, moves, by_accelerometer, graded)
 
 
 def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
@@ -177,7 +180,8 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
     largest = float(np.max(excess[seen.free & braked], initial=0.0))
     spacing = float(np.median(np.diff(time)))
     left_out, moving = (spacing * np.count_nonzero(m) for m in (braked & seen.moves, seen.moves))
-    return UnloggedBraking(braked, braking, largest, seen.by_accelerometer is not None, left_out, moving)
+    no_hill = seen.graded or seen.by_accelerometer is not None
+    return UnloggedBraking(braked, braking, largest, no_hill, left_out, moving)
 
 
 def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float], ...]:
