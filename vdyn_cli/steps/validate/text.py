@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.quantities.arrays import rms
+from vdyn_cli.quantities.number_text import listed
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.prior import FARTHEST, INSENSITIVE
@@ -90,19 +91,34 @@ def warnings(v: Validation) -> tuple[str, ...]:
         f"stays below {100 * v.tests[n].limit:.1f} % in 97.5 of 100 cases"
         for n in v.outside
     ]
-    b, after, by_chance = v.prior, v.posterior, _by_chance(v)
-    for name in v.contradicted:
+    return (*made, *_contradictions(v))
+
+
+def _contradictions(v: Validation) -> list[str]:
+    """Estimates outside the physical range, and one sentence on all stated parameters that the drives contradict.
+
+    They come from one fit, in which one wrong parameter or a wrong torque moves all that are nearly collinear with it.
+    """
+    b, after = v.prior, v.posterior
+    made: list[str] = []
+    pulled: list[str] = []
+    for name in sorted(v.contradicted, key=lambda n: -abs(after.pull[b.names.index(n)])):
         i, q = b.names.index(name), PARAMETERS.get(name)
         if abs(after.pull[i]) > FARTHEST or (q and not q.lower <= after.values[i] <= q.upper):
             value = f"{words(name)} = {after.values[i]:.4g}"
             made.append(f"estimate outside the physical range ({value}): another parameter or the data are wrong")
             continue
-        made.append(
-            f"the drives require {words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- "
-            f"{b.std[i]:.2g} (pull {after.pull[i]:+.1f}; {100 * by_chance:.0f} % of correct models have a pull beyond "
-            f"{STEP_POLICY.large_pull:g}): it may be wrong, or an effect collinear with it is present"
+        pulled.append(
+            f"{words(name)} = {after.values[i]:.4g} instead of {b.values[name]:.4g} +- {b.std[i]:.2g} "
+            f"(pull {after.pull[i]:+.1f})"
         )
-    return tuple(made)
+    if pulled:
+        which = "it" if len(pulled) == 1 else "one of them"
+        made.append(
+            f"the drives require {listed(pulled)}: {which} or the drive torque may be wrong, or an unmodeled effect is "
+            f"present ({100 * _by_chance(v):.0f} % of correct models have a pull beyond {STEP_POLICY.large_pull:g})"
+        )
+    return made
 
 
 def _by_chance(v: Validation) -> float:
