@@ -351,3 +351,12 @@ def test_minutes_are_a_clock_and_a_unit_alone_names_a_speed(tmp_path: Path) -> N
     text = draft_description(load_step("coastdown"), [tmp_path / "ride.csv"], tmp_path).text
     assert 'time: {column: "Minutes", unit: min}' in text
     assert 'speed: {column: "Km/h", unit: Km/h}' in text
+
+
+def test_logs_without_a_clock_are_drafted_with_an_open_rate(tmp_path: Path) -> None:
+    path = table(tmp_path / "rig.csv", FX_N=900 * WAVE, FZ_N=4000 + 9 * WAVE, **{"SR_%": 9 * WAVE})
+    found, description = draft("tire", path)
+    assert description["reading"] == {"rate": "?"}
+    assert "time" not in description["channels"]
+    assert "rate" in found.undecided
+    assert found.mapped == ("force_x", "force_z", "slip")

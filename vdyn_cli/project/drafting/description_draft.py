@@ -13,6 +13,7 @@ from typing import Any
 
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.files import distinct_names
+from vdyn_cli.io.reader import is_clock
 from vdyn_cli.project.drafting.channel_guess import guess_channels
 from vdyn_cli.project.drafting.drafted_channels import channel_line, quoted
 from vdyn_cli.project.drafting.drafted_runs import relative_path, runs_of_loggers, runs_of_one_logger
@@ -106,6 +107,7 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
     wanted = dict(step.channels())
     wanted |= {c: CHANNELS[c] for c in _parts(step).get("PENDULUM_CHANNELS", ())}
     logs: list[GuessedLog] = []
+    clockless: list[GuessedLog] = []
     problems: list[Finding] = []
     for path, name in distinct_names(paths).items():
         try:
@@ -117,9 +119,13 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
         guessed = GuessedLog(path, facts, guesses, name)
         if guessed.guesses["time"].facts is None:
             what, remedy = without_clock(facts)
+            if not any(is_clock(f.info.name) for f in facts) and _decided(step, guessed):
+                clockless.append(guessed)
             problems.append(Finding(name, f"is not a log: {what}", remedy=remedy))
             continue
         logs.append(guessed)
+    if clockless and len(clockless) == len(paths):  # they are read with a fixed rate
+        return clockless, []
     return logs, problems
 
 

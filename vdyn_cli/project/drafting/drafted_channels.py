@@ -26,6 +26,8 @@ def channel_lines(
     needed = channels_needed(step, [log])
     for channel in _ways(step, log):
         guess = log.guesses[channel]
+        if channel == "time" and guess.facts is None:
+            continue  # of a log with a fixed rate
         missing = [o.name for o in logs if not o.agrees(log, channel)]
         if guess.facts is not None and not missing:
             lines += channel_line(channel, guess)

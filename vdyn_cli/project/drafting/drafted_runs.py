@@ -111,7 +111,10 @@ def runs_of_one_logger(
 
 
 def _reading(logs: Sequence[GuessedLog]) -> list[str]:
-    """The line that leaves out rows whose time does not increase; none if there are none."""
+    """The line that states the rate of logs without a clock, or leaves out rows whose time does not increase; none if
+    neither is needed."""
+    if logs and logs[0].guesses["time"].facts is None:
+        return ['reading: {rate: "?"}        # the logs have no times: write the rate of their rows, such as 10 Hz']
     late = {log.path: facts.info.late for log in logs if (facts := log.guesses["time"].facts) is not None}
     rows = sum(late.values())
     return [f"reading: {{clock: drop}}    # {rows} rows are not after all times before"] if rows else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -157,9 +158,8 @@ def _unlike(log: GuessedLog, usual: GuessedLog, needed: Collection[str]) -> str:
 def _doubtful(log: GuessedLog, before: Sequence[GuessedLog], needed: Collection[str]) -> str:
     """Why a log is not used as it is: a clock in a wrong unit, a channel recorded in less than half of it, a copy."""
     clock = log.guesses["time"].facts
-    assert clock is not None
-    (first, last), rate = clock.info.span, clock.info.rate
-    if rate < 1.0 / COARSEST:
+    (first, last), rate = (clock.info.span, clock.info.rate) if clock is not None else ((0.0, 0.0), math.inf)
+    if clock is not None and rate < 1.0 / COARSEST:
         unit = clock.info.unit or "s"
         return f"a sample every {1.0 / rate:.0f} s: its time is not in {unit}; if it is in ms, add units: {{time: ms}}"
     for name in sorted({*needed} & log.columns().keys() - {"time"}):
@@ -195,7 +195,7 @@ def are_drives(logs: Sequence[GuessedLog], falling: str, drive: Collection[str],
 
 
 def _no_coast(facts: ChannelFacts | None) -> str:
-    if facts is None:
+    if facts is None or math.isnan(facts.info.rate):  # without a clock
         return ""
     fall, length = facts.longest_fall, facts.info.span[1] - facts.info.span[0]
     if not fall < min(_LEAST_FALL, 0.5 * length):

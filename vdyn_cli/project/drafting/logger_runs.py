@@ -28,7 +28,7 @@ def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:
     needed : channels of which a run needs some; if all logs have the same of these, every log is a run.
     """
     kinds = _kinds(logs)
-    if len(kinds) < 2 or _alike(logs, needed):
+    if len(kinds) < 2 or any(log.guesses["time"].facts is None for log in logs) or _alike(logs, needed):
         return ()
     first, *others = kinds
     if not _several(kinds):
