@@ -1,0 +1,174 @@
+"""Every threshold by which a drive is cut, doubted or accepted, with its reason; part of ``STEP_POLICY``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vdyn_cli.quantities.threshold import threshold
+
+
+@dataclass(frozen=True)
+class ValidatePolicy:
+    """The thresholds of drives and of the vehicle that is simulated."""
+
+    band_chance: float = threshold(
+        0.05, "probability", "that a correct model is called wrong, all outputs together",
+        "The conventional 5 %.",
+    )  # fmt: skip
+    output_chance: float = threshold(
+        0.01, "p value", "of one output's time outside its band, below which it is reported",
+        "A fifth of band_chance, which is for all outputs together.",
+    )  # fmt: skip
+    large_pull: float = threshold(
+        2.5, "standard deviations", "of a parameter's shift by the drives, beyond which it is reported",
+        "1.2 % of correct models reach it.",
+    )  # fmt: skip
+    certain_play: float = threshold(
+        18.0, "log likelihood", "gained by play alone, above which it is fitted together with the parameters",
+        "Six standard errors.",
+    )  # fmt: skip
+    slip_stiffness: float = threshold(
+        12.0, "without unit", "force of the driven tires over slip and the car's weight, of a mass on a road",
+        "Passenger car tires have 15 to 30 over their load, and driven axles carry 40 to 100 % of the weight: at least "
+        "6, and much more where tires are hard or the stated rotating mass includes undriven wheels, which do not "
+        "slip. The slip for a force is between zero and that of 6; half of that is expected.",
+    )  # fmt: skip
+    slip_spread: float = threshold(
+        0.58, "share", "standard deviation of the slip that follows from slip_stiffness",
+        "Uniformly distributed between zero and twice the expected one: 1/sqrt(3).",
+    )  # fmt: skip
+    logger_latency: float = threshold(
+        0.035, "s", "standard deviation of a channel's latency, in drives of a mass on a road",
+        "GPS receivers give their speed 7 to 160 ms late, filters of bus signals take 5 to 100 ms, a torque from the "
+        "bus is 10 to 100 ms late. Most are within 0 to 120 ms: uniformly distributed, that has 35 ms.",
+    )  # fmt: skip
+    least_delay: float = threshold(
+        0.4, "s", "least delay between speed and drive torque that is corrected before the fit",
+        "The candidate effect of a late speed reaches 0.5 s; engines and filters are faster (torque_lag).",
+    )  # fmt: skip
+    delay_rest: float = threshold(
+        0.5, "", "times the variance of the acceleration without a delay that the delayed torque may leave",
+        "16 drives with 0.8 to 1.2 s left 0.01 to 0.09; with 0.3 s 0.51 to 0.59; 14 trips of a real car have their "
+        "least variance without a delay.",
+    )  # fmt: skip
+    delay_evidence: float = threshold(
+        15.0, "log likelihood", "of such a delay over none",
+        "Those 16 drives reached 46 to 190, drives with 0.3 s 13 to 20; three standard errors are 4.5.",
+    )  # fmt: skip
+    missed_error: float = threshold(
+        0.12, "share of the largest speed", "rms error of a simulated speed, above which the car may be another one",
+        "Errors of 10 % of the road load and 5 % of the torque cause half of that.",
+    )  # fmt: skip
+    own_torque: float = threshold(
+        0.6, "", "correlation of torque and acceleration, above which they belong to one drive",
+        "0.85 to 1.0 in 18 trips of a real car; at most 0.35 with the torque shifted by a fifth to half of the trip.",
+    )  # fmt: skip
+    sparse_samples: float = threshold(
+        2.0, "s", "spacing of the samples of a drive above which it is refused",
+        "A car brakes from 50 km/h to rest in 2 to 4 s: the torque between two samples is then unknown.",
+    )  # fmt: skip
+    long_trip: float = threshold(
+        100.0, "s", "duration of a drive above which powered windows may replace it",
+        "Five windows of 20 s; over more, the simulated speed sums up hills and brakes that are not logged.",
+    )  # fmt: skip
+    hills_error: float = threshold(
+        0.06, "share of the largest speed", "rms error of a simulated speed, above which sensors' hills are candidates",
+        "Errors of 10 % of the road load and 5 % of the torque cause as much; the rest is mostly hills.",
+    )  # fmt: skip
+    hills_gain: float = threshold(
+        0.1, "share of the rms error", "that hills must remove beside errors of load and torque, to be candidates",
+        "In 18 trips of a real car they remove 17 to 89 %, in 12 simulated drives without hills nothing.",
+    )  # fmt: skip
+    reversed_hills_gain: float = threshold(
+        0.3, "share of the rms error", "that hills of the opposite sign must remove, to call an elevation reversed",
+        "Three times the share for its own sign, because few elevations are reversed; a reversed one removes most.",
+    )  # fmt: skip
+    missed_std: float = threshold(
+        3.0, "standard deviations", "of a correct model's error; the rms error must also exceed this",
+        "One error in 400 is as large.",
+    )  # fmt: skip
+    brake_least: float = threshold(
+        0.12, "m/s^2", "of deceleration that no channel explains, above which braking without a channel is detected",
+        "Light braking; gusts reach 0.02, and hills also affect the driven samples.",
+    )  # fmt: skip
+    brake_beyond: float = threshold(
+        4.0, "standard deviations", "of the driven samples; this deceleration must also exceed them",
+        "A normal sample exceeds it once in 30 000.",
+    )  # fmt: skip
+    brake_lost: float = threshold(
+        0.25, "share of the torque", "that a driveline may lose between driving and recuperation, at most",
+        "An efficiency of 0.87 each way: 1 - 0.87^2 = 0.25. Gears and differentials have 0.9 to 0.98.",
+    )  # fmt: skip
+    brake_free: float = threshold(
+        0.1, "share of the recuperation", "of all drives that is assumed to be without friction brakes",
+        "Electric cars mostly slow down without them; a tenth allows for a driver who seldom does.",
+    )  # fmt: skip
+    brake_confirmed: float = threshold(
+        0.9, "share of the samples", "that an accelerometer must have to confirm braking",
+        "It is interpolated linearly and shows no brake in its gaps, so that these must be few.",
+    )  # fmt: skip
+    recuperating: float = threshold(
+        0.005, "share of the samples", "with a negative drive torque, below which the channel lacks recuperation",
+        "Drives with recuperation have some 10 %; single faulty samples are fewer than one in 200.",
+    )  # fmt: skip
+    brake_shortest: float = threshold(
+        1.0, "s", "least duration of such braking",
+        "Accelerations are means over 1 s: a shorter event is a single value.",
+    )  # fmt: skip
+    unequal_share: float = threshold(
+        0.05, "", "least reported difference of a drive's torque per acceleration from that of the other drives",
+        "Fuel and a passenger change the mass of a car by less; two passengers or a load by 10 % and more.",
+    )  # fmt: skip
+    unequal_t: float = threshold(
+        5.0, "standard errors", "that this difference must also exceed",
+        "With twelve blocks a correct drive exceeds that once in 2500. Of 52 clean drives the largest was 3.1.",
+    )  # fmt: skip
+    road_between: float = threshold(
+        0.001, "", "standard deviation of the mean slope of drives on one road, and of wind and rolling likewise",
+        "Drives turn around at other places of a road that undulates by 0.1 % rms; wind that differs by 0.3 m/s "
+        "changes the drag of a car at 15 m/s by 0.03 % of its weight, 1 % of the rolling resistance is 0.01 %.",
+    )  # fmt: skip
+    slope_between: float = threshold(
+        0.003, "", "standard deviation of the mean slope of drives whose directions are not stated",
+        "As the default of settings.drives.slope.",
+    )  # fmt: skip
+    ratio_evidence: float = threshold(
+        9.0, "log likelihood", "for each change of the acceleration per torque over a change of force, to be a gear or "
+        "a gain",
+        "Of 192 drives over unlogged hills of 2 % rms the largest was 5.9; a gain that changes by 10 % has 5 to 60, "
+        "gears 10 to 74.",
+    )  # fmt: skip
+    ratio_alone: float = threshold(
+        1.3, "", "times the variance with both that the ratios may leave",
+        "Hills add forces to any ratio: 1.0 to 3; a gain or gears do not: 1.0, shifting often up to 1.5.",
+    )  # fmt: skip
+    level_evidence: float = threshold(
+        18.0, "log likelihood", "for each level of the acceleration per torque over forces of every piece, to be gears",
+        "In 120 drives over unlogged hills of 1 and 2 % rms the largest was 10 where the levels repeat as gears do; in "
+        "60 drives with gears the median was 30.",
+    )  # fmt: skip
+    level_alone: float = threshold(
+        1.1, "", "times the variance with a ratio for each piece that one for each level may leave",
+        "With gears 0.98 to 1.05 in 50 of 60 drives; hills 1.0 to 5, the more the fewer levels their pieces share.",
+    )  # fmt: skip
+    limit_evidence: float = threshold(
+        18.0, "log likelihood", "for a limit of the drive's power, over the same acceleration per torque at any power",
+        "As of a level of the ratio (level_evidence), which it must not be mistaken for.",
+    )  # fmt: skip
+    limit_gain: float = threshold(
+        3.0, "", "times the variance with a limited power that the unlimited torque must leave",
+        "In 360 drives over hills of 1 and 2 % rms or with gears the largest was 1.5, on 25 days of other faults 1; "
+        "with a limit that holds for a quarter to a half of the driving time 25 to 60.",
+    )  # fmt: skip
+    held_torque: float = threshold(
+        0.15, "of a drive's large torques", "least change within a second of a torque that is not held",
+        "Neighboring gears differ by 1.3 times or more: a shift changes the torque by 0.2 of its value or more.",
+    )  # fmt: skip
+    drive_slope: float = threshold(
+        0.01, "", "standard deviation of the mean slope and rolling resistance of a drive, in the search of gears",
+        "Drives of some kilometers climb by less than 1 % on average, and the rolling resistance is about 1 %.",
+    )  # fmt: skip
+    drag_spread: float = threshold(
+        0.5, "of the stated drag", "standard deviation of the drag in the search of gears",
+        "A headwind of 5 m/s at 20 m/s, or a box on the roof, changes the drag by half.",
+    )  # fmt: skip
