@@ -25,11 +25,12 @@ def test_the_glossary_explains_every_verdict() -> None:
 
 
 def test_the_policy_lists_the_thresholds_of_the_diagnosis() -> None:
-    from vdyn_cli.diagnosis.policy import policy_text
+    from vdyn_cli.diagnosis.policy import POLICY
+    from vdyn_cli.quantities.threshold import thresholds_text
 
-    assert explanation("policy").startswith(policy_text())
+    assert explanation("policy").startswith(thresholds_text(POLICY))
     assert "false_alarm = 0.001 probability" in explanation("policy")
-    assert len(policy_text().splitlines()) > 5
+    assert len(thresholds_text(POLICY).splitlines()) > 5
 
 
 def test_a_parameter_that_is_an_effect_too_has_both_explanations() -> None:

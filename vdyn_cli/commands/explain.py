@@ -54,7 +54,7 @@ def explanation(topic: str) -> str:
     if topic == "glossary":
         return glossary()
     if topic == "policy":
-        from vdyn_cli.diagnosis.policy import policy_text
+        from vdyn_cli.diagnosis.policy import POLICY
         from vdyn_cli.io.clocks.clock_policy import CLOCKS
         from vdyn_cli.io.quality.quality_policy import QUALITY
         from vdyn_cli.project.checks.check_policy import CHECK
@@ -65,7 +65,7 @@ def explanation(topic: str) -> str:
         check = f"Check of the runs (vdyn check)\n\n{thresholds_text(CHECK)}"
         clocks = f"Clocks of several loggers\n\n{thresholds_text(CLOCKS)}"
         quality = f"Quality of the logs\n\n{thresholds_text(QUALITY)}"
-        return f"{policy_text()}\n{quality}\n{clocks}\n{check}\n{of_steps}"
+        return f"{thresholds_text(POLICY)}\n{quality}\n{clocks}\n{check}\n{of_steps}"
     effects = {e.name: e for e in catalog()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)

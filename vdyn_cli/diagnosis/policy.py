@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vdyn_cli.quantities.threshold import threshold as _threshold
-from vdyn_cli.quantities.threshold import thresholds_text
 
 
 @dataclass(frozen=True)
@@ -403,8 +402,3 @@ def shared_level(steps: int) -> float:
     Rounded to four digits, so that ``--level`` can state it.
     """
     return float(f"{POLICY.level / max(steps, 1):.4g}")
-
-
-def policy_text() -> str:
-    """Every threshold with its value, unit, meaning and reason, one paragraph each."""
-    return thresholds_text(POLICY)
