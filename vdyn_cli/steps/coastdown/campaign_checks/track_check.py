@@ -103,7 +103,7 @@ def partial_coasts(segments: Sequence[CoastSegment], whole: Sequence[Log]) -> It
             f"its longest coast covers {own}, only {100 * max(part[k], 0.0):.0f} % of the speeds of the other runs "
             f"({usual}): deceleration, accuracy and limits are evaluated only over the speeds that all runs cover"
         )
-        yield Finding(whole[one.run].name, what, "", "repeat the run, or remove it", doubt=True)
+        yield Finding(whole[one.run].name, what, "", "remove the run to evaluate all speeds, or keep it", doubt=True)
 
 
 def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:

@@ -32,7 +32,8 @@ DRIVEN_ON = 5  # intervals in which a driver who braked has driven on; a later t
 class _ExcessDeceleration:
     """Excess of a segment's deceleration over the common law, (b,) m/s^2 at ``time`` s and ``speed`` m/s.
 
-    ``usual`` is the mean of that law and ``limit`` the allowed excess, m/s^2.
+    ``usual`` is the mean of that law, ``limit`` (b,) the allowed excess, m/s^2, and ``per_wind`` (b,) the
+    deceleration by 1 m/s of headwind, 1/s.
     """
 
     segment: CoastSegment
@@ -40,7 +41,8 @@ class _ExcessDeceleration:
     speed: Array
     excess: Array
     usual: float
-    limit: float
+    limit: Array
+    per_wind: Array
 
     @property
     def outliers(self) -> NDArray[np.int64]:
@@ -53,17 +55,17 @@ class _ExcessDeceleration:
         # Net excess of each pair with up to two neighbors at either side.
         total, n = np.pad(np.cumsum(np.r_[0.0, self.excess]), 2, mode="edge"), self.excess.size - 1
         net = [np.abs(total[4 + j : 4 + j + n] - total[2 - i : 2 - i + n]) for i in range(3) for j in range(3)]
-        kept = np.min(net, axis=0) > self.limit
+        kept = np.min(net, axis=0) > np.minimum(self.limit[1:], self.limit[:-1])
         return np.flatnonzero(((beyond[1:] & beyond[:-1]) | gross[1:] | gross[:-1]) & kept | self._driven_on)
 
     @property
     def _driven_on(self) -> Mask:
         """Whether each pair of successive intervals lies between a gross braking and as gross a throttle after it."""
         scatter = median_deviation(self.excess - np.median(self.excess))
-        level = max(STEP_POLICY.brake_gross * self.limit, STEP_POLICY.brake_scatter * scatter)
+        level = np.maximum(STEP_POLICY.brake_gross * self.limit, STEP_POLICY.brake_scatter * scatter)
         found = np.zeros(self.excess.size - 1, dtype=bool)
         for k in np.flatnonzero(self.excess > level):
-            later = np.flatnonzero(self.excess[k : k + DRIVEN_ON] < -level)
+            later = np.flatnonzero(self.excess[k : k + DRIVEN_ON] < -level[k])
             found[k : k + (int(later[-1]) if later.size else 0)] = True
         return found
 
@@ -81,12 +83,15 @@ class _ExcessDeceleration:
         return INTERVAL * float(np.maximum(self.excess[inside], 0.0).sum())
 
     def reason(self, at: int) -> str:
-        """Sentence on the excess in interval ``at``, with its number, time and speed."""
+        """Sentence on the excess in interval ``at``, with its number, time and speed, and the wind that explains it."""
         at += int(abs(self.excess[at + 1]) > abs(self.excess[at])) if at + 1 < self.excess.size else 0
-        what, cause = ("decelerates", "brake or driveline?") if self.excess[at] > 0 else ("accelerates", "throttle?")
+        what, cause = ("decelerates", "brake or driveline") if self.excess[at] > 0 else ("accelerates", "throttle")
+        wind = abs(self.excess[at]) / self.per_wind[at] if self.per_wind[at] > 0.0 else np.inf
+        if wind < STEP_POLICY.plausible_gust:
+            cause += f", or {wind:.1f} m/s more {'headwind' if self.excess[at] > 0 else 'tailwind'}"
         return (
             f"{what} by {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
-            f"{3.6 * self.speed[at]:.0f} km/h ({cause})"
+            f"{3.6 * self.speed[at]:.0f} km/h ({cause}?)"
         )
 
 
@@ -213,13 +218,34 @@ def _over_common_law(
     design = np.column_stack([constants, np.concatenate(speeds) ** 2])
     law = least_absolute_deviations(design, np.concatenate(values))
     level = _levels(law[:-1], column, [v - law[-1] * u**2 for u, v in zip(speeds, values, strict=True)])
+    common = [level[c] + law[-1] * u**2 for c, u in zip(column, speeds, strict=True)]
+    excess = [v - usual for v, usual in zip(values, common, strict=True)]
+    per_wind = [2.0 * max(float(law[-1]), 0.0) * u for u in speeds]
+    gust = _gust(excess, per_wind)
     found = []
-    for segment, (time, speed, value), c, direction in zip(segments, measured, column, directions, strict=True):
-        common = level[c] + law[-1] * speed**2
-        separate = counts[direction] >= STEP_POLICY.separating_runs
-        limit = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few
-        found.append(_ExcessDeceleration(segment, time, speed, value - common, float(np.mean(common)), limit))
+    for k, segment in enumerate(segments):
+        separate = counts[directions[k]] >= STEP_POLICY.separating_runs
+        least = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few
+        limit, usual = np.maximum(least, gust * per_wind[k]), float(np.mean(common[k]))
+        found.append(_ExcessDeceleration(segment, measured[k][0], speeds[k], excess[k], usual, limit, per_wind[k]))
     return found
+
+
+def _gust(excess: Sequence[Array], per_wind: Sequence[Array]) -> float:
+    """The gust, m/s, that a day reaches by chance: ``gust_scatter`` robust standard deviations of the runs' own.
+
+    A gust dv changes the deceleration by rho CdA V dv / M = 2 k V dv. Means of two intervals leave out most of the
+    noise of the speed, and the median deviation the brakes.
+
+    Parameters
+    ----------
+    excess : of each run, (b,) m/s^2. per_wind : of each run, (b,) 2 k V, 1/s.
+    """
+    pairs = [(e[1:] + e[:-1]) / (w[1:] + w[:-1]) for e, w in zip(excess, per_wind, strict=True) if np.all(w > 0.0)]
+    winds = np.concatenate([np.zeros(0), *pairs])
+    if not winds.size:
+        return 0.0
+    return min(STEP_POLICY.gust_scatter * median_deviation(winds), STEP_POLICY.largest_gust)
 
 
 def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]) -> Array:

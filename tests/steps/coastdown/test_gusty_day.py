@@ -1,0 +1,52 @@
+"""Gusts on a light car with much drag are no brakes and no throttles, and a brake on such a day is found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.coastdown.coasts.braking import without_braking
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, coast_segment
+
+INERTIA, STEP = 1050.0, 0.05  # kg, s
+
+
+def rejected(gust: float, seed: int, pulse: float = 0.0) -> list[RejectedSegment]:
+    """What is left out of eight coasts from 50 to 11 m/s in gusts (m/s, standard deviation, 6 s correlated).
+
+    ``pulse`` m/s^2: of the third run, braked (positive) or driven between 10 and 16 s.
+    """
+    rng, segments = np.random.default_rng(seed), []
+    for k in range(8):
+        head, speed, wind, trace = 1 - 2 * (k % 2), 50.0, gust * rng.normal(), []
+        while speed > 11.0:
+            wind += STEP / 6.0 * -wind + gust * np.sqrt(2.0 * STEP / 6.0) * rng.normal()
+            force = 0.5 * 1.17 * 1.15 * (speed + head + wind) ** 2 + 134.0
+            there = k == 2 and 10.0 < STEP * len(trace) < 16.0
+            trace.append(speed)
+            speed -= STEP * (force / INERTIA + there * pulse)
+        read = np.array(trace) + rng.normal(0.0, 0.03, len(trace))
+        one = coast_segment(k, Log(f"run_{k}.csv", STEP * np.arange(read.size), {"speed": read}), None, 5.0)
+        assert isinstance(one, CoastSegment)
+        segments.append(one)
+    known = [np.zeros(s.log.time.size) for s in segments]
+    return without_braking(segments, known, ["out", "back"] * 4, None, 5.0)[1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_gusts_at_high_speed_are_not_cut(seed: int) -> None:
+    assert not rejected(1.3, seed)
+
+
+@pytest.mark.parametrize(("pulse", "cause"), [(0.5, "brake or driveline"), (-0.5, "throttle")])
+def test_a_brake_or_a_throttle_in_gusts_is_cut_and_the_wind_is_named(pulse: float, cause: str) -> None:
+    found = rejected(0.6, 1, pulse)
+    assert {r.run for r in found} == {"run_2.csv"}
+    assert all(cause in r.why for r in found)
+
+
+def test_wind_is_named_where_it_could_be_the_cause() -> None:
+    (found,) = rejected(0.2, 1, -0.25)
+    assert "(throttle, or" in found.why
+    assert "m/s more tailwind?)" in found.why
