@@ -59,7 +59,7 @@ class Extension:
 def extended(
     strategy: Strategy, judgment: Judgment, extend: str | list[str], problem: Problem, base: Result
 ) -> tuple[Judgment, Extension]:
-    """The extension by the answer or the requested effects, and the judgment revised by the exact model.
+    """The extension by the answer or the requested effects, and the judgment with what the exact model shows.
 
     * An effect that may be zero in the extended model is not named.
     * An answer of several effects that the exact model does not confirm is replaced by fewer that nearly suffice.

@@ -1,4 +1,4 @@
-"""Revises the judgment by the part of the model at fault: first the part is found, then its law."""
+"""Adds the part of the model at fault to the evidence: first the part is found, then its law."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class PartJudgment:
 
 
 def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
-    """The judgment, revised if a part of the model at fault explains more than the candidates.
+    """The judgment, with another answer if a part of the model at fault explains more than the candidates.
 
     The part is used if no candidate suffices, if the part explains much more than each answer, or if each answer is a
     law of the part with a further effect that only corrects its shape. Then the law of the catalog that follows the
