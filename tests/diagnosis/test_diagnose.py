@@ -257,6 +257,17 @@ def test_a_misfit_that_no_effect_explains_is_not_called_adequate_in_words(missed
     assert told.doubt
 
 
+def test_a_misfit_is_stated_beside_another_doubt() -> None:
+    spec = spec_of(Campaign(4))
+    base = STEP.estimate(spec, Campaign(4), Parameters())
+    doubt = Finding("mass", "contradicts the weight", doubt=True)
+    base = replace(base, fit=replace(base.fit, rms=11.0, noise_floor=1.0), findings=(doubt,))
+    told = diagnose.diagnosed(prepared(spec, Campaign(4)), base).diagnosis
+    assert told is not None
+    assert told.sentence.startswith("No candidate effect is significant (p = ")
+    assert "11 times the noise floor. In addition, mass: contradicts the weight." in told.sentence
+
+
 @pytest.mark.parametrize("asked", ["named", "never"])
 def test_what_the_extended_model_no_longer_misses_is_in_doubt_no_more(asked: str) -> None:
     spec = spec_of(HIDDEN_SLOPE, extend=asked)

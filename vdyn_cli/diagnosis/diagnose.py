@@ -175,10 +175,12 @@ def _doubted(diagnosis: Diagnosis, last: Result, doubts: Sequence[Finding]) -> D
     doubt = stated or last.fit.misfit or next(iter(last.fit.warnings), "")
     sentence = diagnosis.sentence
     if diagnosis.verdict == "adequate" and doubt:
-        if stated or diagnosis.material is False or diagnosis.p_value is None:
+        missed = last.fit.misfit  # "No model error detected" would contradict it, whatever else is doubted
+        if diagnosis.material is False or diagnosis.p_value is None or (stated and not missed):
             sentence += f" But {doubt}."
         else:
-            sentence = f"No candidate effect is significant ({p_text(diagnosis.p_value)}), but {doubt}."
+            sentence = f"No candidate effect is significant ({p_text(diagnosis.p_value)}), but {missed or doubt}."
+            sentence += f" In addition, {stated}." if stated else ""
     return diagnosis.model_copy(update={"doubt": doubt, "sentence": sentence})
 
 
