@@ -192,6 +192,18 @@ def test_the_nearer_of_two_bumps_is_used_if_its_distance_is_stated() -> None:
     assert np.allclose(places - length, 3.0, atol=0.2)
 
 
+def test_the_bump_is_found_by_a_car_that_slows_down_on_it() -> None:
+    crossing = replace(plant.runs(SEED)[0], speed=3.0, speed_up=-0.8, distance=2.0)
+    (record,) = plant.noise_free(VEHICLE, [crossing])
+    rng = np.random.default_rng(SEED)
+    channels = dict(zip(("front_load", "rear_load", "speed"), list(record.values())[:3], strict=True))
+    sizes = {"front_load": 20.0, "rear_load": 20.0, "speed": 0.02}
+    noisy = {n: v + sizes[n] * rng.standard_normal(v.size) for n, v in channels.items()}
+    found = prepare(SPEC, BumpData((Log("slowing", crossing.times, noisy),)), known()).fit
+    assert found.crossings[0].distance == pytest.approx(2.0, abs=0.05)
+    assert found.road is None
+
+
 def test_loads_alone_will_do_and_gaps_and_clipped_peaks_are_left_out() -> None:
     def damaged(log: Log) -> Log:
         front, speed = np.minimum(log["front_load"], 16_000.0), log["speed"].copy()

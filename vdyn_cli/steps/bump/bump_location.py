@@ -16,7 +16,9 @@ LEAD, TAIL = 0.1, 0.6  # s of the response before the front axle meets the bump 
 REACH = 1.0  # s by which an axle's response may deviate from its expected time, in addition to the delay
 NEARLY = 0.7  # share of the best score from which a position near the stated distance is preferred
 CLOCKS = 0.2  # s by which clocks of two loggers may differ: the range of the candidate effect
-SEARCH_ROUNDS, SAME_SPEED = 3, 0.02  # most rounds of the search, as the response depends on the speed; relative change
+NEAR = 0.25  # s about a time over which the speed is averaged
+CREEPING = 0.1  # m/s, least speed of a response
+SEARCH_ROUNDS, SAME_SPEED = 4, 0.02  # most rounds of the search, as the response depends on the speed; relative change
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class BumpLocation:
     Parameters
     ----------
     distance : m from the log's start to the bump's near edge, front axle.
-    speed : m/s there.
+    speed : mean speed from the front axle's meeting the bump to the rear axle's, m/s.
     correlation : of the loads with the response, 0 to 1.
     gain : of each channel, measured over simulated; 1 for the typical car. Body channels are shifted in time to match.
     delay : s from the front load's response to the rear load's, each located separately.
@@ -43,7 +45,8 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
     """Find the bump by a matched filter over the whole log.
 
     c(k) = sum y(k + i) x(i) / (|x| |y|), x the response of a typical car at the logged speed, y the changes of both
-    loads
+    loads. A car that slows down needs longer from one axle to the other, so that the response is simulated with the
+    course of the speed after the place found before.
 
     The result is the position of the largest correlation, or one nearly as good within a wheelbase of the ``stated``
     distance.
@@ -60,18 +63,21 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
     along = np.interp(clock, log.time, way)
     changes = {n: np.interp(clock, *_changes(log, n)) for n in CHANNELS if n in log}
     at = int(np.argmax(np.abs(changes["front_load"])))
+    pace = np.full(1, max(abs(_speed_near(log, float(clock[at]))), CREEPING))
     for _ in range(SEARCH_ROUNDS):
-        speed = _speed_near(log, float(clock[at]))
-        response = _response(simulator, speed, step, width + wheelbase)
+        response = _response(simulator, pace, step, width + wheelbase)
         before, at = at, _best_place(changes, response, along, stated, wheelbase, round(LEAD / step))
-        if abs(_speed_near(log, float(clock[at])) - speed) < SAME_SPEED * speed or at == before:
+        last, pace = pace, _pace_from(log, clock[max(at, 0) :])
+        if at == before or np.ptp([*pace[: response["front_load"].size], *last]) < SAME_SPEED * pace[0]:
             break
     part = slice(max(at, 0), at + next(iter(response.values())).size)
     gain, correlation = _gains({n: c[part] for n, c in changes.items()}, response)
     gain |= {n: _shifted_gain(changes[n], response[n], at, step) for n in gain if n not in LOADS}
     meets = at + round(LEAD / step)
     distance = float(np.interp(clock[0] + meets * step, log.time, way))
-    return BumpLocation(distance, speed, correlation, gain, _delay(changes, response, at, wheelbase / speed, step))
+    expected = _time_for(last, step, wheelbase)
+    delay = _delay(changes, response, at, expected, step)
+    return BumpLocation(distance, wheelbase / expected, correlation, gain, delay)
 
 
 def _changes(log: Log, name: str) -> tuple[Array, Array]:
@@ -81,17 +87,48 @@ def _changes(log: Log, name: str) -> tuple[Array, Array]:
     return log.time[good], values - np.median(values)
 
 
+def _pace_from(log: Log, clock: Array) -> Array:
+    """Speed (n,) from the start of the response at the first of the times ``clock``, (n,), s, smoothed; m/s."""
+    time, speed = _finite(log)
+    window = np.searchsorted(time, [clock - NEAR, clock + NEAR])
+    total = np.append(0.0, np.cumsum(speed))
+    count = np.maximum(window[1] - window[0], 1)
+    mean = (total[window[1]] - total[window[0]]) / count
+    return np.maximum(np.abs(np.where(window[1] > window[0], mean, np.interp(clock, time, speed))), CREEPING)
+
+
+def _time_for(pace: Array, step: float, length: float) -> float:
+    """Time after ``LEAD`` in which a car at this pace (n,), sampled every ``step`` s, covers ``length`` m."""
+    after = pace[min(round(LEAD / step), pace.size - 1) :]
+    way = np.append(0.0, np.cumsum(after * step))
+    beyond = max(length - float(way[-1]), 0.0) / float(after[-1])
+    return float(np.interp(length, way, step * np.arange(way.size))) + beyond
+
+
+def _finite(log: Log) -> tuple[Array, Array]:
+    """Times and values (n,) of the speed where it has a reading."""
+    good = np.isfinite(log["speed"])
+    return log.time[good], log["speed"][good]
+
+
 def _speed_near(log: Log, time: float) -> float:
-    near = np.abs(log.time - time) < 0.25
+    near = np.abs(log.time - time) < NEAR
     values = log["speed"][near] if np.isfinite(log["speed"][near]).any() else log["speed"]
     return float(np.nanmean(values))
 
 
-def _response(simulator: Simulator, speed: float, step: float, length: float) -> dict[str, Array]:
-    """Changes of all channels of a car that crosses the bump at constant speed, sampled every ``step`` s."""
-    pace = max(abs(speed), 0.1)
-    time = np.arange(0.0, LEAD + length / pace + TAIL, step)
-    drive = Drive(time, {"speed": pace, "elapsed": 0.0}, {"position": -pace * LEAD})
+def _response(simulator: Simulator, pace: Array, step: float, length: float) -> dict[str, Array]:
+    """Changes of all channels of a car that crosses a bump, sampled every ``step`` s.
+
+    Parameters
+    ----------
+    pace : (n,), speed from ``LEAD`` s before the front axle meets the bump on, m/s; the last one holds from then on.
+    length : m, of the bump and the wheelbase.
+    """
+    time = np.arange(0.0, LEAD + _time_for(pace, step, length) + TAIL, step)
+    speed = pace[np.minimum(np.arange(time.size), pace.size - 1)]
+    begin = float(np.sum(speed[: round(LEAD / step)])) * step
+    drive = Drive(time, {"speed": speed, "elapsed": 0.0}, {"position": -begin})
     outputs = simulator(drive).outputs
     return {n: outputs[n] - outputs[n][0] for n in CHANNELS}
 
