@@ -22,8 +22,8 @@ CANDIDATES = {
         tire_damping tire_enveloping wheel_circle
     """,
     "cg": """
-        acceleration_delay accelerometer_gain accelerometer_offset accelerometer_tilt aero_lift clock_offset pitch_axis
-        pitch_rate_gain road_grade unsprung_mass wheel_force_gain
+        acceleration_delay accelerometer_gain accelerometer_offset accelerometer_tilt aero_lift clock_offset
+        load_crosstalk pitch_axis pitch_rate_gain road_grade unsprung_mass wheel_force_gain
     """,
     "coastdown": """
         accelerometer_gain accelerometer_offset accelerometer_tilt brake_drag brake_drag_fading changed_car

@@ -27,7 +27,8 @@ aero_lift                             m^2 of lift area, half on each axle; ``aer
 unsprung_mass                         kg of each axle that bounces on the tires' spring instead of standing still
 own_axles                             share of the car's own axle masses that bounces likewise
 pitch_axis                            m below the center of the axis the body pitches about: the center moves as it does
-crosstalk                             share of each wheel's longitudinal force that its load cell feels
+load_crosstalk                        share of each wheel's longitudinal force that its load cell feels
+load_compression                      share of the front load above that at rest that the load cells do not read
 pitch_rate_gain                       the gyro reads (1 + size) x
 ====================================  =================================================================================
 """
@@ -47,8 +48,8 @@ from tests.plant.vehicle import AIR_DENSITY, GRAVITY, Vehicle
 STEP = 0.005  # s
 EFFECTS = (
     *("accelerometer_tilt", "accelerometer_offset", "wheel_force_gain", "wheel_force_gain_front", "clock_offset"),
-    *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "crosstalk"),
-    *("pitch_rate_gain", "acceleration_delay", "accelerometer_gain", "own_axles"),
+    *("road_grade", "aero_lift", "aero_lift_front", "aero_lift_rear", "unsprung_mass", "pitch_axis", "load_crosstalk"),
+    *("load_compression", "pitch_rate_gain", "acceleration_delay", "accelerometer_gain", "own_axles"),
 )
 
 

@@ -142,7 +142,7 @@ def test_sensor_effects() -> None:
     assert np.allclose(read({"pitch_rate_gain": 0.03})["Pitch Rate [deg/s]"], 1.03 * plain["Pitch Rate [deg/s]"])
     late = axles(read({"clock_offset": 0.02}))[0]
     assert np.max(np.abs(late[100:] - np.interp(RUN.times - 0.02, RUN.times, front)[100:])) < 20.0
-    crossed = axles(read({"crosstalk": 0.01}))
+    crossed = axles(read({"load_crosstalk": 0.01}))
     assert np.allclose(crossed[0] + crossed[1] - front - rear, 0.01 * TRUE.force)
 
 

@@ -54,7 +54,12 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
     )  # fmt: skip
     carried_windows: int = threshold(
         8, "windows", "that a run must have to compare the load of both axles over the speed",
-        "Each run has two free terms: six independent values remain.",
+        "Each run has a free constant: seven independent values remain.",
+    )  # fmt: skip
+    axle_gain: float = threshold(
+        0.015, "share", "by which the loads of one axle may read too high, relative to the other axle: prior",
+        "Loads that exceed the weight by 1.5 % are scaled: then one axle's are wrong by 3 %, two standard deviations. "
+        "Such a gain changes the sum of the loads with the acceleration by a fifth as much as such a crosstalk.",
     )  # fmt: skip
     balance_misfit: float = threshold(
         1.5, "squares per row", "of the fit with all effects, above which it does not describe a large effect",

@@ -12,6 +12,7 @@ from vdyn_cli.effects import catalog
 from vdyn_cli.steps.cg.problem import prepare
 
 LIFT = tuple(e for e in catalog() if e.name == "aero_lift")
+CROSSTALK = tuple(e for e in catalog() if e.name == "load_crosstalk")
 
 
 OTHERS = [pytest.param(*shares, marks=pytest.mark.slow) for shares in ((0.05, 0.4), (-1.1, -1.5))]
@@ -34,3 +35,13 @@ def test_lift_is_no_gain_of_the_loads() -> None:
     vehicle = random_vehicle(2)
     pressed = logs(vehicle, 2, effects={"aero_lift_front": -2.0, "aero_lift_rear": -2.5})
     assert not any("mass x g" in f.what for f in prepare(SPEC, pressed, known(vehicle)).findings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("effect", "size"), [("load_crosstalk", 0.04), ("wheel_force_gain_front", 0.015)])
+def test_a_gain_of_one_axle_is_no_crosstalk(effect: str, size: float) -> None:
+    vehicle = random_vehicle(2)
+    result = prepare(SPEC, logs(vehicle, 2, effects={effect: size}), known(vehicle)).publish(added(*CROSSTALK))
+    found, height = result.amplitudes["load_crosstalk"], result.parameters["cg_height"]
+    assert abs(found.value - size * (effect == "load_crosstalk")) < 2.5 * found.std
+    assert abs(height.value - vehicle.cg_height) < 2.5 * height.std

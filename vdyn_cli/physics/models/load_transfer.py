@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vdyn_cli.engine.maths import where
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
 from vdyn_cli.physics.laws.aerodynamic_lift import lift
@@ -10,11 +11,14 @@ from vdyn_cli.physics.laws.axle_loads import load_moment, motion_moment
 from vdyn_cli.physics.laws.grade_resistance import climb
 from vdyn_cli.quantities.constants import GRAVITY
 
+# Share by which the front loads are too low relative to the rear ones. The comparison with the weight needs it. It is
+# not in the moments, where it is collinear with ``cg_to_rear``.
+EXCESS_GAIN = "front_excess_gain"
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (
     *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
     *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", "reads_gravity", "contact_lead"),
-    *("slip_compliance", "tire_relaxation_length"),
+    *("slip_compliance", "tire_relaxation_length", "brake_share_front", EXCESS_GAIN),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
@@ -25,7 +29,7 @@ HEAVES = ("sprung_heave", "damped_heave")  # rad/s^2
 HEAVE_LEVERS = ("heave_spring", "heave_damper")  # m
 SLIDING = ("push_speed_rate", "push_bend", "swing_speed_rate", "swing_bend")  # m^2/s^3, m/s^4, twice
 SLIP = ("slip_compliance", "tire_relaxation_length")  # -, m
-MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling", *SLIDING)
+MOTION = ("acceleration", "pitch", "pitch_rate", "pitch_acceleration", "speed", "rolling", "swing", *SLIDING)
 
 
 def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
@@ -33,16 +37,26 @@ def _lift(e: ModelBuilder, u: Signals, rear: float) -> Number:
     return e(lift, speed=u.speed, wind=0.0, lift_area=0.0, air_density=e.p.air_density, rear=rear)
 
 
+def _with_motion(e: ModelBuilder, u: Signals) -> Signals:
+    """The signals with the component of gravity along the road, ``weight`` N, the corrected acceleration, ``rate``
+    m/s^2, and the drag, N."""
+    p = e.p
+    weight = e(climb, mass=p.mass, grade=e("grade", value=0.0))
+    read = e("acceleration", value=u.acceleration) - p.acceleration_zero
+    drag = e(air, speed=u.speed, wind=0.0, drag_area=p.drag_area, air_density=p.air_density)
+    return u.but(weight=weight, rate=read - p.reads_gravity * weight / p.mass, drag=drag)
+
+
 def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
     """The moments as separate sensors, because loads, pitch and acceleration may come from loggers with other clocks.
 
     ``inertial`` is the share of the logged acceleration in the moment of the motion.
 
-    ``front``, ``rear`` N are the upward forces on the axles, including lift; their bends, N/s^2, are second derivatives
-    of the loads, which deflect the tires. ``reads_gravity`` is 1 where the accelerometer measures gravity along the
-    road, else 0. ``contact_lead`` m is the distance of a rolling tire's contact force ahead of its hub, rolling
-    resistance times radius, which gives the moment of the resistance. ``rolling`` is 1 where the wheels roll, and 0 at
-    rest, where this moment vanishes.
+    ``u`` has the signals of ``_with_motion``. ``front``, ``rear`` N are the upward forces on the axles, including lift;
+    their bends, N/s^2, are second derivatives of the loads, which deflect the tires. ``reads_gravity`` is 1 where the
+    accelerometer measures gravity along the road, else 0. ``contact_lead`` m is the distance of a rolling tire's
+    contact force ahead of its hub, rolling resistance times radius, which gives the moment of the resistance.
+    ``rolling`` is 1 where the wheels roll, and 0 at rest, where this moment vanishes.
 
     The tires slide at vs = V k + sigma k' with the slip k = b a / g, b ``slip_compliance`` (slip per friction, 1/(B C
     D)) and the relaxation length sigma: vs' = b / g ((V a)' + sigma a''). Its inputs are ``push_speed_rate`` and
@@ -65,10 +79,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
             cg_to_rear=p.cg_to_rear - p.contact_lead * u.rolling,
         ),
     )
-    e.sensor(UNIT, e("wheel_force", "_unit", value=1.0))
-    weight = e(climb, mass=p.mass, grade=e("grade", value=0.0))
-    read = e("acceleration", value=u.acceleration) - p.acceleration_zero
-    rate = read - p.reads_gravity * weight / p.mass
+    e.sensor(UNIT, e("wheel_force", "_unit", value=1.0, rear=0.0, push=0.0, braking=0.0, brake_share_front=0.0))
+    rate = u.rate
     e.sensor(SPEED_RATE, rate)
     pushed, swung = (
         p.slip_compliance / GRAVITY * (with_speed + p.tire_relaxation_length * bend)
@@ -81,8 +93,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
         pitch=u.pitch,
         pitch_rate=u.pitch_rate,
         pitch_acceleration=u.pitch_acceleration,
-        climb=weight,
-        drag=e(air, speed=u.speed, wind=0.0, drag_area=p.drag_area, air_density=p.air_density),
+        climb=u.weight,
+        drag=u.drag,
         drag_height=p.drag_height,
         mass=p.mass,
         cg_height=p.cg_height,
@@ -97,13 +109,19 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
 
 
 def _both(e: ModelBuilder, u: Signals) -> None:
-    front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero) + _lift(e, u, 0.0)
-    rear = e("wheel_force", "_rear", value=u.rear_load - e.p.rear_load_zero) + _lift(e, u, 1.0)
+    p, u = e.p, _with_motion(e, u)
+    # The longitudinal force at the road. ``swing``, m/s^2, a rough value of the term of the pitch acceleration, decides
+    # its sign, so that the balance stays linear in the pitch acceleration.
+    push = p.mass * (u.rate + (p.antenna_height - p.cg_height) * u.pitch_acceleration) + u.weight + u.drag
+    pushed = {"push": push, "braking": where(u.rate + u.swing < 0, 1.0, 0.0), "brake_share_front": p.brake_share_front}
+    front = e("wheel_force", "_front", value=u.front_load - p.front_load_zero, rear=0.0, **pushed) + _lift(e, u, 0.0)
+    rear = e("wheel_force", "_rear", value=u.rear_load - p.rear_load_zero, rear=1.0, **pushed) + _lift(e, u, 1.0)
     _moments(e, u, front, rear, u.front_load_bend, u.rear_load_bend)
-    e.sensor(CARRIED, front + rear)
+    e.sensor(CARRIED, front + rear + p.front_excess_gain * front)
 
 
 def _front(e: ModelBuilder, u: Signals) -> None:
+    u = _with_motion(e, u)
     front = e("wheel_force", "_front", value=u.front_load - e.p.front_load_zero) + _lift(e, u, 0.0)
     p = e.p
     heave = p.heave_lever * u.pitch_acceleration + p.heave_spring * u.sprung_heave + p.heave_damper * u.damped_heave

@@ -3,8 +3,8 @@
     Ff + Fr + Fl(V) = M g + M z''
 
 The body's heave z is not measured, but bounded: over windows longer than its period its acceleration nearly averages
-out. Each run has a free constant (zeros and gains of the loads, the mass) and a free term in proportion to the
-acceleration (cross-talk of the longitudinal force), so that only the change with the speed is compared.
+out. Each run has a free constant (zeros and gains of the loads, the mass), so that only changes with the speed and with
+the acceleration (crosstalk of the longitudinal force) are compared.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class CarriedWeight:
     ----------
     samples : (k, m), indices of each window's samples. middle : (k,), s.
     factor : (2, k), banded Cholesky factor of the covariance of the windows' means, N^2.
-    left_out : (k, 2), orthonormal basis of the run's free terms (constant, acceleration), whitened.
+    left_out : (k, 1), the run's free constant, whitened, of length 1.
     """
 
     samples: NDArray[np.int64]
@@ -77,7 +77,7 @@ def carried_weight(log: Log, mass: float) -> CarriedWeight | None:
     band[0] = white_level(load, log.time) ** 2 / length + 2 * heave**2
     band[1, :-1] = -(heave**2) * adjacent
     factor = factored(band)
-    left_out = np.linalg.qr(whitened(factor, means))[0]
+    left_out = np.linalg.qr(whitened(factor, means[:, :1]))[0]
     return CarriedWeight(samples, log.time[samples].mean(axis=1), factor, left_out)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from vdyn_cli.physics.models.load_transfer import HEAVE_LEVERS
+from vdyn_cli.physics.models.load_transfer import EXCESS_GAIN, HEAVE_LEVERS
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
@@ -30,6 +30,8 @@ HEAVE_STD = 0.3
 # 40 on asphalt; Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012: 10 to 25). Its reciprocal is the slip per friction.
 USUAL_COMPLIANCE, COMPLIANCE_STD = 0.05, 0.03
 USUAL_RELAXATION, RELAXATION_STD = 0.3, 0.15  # m; 0.1 to 0.6 m (Pacejka 2012)
+# Share of the brake torque on the front wheels of cars: 0.55 to 0.8 (Limpert, Brake Design and Safety, 3rd ed. 2011).
+USUAL_BRAKE_SHARE, BRAKE_SHARE_STD = 0.67, 0.07
 LEAST_SLIP = 0.1  # relative standard deviation of a stated one: the axles' loads differ by as much from equal ones
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
@@ -98,6 +100,9 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
             f"{1e3 * lead:.0f} mm"
         )
         findings.append(Finding("cg", what, "", remedy, minor=True))
+    values[EXCESS_GAIN] = 0.0
+    values["brake_share_front"] = known.value("brake_share_front", USUAL_BRAKE_SHARE)
+    std["brake_share_front"] = known["brake_share_front"].std if "brake_share_front" in known else BRAKE_SHARE_STD
     unsprung, unsprung_std = _unsprung(known, values["mass"])
     values |= unsprung
     std |= unsprung_std

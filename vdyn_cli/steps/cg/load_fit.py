@@ -18,6 +18,7 @@ from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.regression import stacked
 from vdyn_cli.physics.models.load_transfer import (
     CARRIED,
+    EXCESS_GAIN,
     FRONT_LOAD_TRANSFER,
     HEAVE_LEVERS,
     HEAVES,
@@ -42,6 +43,7 @@ from vdyn_cli.steps.cg.logged_speed import SpeedChange
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.contract import NO_VALUES
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
 HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from the last residuals; then the noise is held
@@ -101,11 +103,13 @@ class LoadFit:
         priors = {} if held is None else {"pitch_inertia": (held, EXACT * held)}
         std = self.load_zero * 2**0.5  # two wheels an axle
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
+        gain = [Unknown(EXCESS_GAIN, 0.0, prior=(0.0, STEP_POLICY.axle_gain), nuisance=True)]
         slip = [Unknown(n, self.slip[n][0], prior=self.slip[n], nuisance=True) for n in SLIP]
         return (
             *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, prior=priors.get(n)) for n in SOUGHT),
             *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
             *(slip if self.known["spin"] > 0 else ()),
+            *(gain if any(self.carried) else ()),
             *self.added.unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
         )
@@ -130,7 +134,7 @@ class LoadFit:
             return Simulator(replace(self.model, outputs=outputs), values, names, self.added.effects)
 
         if self.both_axles:
-            return of(*MOMENTS, UNIT), of(MOMENTS[1]), of(SPEED_RATE, CARRIED)
+            return of(*MOMENTS, UNIT), of(*MOMENTS[:2]), of(SPEED_RATE, CARRIED)
         return of(*MOMENTS, UNIT), of(*MOMENTS[:2]), of(SPEED_RATE)
 
     @cached_property
@@ -329,6 +333,7 @@ def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: flo
     inputs |= {n: values[n] for n in HEAVES if n in values}
     inputs |= {f"{n}_bend": local_derivative(values[n], windows.step, span) for n in windows.loads}
     swing = lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
+    inputs["swing"] = swing
     for name, push in (("push", values["acceleration"]), ("swing", swing)):
         inputs[f"{name}_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
         inputs[f"{name}_bend"] = local_derivative(push, windows.step, span)

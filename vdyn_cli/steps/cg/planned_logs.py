@@ -66,7 +66,7 @@ def _log(day: DayRequest, k: int) -> Log:
     step = float(np.median(np.diff(time)))
     motion["push_speed_rate"] = local_derivative(speed * rate, step, SPAN, 1)
     motion["push_bend"] = local_derivative(rate, step, SPAN)
-    motion |= dict.fromkeys(("swing_speed_rate", "swing_bend"), np.zeros(time.size))
+    motion |= dict.fromkeys(("swing", "swing_speed_rate", "swing_bend"), np.zeros(time.size))
     true = {**motion, "acceleration": rate - lever * bend}
     front, rear = _loads(day, known, time, {**true, "pitch_acceleration": bend})
     zero = 2**0.5 * getattr(day.spec, "settings").load_zero.value  # noqa: B009

@@ -20,6 +20,8 @@ from vdyn_cli.steps.cg.load_fit import TOLERANCE, LoadFit
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import fit_summary
 
+ONLY_IN_EFFECTS = ("brake_share_front",)  # known numbers that the balance without effects does not contain
+
 
 def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings: Sequence[Finding]) -> Result:
     """The result, whose intervals include the scatter of the runs and the uncertainty of the known numbers.
@@ -57,6 +59,8 @@ def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str,
     """Change of each result when a known number is one standard deviation larger, by known number."""
     moved = {}
     for name, std in vehicle.std.items():
+        if name in ONLY_IN_EFFECTS and not fit.added:
+            continue
         other = _refitted(replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}), solution)
         moved[name] = {n: other.values[n] - solution.values[n] for n in SOUGHT}
     if fit.pitch_inertia is not None:

@@ -20,7 +20,7 @@ STEP = Step(
         *("wheel_inertia", "wheel_radius", "rolling_resistance"),
     ),
     gives=("cg_height", "cg_to_rear", "cg_to_front", "pitch_inertia"),
-    reads=("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", *SLOPE),
+    reads=("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", *SLOPE, "brake_share_front"),
     run_keys=("direction",),
     prepare=prepare,
     complete=("pitch_rate",),
