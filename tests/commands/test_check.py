@@ -335,6 +335,13 @@ def test_a_wrong_unit_of_the_description_is_no_reason_to_drive_again(tmp_path: P
     assert "the file states another unit 'km/h'" in refused.value.findings[0].what
 
 
+def test_a_column_that_increases_in_all_runs_is_no_speed(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda _run, _time, speed: speed[::-1])
+    path.write_text(path.read_text().replace("speed_window: [80 km/h, 30 km/h]", "windows: auto"))
+    with pytest.raises(InputError, match=r"coast.yaml:6: .*column 'GPS Speed \[km/h\]' increases in all 8 runs"):
+        run_check(path, (), "", quiet)
+
+
 def test_a_speed_window_that_no_run_reaches_is_named_at_its_line(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda _run, _time, speed: speed)
     path.write_text(path.read_text().replace("[80 km/h, 30 km/h]", "[300 km/h, 250 km/h]"))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from vdyn_cli.description.description_model import Channel
 from vdyn_cli.io.clocks.interpolated_values import sampled_rows
 from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.physics.models.road_load import DriveSignal
@@ -108,6 +109,8 @@ def selected(
             used = [s for s in segments if s.run == run]
             rejected += further_coasts(usable(_own_rows(logs[run]), "coasting"), used)
     if not segments:
+        if drive == "coasting":
+            _refuse_other_quantity(spec, logs)
         remedy = "check speed_window (with unit, such as [70 km/h, 25 km/h]), minimum_length and the channel map"
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
         why_not = [Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]
@@ -115,6 +118,26 @@ def selected(
     why = "the speed is held before the coast"
     rejected += dict.fromkeys(RejectedSegment(logs[s.run].name, *s.held, why, usual=True) for s in segments if s.held)
     return SegmentSelection(tuple(segments), tuple(rejected))
+
+
+def _refuse_other_quantity(spec: CoastdownSpec, logs: Sequence[Log]) -> None:
+    """Refuse a speed that ends above its begin in every log, such as a temperature.
+
+    Raises
+    ------
+    InputError : it does.
+    """
+    ends = [one[[0, -1]] for log in logs if (one := log["speed"][np.isfinite(log["speed"])]).size]
+    if not ends or any(last <= first for first, last in ends):
+        return
+    mapped = spec.channels.get("speed")
+    column = f"column '{mapped.column}'" if isinstance(mapped, Channel) else "the speed"
+    first, last = 3.6 * ends[0]
+    what = (
+        f"{column} increases in all {len(logs)} runs, in {logs[0].name} from {first:.1f} to {last:.1f} km/h as mapped"
+    )
+    remedy = "map the column of the speed, with its unit; a coast-down is a decrease of the speed"
+    raise InputError(Finding("channels.speed", what, "", remedy))
 
 
 def _coast(
