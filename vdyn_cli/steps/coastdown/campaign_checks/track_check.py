@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,20 +12,21 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCoasts
-from vdyn_cli.steps.coastdown.campaign_checks.coast_times import falling_speed
 from vdyn_cli.steps.coastdown.coasts.segments import (
-    CoastSegment,
     NoSegmentError,
     RejectedSegment,
     coast_segment,
     longest_of_runs,
 )
 from vdyn_cli.steps.coastdown.doubts.changed_runs import CHANGED
+from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.preparation import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.step_definition import TrackCheck
-from vdyn_cli.steps.step_policy import STEP_POLICY
+
+_COMMON = ": deceleration, accuracy and limits are evaluated only over the speeds that all runs cover"
+_REMOVED = "remove the run to evaluate all speeds, or keep it"
 
 
 def track_check(
@@ -71,39 +72,14 @@ def track_check(
     worst = coasts.outlier()
     if worst is not None:
         rejected[worst[0]] = worst[1]
-    findings = [*partial_coasts(coasts.segments, whole)]
+    findings = [
+        replace(f, what=f"{f.what}{_COMMON}", remedy=_REMOVED, doubt=True)
+        for f in partial_coasts(coasts.segments, {k: log.name for k, log in enumerate(whole)})
+    ]
     if worst is None and (step := coasts.step()) is not None:  # an outlier at one end of the day resembles a step
         findings.append(Finding(whole[step[0]].name, step[1], remedy=CHANGED, doubt=True))
     balance, wrong = coasts.balance([log.name for log in whole]), position_direction_findings(runs, whole)
     return TrackCheck(rejected, evaluated, balance, parts, tuple(findings), wrong)
-
-
-def partial_coasts(segments: Sequence[CoastSegment], whole: Sequence[Log]) -> Iterator[Finding]:
-    """Coasts that cover only part of the speeds that most other runs cover, although no run is alone with them.
-
-    Coasts that are split into speed ranges by plan are not reported: most of the others must cover the same range.
-
-    Parameters
-    ----------
-    segments : one of each used run. whole : the logs of all runs.
-    """
-    falls = [falling_speed(s)[1] for s in segments]
-    ends = np.array([(v.min(), v.max()) for v in falls])
-    for k, one in enumerate(segments):
-        others = np.delete(ends, k, axis=0)
-        if len(others) < STEP_POLICY.fewest_alike_coasts:
-            return
-        low, high = (float(x) for x in np.median(others, axis=0))
-        part = (np.minimum(ends[:, 1], high) - np.maximum(ends[:, 0], low)) / (high - low)
-        covered = part >= STEP_POLICY.least_common_speeds
-        if covered[k] or np.delete(covered, k).mean() < STEP_POLICY.agreeing_coasts:
-            continue
-        own, usual = (f"{3.6 * top:.0f} to {3.6 * bottom:.0f} km/h" for bottom, top in (ends[k], (low, high)))
-        what = (
-            f"its longest coast covers {own}, only {100 * max(part[k], 0.0):.0f} % of the speeds of the other runs "
-            f"({usual}): deceleration, accuracy and limits are evaluated only over the speeds that all runs cover"
-        )
-        yield Finding(whole[one.run].name, what, "", "remove the run to evaluate all speeds, or keep it", doubt=True)
 
 
 def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:

@@ -9,8 +9,10 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
+from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed
 from vdyn_cli.steps.coastdown.road_load_estimates import RoadLoadEstimates, changing_drag
@@ -28,6 +30,8 @@ def doubts(estimates: RoadLoadEstimates) -> tuple[Finding, ...]:
     found = []
     if estimates.coasting:  # most of an open road is left out, as the table of rejected parts shows
         found += _rejected(estimates.selection)
+        coasts = longest_of_runs(estimates.selection.segments)
+        found += partial_coasts(coasts, {s.run: log_of(s.name) for s in coasts})
     if estimates.test is None:
         remedy = "add 'environment: {temperature: ..., pressure: ...}'"
         found.append(Finding("environment", "the road load is not corrected: the temperature is unknown", "", remedy))

@@ -1,0 +1,38 @@
+"""Runs of a coast-down that cover only part of the speeds of the other runs, such as one that was broken off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import falling_speed
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+
+def partial_coasts(segments: Sequence[CoastSegment], names: Mapping[int, str]) -> Iterator[Finding]:
+    """A note on each coast that covers only part of the speeds that most other runs cover.
+
+    Coasts that are split into speed ranges by plan are not reported: most of the others must cover the same range.
+
+    Parameters
+    ----------
+    segments : the longest one of each used run. names : of the logs, by the index of the run.
+    """
+    falls = [falling_speed(s)[1] for s in segments]
+    ends = np.array([(v.min(), v.max()) for v in falls])
+    for k, one in enumerate(segments):
+        others = np.delete(ends, k, axis=0)
+        if len(others) < STEP_POLICY.fewest_alike_coasts:
+            return
+        low, high = (float(x) for x in np.median(others, axis=0))
+        part = (np.minimum(ends[:, 1], high) - np.maximum(ends[:, 0], low)) / (high - low)
+        covered = part >= STEP_POLICY.least_common_speeds
+        if covered[k] or np.delete(covered, k).mean() < STEP_POLICY.agreeing_coasts:
+            continue
+        own, usual = (f"{3.6 * top:.0f} to {3.6 * bottom:.0f} km/h" for bottom, top in (ends[k], (low, high)))
+        share = f"{100 * max(part[k], 0.0):.0f} %"
+        what = f"its longest coast covers {own}, only {share} of the speeds of the other runs ({usual})"
+        yield Finding(names[one.run], what, "", "repeat the run if it was broken off")
