@@ -1,13 +1,17 @@
-"""Rolling resistance and drag area may have absorbed an unknown share of a learned law of the resistance."""
+"""A learned law and the parameters of the law that it extends may absorb each other."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from tests.plant.other_classes import HEAVY_EV, write_day
+from vdyn_cli.diagnosis.part import learned_law
 from vdyn_cli.project.execute import execute
 
 
@@ -21,3 +25,19 @@ def test_a_car_that_sheds_drag_at_speed_keeps_its_parameters_within_their_interv
     for name, truth in (("rolling_resistance", car.rolling), ("drag_area", car.drag_area)):
         low, high = result.parameters[name].interval95
         assert low < truth < high
+
+
+def test_of_equally_good_formulas_the_one_that_the_own_law_follows_least_is_used(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A wide saturation is nearly a line: a stiffness of 8 200 N m/rad became 29 000 [5 000, 49 000]."""
+    found = {"saturation": (1.0, 0.03), "power": (2.0, 0.3), "knee": (1e9, 0.9)}  # distance, own
+
+    def fit(curve: object, form: str, finding: object) -> tuple[object, ...] | None:
+        return ((1.0, 1.0), found[form][0], np.zeros(2), found[form][1]) if form in found else None
+
+    monkeypatch.setattr(learned_law, "_fit", fit)
+    monkeypatch.setattr(learned_law, "share_of_curve", lambda curves, values: 0.0)
+    fitted = SimpleNamespace(freedom=8.0, solution=SimpleNamespace(values={}))
+    forms = learned_law.fitted_forms(cast(Any, SimpleNamespace(fitted=fitted, curves=[None])))
+    assert [f.form for f in forms] == ["power", "saturation", "knee"]

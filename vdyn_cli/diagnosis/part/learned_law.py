@@ -32,12 +32,14 @@ class FittedForm:
     ----------
     values : (coefficients,) of each curve. distance : chi-square distance from the curves.
     share : share of the curves' rms deviation from the baseline's law that it explains.
+    own : least share of its course, in standard errors, that the part's own law cannot follow.
     """
 
     form: str
     values: tuple[tuple[float, ...], ...]
     distance: float
     share: float
+    own: float
 
     @property
     def as_good(self) -> bool:
@@ -69,22 +71,26 @@ class Learned:
 
 
 def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
-    """Every form fitted to the part's curves, first those as good as the free curve, by number of coefficients."""
+    """Every form fitted to the part's curves, first those as good as the free curve, by number of coefficients.
+
+    Of these with equally many, the first is the one that the part's own law can follow least: with a wide saturation,
+    for example, which is nearly a line, the data would not determine a stiffness.
+    """
     found = []
     enough = float(chdtri(max(finding.fitted.freedom, 1.0), 1.0 - POLICY.formula_level))
     for form in LAW_FORMS:
         fits = [fit for curve in finding.curves if (fit := _fit(curve, form, finding)) is not None]
         if len(fits) < len(finding.curves):
             continue
-        values, distance, laws = zip(*fits, strict=True)
+        values, distance, laws, own = zip(*fits, strict=True)
         share = share_of_curve(list(zip(finding.curves, laws, strict=True)), finding.fitted.solution.values)
         share = max(share, POLICY.formula_share) if sum(distance) <= enough else share
-        found.append(FittedForm(form, values, sum(distance), share))
-    return tuple(sorted(found, key=lambda f: (not f.as_good, f.size if f.as_good else 0, f.distance)))
+        found.append(FittedForm(form, values, sum(distance), share, min(own)))
+    return tuple(sorted(found, key=lambda f: (not f.as_good, (f.size, -f.own) if f.as_good else (0, f.distance))))
 
 
-def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, Array] | None:
-    """Coefficients, chi-square distance, and the law's values (n,) at the curve's points; None without a fit."""
+def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, Array, float] | None:
+    """Coefficients, chi-square distance, the law's values (n,) at the curve's points, ``own``; None without a fit."""
     from scipy.optimize import minimize
 
     law, definition = LAW_FORMS[form], _definition(curve.part, form, (), curve)
@@ -114,7 +120,9 @@ def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ..
     size, distance, column = solved(best)
     if not np.isfinite(distance):
         return None
-    return (size, *best), distance, size * column
+    whole, followed = np.linalg.solve(root, column), np.linalg.solve(root, free)
+    left = whole - followed @ np.linalg.lstsq(followed, whole, rcond=None)[0]
+    return (size, *best), distance, size * column, float(np.linalg.norm(left) / np.linalg.norm(whole))
 
 
 def _grids(curve: Curve, units: Sequence[str]) -> list[list[float]]:
