@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tests.effects.recovered import given
 from tests.plant import cg as plant
 from tests.plant.vehicle import random_vehicle
@@ -29,6 +31,13 @@ def test_stated_masses_keep_the_pitch_inertia_unbiased() -> None:
     assert abs(unstated.value - VEHICLE.pitch_inertia) > 2 * unstated.std
 
 
+def test_tires_that_deflect_by_9_mm_leave_the_pitch_inertia_unbiased() -> None:
+    hard = replace(VEHICLE, tire_vertical_stiffness=VEHICLE.mass * 9.81 / 2 / 0.009)
+    found = STEP.estimate(SPEC, logs(hard, 4, effects={"own_axles": 1.0}), known(*UNSPRUNG)).parameters["pitch_inertia"]
+    low, high = found.interval95
+    assert low <= hard.pitch_inertia <= high
+
+
 def test_one_mass_alone_is_not_used() -> None:
     vehicle = known_vehicle(SPEC, known(UNSPRUNG[0]))
     assert [vehicle.values[n] for n in UNSPRUNG] == [0.0, 0.0]
@@ -37,6 +46,6 @@ def test_one_mass_alone_is_not_used() -> None:
 
 def test_the_tires_stiffness_is_uncertain_unless_given() -> None:
     base = {**plant.known(VEHICLE), **STATED}
-    assert "tire_vertical_stiffness" in known_vehicle(SPEC, given(base)).std
+    assert "tire_vertical_stiffness" in known_vehicle(SPEC, given(base)).tires
     base["tire_vertical_stiffness"] = VEHICLE.tire_vertical_stiffness
-    assert "tire_vertical_stiffness" not in known_vehicle(SPEC, given(base)).std
+    assert "tire_vertical_stiffness" not in known_vehicle(SPEC, given(base)).tires

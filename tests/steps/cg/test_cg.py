@@ -58,7 +58,7 @@ def test_sliding_tires_do_not_reduce_the_pitch_inertia() -> None:
     vehicle = random_vehicle(1)
     car = known_vehicle(SPEC, known(vehicle))
     runs = tuple(cut_windows(log) for log in logs(vehicle, 1))
-    found = LoadFit(runs, car.values, 10.0, car.slip).solve()
+    found = LoadFit(runs, car.values, 10.0, car.tires).solve()
     assert abs(found.values["pitch_inertia"] - vehicle.pitch_inertia) < 3 * found.std["pitch_inertia"]
     assert found.values["slip_compliance"] == pytest.approx(1 / vehicle.tire_longitudinal_stiffness, rel=0.15)
 
@@ -203,7 +203,7 @@ def test_the_trap_is_real() -> None:
     vehicle = vehicle.but(antenna_height=vehicle.cg_height + 1.7)
     turned = tuple(cut_windows(log.with_channels(pitch_rate=-log["pitch_rate"])) for log in logs(vehicle, 1))
     car = known_vehicle(SPEC, known(vehicle))
-    values = LoadFit(turned, car.values, 10.0, car.slip).solve().values
+    values = LoadFit(turned, car.values, 10.0, car.tires).solve().values
     spin = 4 * vehicle.wheel_inertia / vehicle.wheel_radius
     lever = vehicle.antenna_height - vehicle.cg_height
     trap = 2 * (vehicle.mass * vehicle.cg_height + spin) * lever - vehicle.pitch_inertia

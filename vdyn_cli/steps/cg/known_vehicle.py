@@ -11,9 +11,11 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.cg.spec import CgSpec
 
-# Deflection of the tires under the weight of a car, m, where their stiffness is not known: 400 kN/m for 1600 kg; the
-# standard deviation, a share, holds 17 to 23 mm. Matters for the axles' motion only.
-TIRE_DEFLECTION, DEFLECTION_STD = 0.0195, 0.15
+# Deflection of the tires under the weight of the vehicle, m, where their stiffness is not known: 17 to 25 mm on cars,
+# 9 mm on light vehicles with hard tires; and the standard deviation of the stiffness, a share. It matters for the
+# axles' motion only, in which the runs show it.
+TIRE_DEFLECTION, STIFFNESS_STD = 0.017, 0.4
+STIFFNESS = "tire_vertical_stiffness"
 UNSPRUNG = ("unsprung_mass_front", "unsprung_mass_rear")
 # Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without drag, the aerodynamic moment about the
 # road would be a model error that the diagnosis detects and cannot name.
@@ -44,15 +46,15 @@ class KnownVehicle:
     ----------
     values : by name, SI. std : of the uncertain ones.
     findings : about assumed and neglected values.
-    slip : mean and standard deviation of the tires' slip per friction and relaxation length, which the runs may
-        determine better.
+    tires : mean and standard deviation of the tires' slip per friction and relaxation length, and of their vertical
+        stiffness where it is uncertain and matters; the runs may determine them better.
     load_excess : share by which the loads exceed the weight, where they contradict it.
     """
 
     values: Mapping[str, float]
     std: Mapping[str, float]
     findings: tuple[Finding, ...]
-    slip: Mapping[str, tuple[float, float]]
+    tires: Mapping[str, tuple[float, float]]
     load_excess: float = 0.0
 
     @property
@@ -123,9 +125,9 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
             f"cg_height by {1e3 * USUAL_SPIN:.0f} +- {1e3 * SPIN_STD:.0f} mm"
         )
         findings.append(Finding("cg", what, "", remedy))
-    slip = _slip(known)
-    values |= {n: mean for n, (mean, _) in slip.items()}
-    return KnownVehicle(values, std, tuple(findings), slip)
+    tires = {**_slip(known), **({STIFFNESS: (values[STIFFNESS], std.pop(STIFFNESS))} if STIFFNESS in std else {})}
+    values |= {n: mean for n, (mean, _) in tires.items()}
+    return KnownVehicle(values, std, tuple(findings), tires)
 
 
 def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
@@ -146,12 +148,12 @@ def _unsprung(known: Parameters, mass: float) -> tuple[dict[str, float], dict[st
     Without unsprung masses the stiffness does not matter.
     """
     usual = mass * GRAVITY / 2 / TIRE_DEFLECTION
-    values = {"tire_vertical_stiffness": known.value("tire_vertical_stiffness", usual), **dict.fromkeys(UNSPRUNG, 0.0)}
+    values = {STIFFNESS: known.value(STIFFNESS, usual), **dict.fromkeys(UNSPRUNG, 0.0)}
     if not all(n in known for n in UNSPRUNG):
         return values, {}
-    std = {n: known[n].std for n in (*UNSPRUNG, "tire_vertical_stiffness") if n in known and known[n].std > 0}
-    if "tire_vertical_stiffness" not in known:
-        std["tire_vertical_stiffness"] = DEFLECTION_STD * usual
+    std = {n: known[n].std for n in (*UNSPRUNG, STIFFNESS) if n in known and known[n].std > 0}
+    if STIFFNESS not in known:
+        std[STIFFNESS] = STIFFNESS_STD * usual
     return {**values, **{n: known[n].value for n in UNSPRUNG}}, std
 
 

@@ -68,7 +68,7 @@ class LoadFit:
     Parameters
     ----------
     known : parameters that are not estimated, by name, SI.
-    slip : mean and standard deviation of the tires' slip per friction and relaxation length (``KnownVehicle``).
+    tires : mean and standard deviation of the tires' uncertain properties (``KnownVehicle``).
     speeds : for each run, the speed as a second reading of the acceleration; None where it is not logged throughout.
     carried : for each run, the load of both axles; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
@@ -79,7 +79,7 @@ class LoadFit:
     runs: tuple[LoadWindows, ...]
     known: Mapping[str, float]
     load_zero: float
-    slip: Mapping[str, tuple[float, float]]
+    tires: Mapping[str, tuple[float, float]]
     added: AddedEffects = NO_EFFECTS
     speeds: tuple[SpeedChange | None, ...] = ()
     carried: tuple[CarriedWeight | None, ...] = ()
@@ -104,11 +104,12 @@ class LoadFit:
         std = self.load_zero * 2**0.5  # two wheels an axle
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
         gain = [Unknown(EXCESS_GAIN, 0.0, prior=(0.0, STEP_POLICY.axle_gain), nuisance=True)]
-        slip = [Unknown(n, self.slip[n][0], prior=self.slip[n], nuisance=True) for n in SLIP]
+        spins = self.known["spin"] > 0
+        tires = [Unknown(n, p[0], prior=p, nuisance=True) for n, p in self.tires.items() if spins or n not in SLIP]
         return (
             *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, prior=priors.get(n)) for n in SOUGHT),
             *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
-            *(slip if self.known["spin"] > 0 else ()),
+            *tires,
             *(gain if any(self.carried) else ()),
             *self.added.unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
