@@ -144,8 +144,8 @@ def test_a_doubt_is_reported_before_anything_else(root: Path, tmp_path: Path) ->
     """A scale that is wrong by some percent is absorbed by the fit and not detected; the result is still doubtful."""
     text = (root / "configs" / "coastdown.yaml").read_text().replace("../sample_logs", str(root / "sample_logs"))
     text = text.replace("vehicle: vehicle.yaml", f"vehicle: {root / 'configs' / 'vehicle.yaml'}")
-    text = text.replace('{column: "Position [m]", unit: m}', '{column: "Position [m]", unit: yd}')
-    assert "unit: yd" in text
+    text = text.replace('{column: "Position [m]", unit: m}', '{column: "Position [m]", unit: m, scale: 0.9144}')
+    assert "scale: 0.9144" in text
     description = tmp_path / "scaled.yaml"
     description.write_text(f"{text}diagnose: {{effects: [headwind, road_grade]}}\n")
     outcome = write_step("coastdown", description, (), tmp_path, POLICY.level)
