@@ -119,6 +119,19 @@ def test_a_direction_that_the_position_contradicts_is_corrected_before_runs_are_
     assert [r["verdict"] for r in document["runs"]] == ["wrong", *["unknown"] * (RUNS - 1)]
 
 
+def test_a_direction_that_the_names_of_the_logs_contradict_is_corrected_first(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda run, time, speed: speed)
+    text = path.read_text()
+    for k in range(RUNS):
+        name = f"coast_{k}_{'hin' if k % 2 == 0 else 'her'}.csv"
+        (tmp_path / f"coast_{k}.csv").rename(tmp_path / name)
+        text = text.replace(f"coast_{k}.csv", name)
+    path.write_text(text.replace("coast_2_hin.csv, direction: out", "coast_2_hin.csv, direction: back"))
+    document = checked(path, tmp_path / "out", 1)
+    said = "the log coast_2_hin.csv shows the other direction (by the name of the log) than most runs 'back'"
+    assert f"{said}; write 'direction: out'" in document["sentence"]
+
+
 @pytest.mark.slow
 def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_runs_are_judged(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)

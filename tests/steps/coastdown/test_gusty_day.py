@@ -12,17 +12,20 @@ from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegme
 INERTIA, STEP = 1050.0, 0.05  # kg, s
 
 
-def rejected(gust: float, seed: int, pulse: float = 0.0) -> list[RejectedSegment]:
+def rejected(
+    gust: float, seed: int, pulse: float = 0.0, stated: tuple[str, ...] = ("out", "back") * 4, wind: float = 1.0
+) -> list[RejectedSegment]:
     """What is left out of eight coasts from 50 to 11 m/s in gusts (m/s, standard deviation, 6 s correlated).
 
-    ``pulse`` m/s^2: of the third run, braked (positive) or driven between 10 and 16 s.
+    ``pulse`` m/s^2: of the third run, braked (positive) or driven between 10 and 16 s. ``stated``: directions.
+    ``wind`` m/s: headwind on the way out.
     """
     rng, segments = np.random.default_rng(seed), []
     for k in range(8):
-        head, speed, wind, trace = 1 - 2 * (k % 2), 50.0, gust * rng.normal(), []
+        head, speed, dv, trace = wind * (1 - 2 * (k % 2)), 50.0, gust * rng.normal(), []
         while speed > 11.0:
-            wind += STEP / 6.0 * -wind + gust * np.sqrt(2.0 * STEP / 6.0) * rng.normal()
-            force = 0.5 * 1.17 * 1.15 * (speed + head + wind) ** 2 + 134.0
+            dv += STEP / 6.0 * -dv + gust * np.sqrt(2.0 * STEP / 6.0) * rng.normal()
+            force = 0.5 * 1.17 * 1.15 * (speed + head + dv) ** 2 + 134.0
             there = k == 2 and 10.0 < STEP * len(trace) < 16.0
             trace.append(speed)
             speed -= STEP * (force / INERTIA + there * pulse)
@@ -31,7 +34,7 @@ def rejected(gust: float, seed: int, pulse: float = 0.0) -> list[RejectedSegment
         assert isinstance(one, CoastSegment)
         segments.append(one)
     known = [np.zeros(s.log.time.size) for s in segments]
-    return without_braking(segments, known, ["out", "back"] * 4, None, 5.0)[1]
+    return without_braking(segments, known, list(stated), None, 5.0)[1]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -50,3 +53,9 @@ def test_wind_is_named_where_it_could_be_the_cause() -> None:
     (found,) = rejected(0.2, 1, -0.25)
     assert "(throttle, or" in found.why
     assert "m/s more tailwind?)" in found.why
+
+
+def test_a_run_stated_against_its_direction_is_not_called_braked_only() -> None:
+    found = rejected(0.3, 1, stated=("out", "back", "back", "back", "out", "back", "out", "back"), wind=2.5)
+    assert {r.run for r in found} == {"run_2.csv"}
+    assert all("decelerates like the runs of direction 'out'" in r.why for r in found)

@@ -45,9 +45,9 @@ def test_the_level_is_kept_whatever_slope_wind_and_warming_do() -> None:
     random = np.random.default_rng(1)
     heading = np.tile([1.0, -1.0], 5)
     days = [random.normal(size=10) + 30 * heading - 4 * np.arange(10) for _ in range(4000)]
-    found = sum(outlying_run(day, heading) is not None for day in days)
-    assert found / 4000 < STEP_POLICY.outlier_level * 1.5
-    assert found > 0
+    found = [one for day in days if (one := outlying_run(day, heading, STEP_POLICY.outlying_run)) is not None]
+    assert 0 < sum(one.p_value < STEP_POLICY.outlier_level for one in found) / 4000 < STEP_POLICY.outlier_level * 1.5
+    assert len(found) / 4000 < STEP_POLICY.outlying_run * 1.2
 
 
 def test_few_runs_have_no_outlier() -> None:

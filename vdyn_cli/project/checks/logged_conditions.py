@@ -1,4 +1,4 @@
-"""Directions and start times of runs that the logs contradict: stated ones against a logged heading, place or clock."""
+"""Directions and start times of runs that the logs contradict by a heading, a place, a clock, or by their names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,12 @@ from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.io.channel_survey import ChannelFacts, survey
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.project.drafting.run_conditions import logged_starts
-from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions, shows_direction
+from vdyn_cli.project.drafting.run_direction import (
+    LoggedDirection,
+    logged_directions,
+    named_directions,
+    shows_direction,
+)
 from vdyn_cli.project.reading.run_reading import log_names
 from vdyn_cli.quantities.errors import Finding, InputError
 
@@ -29,6 +34,15 @@ def contradicted_conditions(spec: Any, source: YamlSource) -> Iterator[Finding]:
     runs: Sequence[Run] = spec.runs
     if not any(run.direction or run.start for run in runs):
         return
+    named = list(wrong_directions(runs, named_directions([log_names(run)[0] for run in runs]), source))
+    logged = list(_contradicted_by_values(runs, source))
+    places = {finding.where for finding in logged}
+    yield from (finding for finding in named if finding.where not in places)
+    yield from logged
+
+
+def _contradicted_by_values(runs: Sequence[Run], source: YamlSource) -> Iterator[Finding]:
+    """Runs whose direction or start a heading, a place or a clock in the log contradicts."""
     try:
         facts = []
         for run in runs:

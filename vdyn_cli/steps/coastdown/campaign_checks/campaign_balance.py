@@ -22,6 +22,7 @@ from vdyn_cli.quantities.check_schema import CoastBalance, RunDeceleration, Time
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, falling_speed, paired_runs
 from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
+from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run, resistance_step
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
@@ -89,19 +90,28 @@ class CampaignCoasts:
             times.append(lower - upper)
         return np.asarray((top - bottom) / np.array(times))
 
-    def outlier(self) -> tuple[int, str] | None:
-        """The run whose mean deceleration is an outlier, and the reason; None where there is none."""
+    def outlier(self) -> tuple[int, str, bool] | None:
+        """The run whose mean deceleration is an outlier, the fact, and whether it is rejected; None without one.
+
+        It is rejected at ``outlier_level``, and only noted at ``outlying_run``: gusts hide what a calm day shows.
+        """
         found = self.decelerations()
-        worst = None if found is None else outlying_run(found, self.heading)
+        worst = None if found is None else outlying_run(found, self.heading, STEP_POLICY.outlying_run)
         if found is None or worst is None:
             return None
-        share = worst.force / float(np.mean(found))
+        inertia = self.problem.known["mass"].value + self.problem.known["rotating_mass"].value
+        share, force = worst.force / float(np.mean(found)), inertia * abs(worst.force)
+        rejected = worst.p_value < STEP_POLICY.outlier_level
+        if not rejected and abs(share) < STEP_POLICY.material_run_force:
+            return None
+        way, change = ("more", "higher") if share > 0 else ("less", "lower")
         why = (
-            f"decelerates {100 * abs(share):.1f} % {'more' if share > 0 else 'less'} than predicted from the other runs"
+            f"decelerates {100 * abs(share):.1f} % {way} than predicted from the other runs: resistance is "
+            f"{force:.0f} N {change} (p = {worst.p_value:.2g}): "
         )
-        return self.segments[
-            worst.run
-        ].run, f"{why} (p = {worst.p_value:.2g}): brake, gear, traffic or a gust, or its direction is wrong"
+        other = fits_opposite(found, [self.directions[s.run] for s in self.segments], worst.run)
+        cause = direction_doubt(other) if other else "brake, gear, traffic or a gust, or its direction is wrong"
+        return self.segments[worst.run].run, why + cause, rejected
 
     def step(self) -> tuple[int, str] | None:
         """The run from which on the deceleration is another one than before, and the fact; None without one.

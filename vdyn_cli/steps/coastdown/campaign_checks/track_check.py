@@ -19,6 +19,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
     longest_of_runs,
 )
 from vdyn_cli.steps.coastdown.doubts.changed_runs import CHANGED
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import INSPECT
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.preparation import prepare
@@ -70,13 +71,16 @@ def track_check(
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
     coasts = CampaignCoasts(problem, longest_of_runs(kept), tuple(r.direction for r in runs), _starts(runs))
     worst = coasts.outlier()
-    if worst is not None:
-        rejected[worst[0]] = worst[1]
     findings = [
         replace(f, what=f"{f.what}{_COMMON}", remedy=_REMOVED, doubt=True)
         for f in partial_coasts(coasts.segments, {k: log.name for k, log in enumerate(whole)})
     ]
-    if worst is None and (step := coasts.step()) is not None:  # an outlier at one end of the day resembles a step
+    outlying = worst is not None and worst[2]
+    if worst is not None and outlying:
+        rejected[worst[0]] = worst[1]
+    elif worst is not None:
+        findings.append(Finding(whole[worst[0]].name, worst[1], remedy=INSPECT, doubt=True))
+    if not outlying and (step := coasts.step()) is not None:  # an outlier at one end of the day resembles a step
         findings.append(Finding(whole[step[0]].name, step[1], remedy=CHANGED, doubt=True))
     balance, wrong = coasts.balance([log.name for log in whole]), position_direction_findings(runs, whole)
     return TrackCheck(rejected, evaluated, balance, parts, tuple(findings), wrong)

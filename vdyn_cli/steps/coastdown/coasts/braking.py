@@ -19,6 +19,7 @@ from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.robust_fits import least_absolute_deviations
 from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral, median_deviation
 from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
+from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, groups
 from vdyn_cli.steps.coastdown.road.road_position import first_place
@@ -33,7 +34,7 @@ class _ExcessDeceleration:
     """Excess of a segment's deceleration over the common law, (b,) m/s^2 at ``time`` s and ``speed`` m/s.
 
     ``usual`` is the mean of that law, ``limit`` (b,) the allowed excess, m/s^2, and ``per_wind`` (b,) the
-    deceleration by 1 m/s of headwind, 1/s.
+    deceleration by 1 m/s of headwind, 1/s. ``like`` is the opposite direction, if the run fits it clearly better.
     """
 
     segment: CoastSegment
@@ -43,6 +44,7 @@ class _ExcessDeceleration:
     usual: float
     limit: Array
     per_wind: Array
+    like: str | None
 
     @property
     def outliers(self) -> NDArray[np.int64]:
@@ -91,7 +93,7 @@ class _ExcessDeceleration:
             cause += f", or {wind:.1f} m/s more {'headwind' if self.excess[at] > 0 else 'tailwind'}"
         return (
             f"{what} by {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
-            f"{3.6 * self.speed[at]:.0f} km/h ({cause}?)"
+            f"{3.6 * self.speed[at]:.0f} km/h ({cause}?)" + (f"; {direction_doubt(self.like)}" if self.like else "")
         )
 
 
@@ -214,10 +216,12 @@ def _over_common_law(
     counts = {d: directions.count(d) for d in directions}
     ways = sorted({str(d) for d in directions})
     column = np.array([ways.index(str(d)) for d in directions])
-    constants = np.eye(len(ways))[np.repeat(column, [v.size for v in speeds])]
-    design = np.column_stack([constants, np.concatenate(speeds) ** 2])
+    each_way = np.eye(len(ways))[np.repeat(column, [v.size for v in speeds])]
+    design = np.column_stack([each_way, np.concatenate(speeds) ** 2])
     law = least_absolute_deviations(design, np.concatenate(values))
-    level = _levels(law[:-1], column, [v - law[-1] * u**2 for u, v in zip(speeds, values, strict=True)])
+    constants = [v - law[-1] * u**2 for u, v in zip(speeds, values, strict=True)]
+    runs = np.array([np.median(c) for c in constants])
+    level = _levels(law[:-1], column, runs)
     common = [level[c] + law[-1] * u**2 for c, u in zip(column, speeds, strict=True)]
     excess = [v - usual for v, usual in zip(values, common, strict=True)]
     per_wind = [2.0 * max(float(law[-1]), 0.0) * u for u in speeds]
@@ -227,7 +231,8 @@ def _over_common_law(
         separate = counts[directions[k]] >= STEP_POLICY.separating_runs
         least = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few
         limit, usual = np.maximum(least, gust * per_wind[k]), float(np.mean(common[k]))
-        found.append(_ExcessDeceleration(segment, measured[k][0], speeds[k], excess[k], usual, limit, per_wind[k]))
+        like, time = fits_opposite(runs, directions, k), measured[k][0]
+        found.append(_ExcessDeceleration(segment, time, speeds[k], excess[k], usual, limit, per_wind[k], like))
     return found
 
 
@@ -248,7 +253,7 @@ def _gust(excess: Sequence[Array], per_wind: Sequence[Array]) -> float:
     return min(STEP_POLICY.gust_scatter * median_deviation(winds), STEP_POLICY.largest_gust)
 
 
-def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]) -> Array:
+def _levels(fitted: Array, column: NDArray[np.int64], runs: Array) -> Array:
     """The constant term of each direction's deceleration, (d,) m/s^2.
 
     Of two differing runs, least absolute deviations cannot decide which one is braked: the one closer to the median of
@@ -256,9 +261,8 @@ def _levels(fitted: Array, column: NDArray[np.int64], constants: Sequence[Array]
 
     Parameters
     ----------
-    fitted : (d,) of each direction. column : (r,) direction of each run. constants : of each run, (b,) m/s^2.
+    fitted : (d,) of each direction. column : (r,) direction of each run. runs : (r,) constant term of each, m/s^2.
     """
-    runs = np.array([np.median(c) for c in constants])
     level = fitted.copy()
     for way in range(fitted.size):
         own = runs[column == way]
@@ -295,10 +299,8 @@ def _undisturbed_part(
     begin, end = float(time[0]), float(time[-1])
     middle = float(np.median(one.excess))
     if middle > max(STEP_POLICY.engaged_least, STEP_POLICY.engaged_share * one.usual):
-        why = (
-            f"decelerates by {middle:.2f} m/s^2 more than the other runs throughout: check for an engaged driveline "
-            "or a dragging brake"
-        )
+        cause = direction_doubt(one.like) if one.like else "check for an engaged driveline or a dragging brake"
+        why = f"decelerates by {middle:.2f} m/s^2 more than the other runs throughout: {cause}"
         return None, [RejectedSegment(name, begin, end, why)]
     if not (at := one.outliers).size:
         return one.segment, []

@@ -16,6 +16,8 @@ from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.run_change import WARMING
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
+INSPECT = "inspect this run; remove it if traffic, a brake or a gust disturbed it"  # the remedy
+
 
 @dataclass(frozen=True)
 class OutlyingRun:
@@ -26,16 +28,17 @@ class OutlyingRun:
     p_value: float
 
 
-def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
+def outlying_run(force: Array, heading: Array, level: float = STEP_POLICY.outlier_level) -> OutlyingRun | None:
     """The run with the largest externally studentized residual, if it is significant.
 
     The other runs predict each run from a mean, the direction (slope, wind) and the order (warming tires); its
-    deviation over the standard error of that prediction is Student's t. The largest of n is tested at
-    ``outlier_level``/n (Bonferroni).
+    deviation over the standard error of that prediction is Student's t. The largest of n is tested at level/n
+    (Bonferroni).
 
     Parameters
     ----------
     force : (n,) N, of each run beyond the common road load. heading : (n,) +1 out, -1 back.
+    level : probability of naming a run on a day without an outlying one.
 
     Source: Cook and Weisberg, Residuals and Influence in Regression (1982), 2.2.2.
     """
@@ -56,7 +59,7 @@ def outlying_run(force: Array, heading: Array) -> OutlyingRun | None:
     far = np.abs(residual) / np.sqrt(free) / spread
     worst = int(np.argmax(far))
     p_value = min(1.0, n * 2.0 * float(stdtr(left, -far[worst])))
-    outlying = p_value < STEP_POLICY.outlier_level
+    outlying = p_value < level
     return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if outlying else None
 
 

@@ -11,7 +11,7 @@ from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import INSPECT, outlying_run
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed
@@ -101,11 +101,10 @@ def _outlying_runs(estimates: RoadLoadEstimates) -> list[Finding]:
     runs, found = estimates.fit.campaign.runs, []
     forces, headings = run_forces(estimates.fit)[0], np.array([r.heading for r in runs])
     least = STEP_POLICY.material_run_force * float(estimates.load.force(quoted_speed(estimates.fit.speeds)))
-    if (outlier := outlying_run(forces, headings)) is not None and abs(outlier.force) > least:
+    if (outlier := outlying_run(forces, headings, STEP_POLICY.outlying_run)) and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
-        remedy = "inspect this run; remove it if traffic, a brake or a gust disturbed it"
-        found.append(Finding(runs[outlier.run].name, what, remedy=remedy, doubt=True))
+        found.append(Finding(runs[outlier.run].name, what, remedy=INSPECT, doubt=True))
     return found
 
 
