@@ -40,3 +40,14 @@ def test_a_stated_delay_that_the_log_agrees_with_stands() -> None:
     problem = prepare(spec("0.1 +- 0.2 ms"), (log(VEHICLE, 4),), Parameters())
     assert problem.sides[0].torque_delay.value == pytest.approx(1e-4)
     assert not [f for f in problem.log_findings if "relative to the twist" in f.what]
+
+
+def test_an_uncertain_delay_widens_the_stiffness_to_what_the_shifted_torque_gives() -> None:
+    data = log(VEHICLE, 4)
+    found = [
+        prepare(spec(delay), (data,), Parameters()).publish().parameters["shaft_stiffness_left"]
+        for delay in ("0 ms", "2 ms", "0 +- 2 ms")
+    ]
+    exact, shifted, wide = found
+    assert wide.value == exact.value
+    assert wide.std >= 0.9 * abs(shifted.value - exact.value) > exact.std

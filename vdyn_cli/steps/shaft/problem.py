@@ -129,6 +129,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     read = cache(lambda seconds: readings_of(spec, logs, seconds))
     delay, clocks = torque_delay(read, spec.settings.torque_delay)
     readings = read(delay.value)
+    near = [read(delay.value + d) for d in (-delay.std, delay.std)] if delay.std else []
     modulus, findings = _shear_modulus(spec, known)
     sides = []
     for name in SIDES:
@@ -137,7 +138,8 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
         bar = propagate(rod_stiffness, spec.pendulum[name].measured(), UNITS) if name in spec.pendulum else None
         if readings[name] or drawing or bar:
             gain = spec.settings.torque_gain.value
-            sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain, delay))
+            shifted = tuple(one[name] for one in near) if readings[name] else ()
+            sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain, delay, shifted))
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))

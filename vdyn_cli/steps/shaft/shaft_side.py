@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -61,6 +61,7 @@ class ShaftSide:
     sections : of its drawing. drawing, bar : stiffness, N m/rad, by drawing and by pendulum bar, or None.
     torque_gain : standard deviation of the gain of the torque sensor.
     torque_delay : s, delay of the logged torque; the readings are corrected for its value.
+    shifted : the same readings with the delay one standard deviation smaller and larger; empty where it is exact.
     """
 
     name: SideName
@@ -70,6 +71,7 @@ class ShaftSide:
     bar: Budget | None
     torque_gain: float
     torque_delay: Given
+    shifted: tuple[tuple[ShaftReadings, ...], ...] = ()
 
     @cached_property
     def linear(self) -> Solution:
@@ -122,7 +124,8 @@ class ShaftSide:
         """Fit the logs of this side; an error of the torque's gain changes stiffness and damping by the same factor.
 
         A torque that is logged late by d reads k phi(t - d), to first order k phi - k d phi': the damping is too small
-        by k d.
+        by k d. Where the shaft oscillates, the second order k d^2 phi'' / 2 - c d phi'' changes the stiffness, too: by
+        as much as the fits to the shifted torque differ.
 
         Stiffness and damping are those of the shaft with its joints. With an effect in series, they come from the fit
         without it: the log contains only the stiffness of both, and the drawing only divides it.
@@ -145,6 +148,7 @@ class ShaftSide:
         damping = self._budget(solution, "shaft_damping", "N m s/rad", std[1])
         late = Contribution("delay_of_the_torque", self.torque_delay.value, self.torque_delay.std, "s", stiffness.value)
         damping = replace(damping, contributions=(*damping.contributions, late))
+        stiffness = replace(stiffness, contributions=(*stiffness.contributions, *self._stiffness_by_delay))
         if stiffness.interval95[0] <= 0:
             got = f"{stiffness.value:.4g} +- {stiffness.std:.2g} {UNIT}"
             what, remedy = "the log does not determine it", "log a tip-in with more torque"
@@ -161,6 +165,18 @@ class ShaftSide:
         }
         correlation = float(together / (stiffness.std * damping.std))
         return LoggedShaft(self.runs, twist, rate, torque, solution, stiffness, damping, correlation, amplitudes)
+
+    @cached_property
+    def _stiffness_by_delay(self) -> tuple[Contribution, ...]:
+        """The change of the stiffness by one standard deviation of the torque's delay, without effects in the law."""
+        if not self.shifted:
+            return ()
+        here, *there = (
+            even_if_refused(partial(linear_solution, runs)).values["shaft_stiffness"]
+            for runs in (self.runs, *self.shifted)
+        )
+        slope = max(abs(other - here) for other in there) / self.torque_delay.std
+        return (Contribution("delay_of_the_torque", self.torque_delay.value, self.torque_delay.std, "s", slope),)
 
     def _fit(self, added: AddedEffects) -> ShaftFit:
         return ShaftFit(self.runs, added, self.drawn_bar(added.effects))

@@ -53,6 +53,9 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
     got = f"{damping.value:.3g} +- {damping.std:.2g} N m s/rad"
     if damping.interval95[1] >= 0:
         what = "is not determined by the log and not published"
+        late_std = next((c.part for c in damping.contributions if c.name == "delay_of_the_torque"), 0.0)
+        if late_std > damping.std / 2**0.5:
+            return Finding(name, what, got, "measure the delay of the torque, and state it under 'torque_delay'")
         return Finding(name, what, got, "log a sharper tip-in, so that the shaft oscillates")
     late = -1e3 * damping.value / stiffness.value  # T(t) = k phi(t - d) reads as k phi - k d phi'
     seen = f"the torque seems to be logged {two_digits(late)} ms or more after the twist"
@@ -63,7 +66,10 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
 def one_clock(name: str, stiffness: Budget) -> Finding:
     """The finding that a damping assumes equal clocks, where no uncertainty of the torque's delay is stated."""
     lower = f"a torque logged 1 ms late lowers it by {1e-3 * stiffness.value:.2g} N m s/rad"
-    what = f"assumes that torque and twist are logged at the same instant: {lower}"
+    what = (
+        f"assumes that torque and twist are logged at the same instant: {lower}, and changes the stiffness where the "
+        "shaft oscillates"
+    )
     remedy = "if their clocks can differ, state the uncertainty under settings: 'torque_delay: 0 +- 0.05 ms'"
     return Finding(name, what, remedy=remedy)
 
