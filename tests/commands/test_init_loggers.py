@@ -116,3 +116,20 @@ def test_logs_of_two_loggers_that_cannot_be_matched_are_not(tmp_path: Path) -> N
     found, description = draft("coastdown", *write_loggers(tmp_path, (0.0,) * 4, "{logger}_{other}.csv"))
     assert "loggers" not in description
     assert "neither their clocks nor their names show" in found.text
+
+
+def test_a_logger_without_a_speed_is_aligned_by_a_wheel_s_speed(tmp_path: Path) -> None:
+    """The acceleration of a steady coast-down matches that of the speed at no delay."""
+    paths = []
+    for path in write_loggers(tmp_path, (0.0,) * 4, "{logger}_run{run}.csv"):
+        header, *rows = path.read_text().splitlines()
+        if "can" in path.name:
+            header = "Time [s],nRad_HL [1/min],aLaengs [g]"
+            rows = [f"{t},{9.0 * float(v):.2f},{-0.02 + 0.001 * (k % 7):.3f}" for k, row in enumerate(rows) for t, v in
+                    [row.split(",")]]  # fmt: skip
+            path.write_text("\n".join([header, *rows]))
+        paths.append(path)
+    found, description = draft("coastdown", *paths)
+    bus = next(one["channels"] for one in description["loggers"] if "acceleration" in one["channels"])
+    assert bus["wheel_speed"] == {"column": "nRad_HL [1/min]", "unit": "1/min"}
+    assert "aligned by channels 'speed' and 'wheel_speed'" in found.text

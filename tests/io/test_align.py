@@ -98,7 +98,7 @@ def test_a_pure_coast_down_says_how_little_it_knows() -> None:
         (lambda v: 3.6 * v, "check the unit"),
         (lambda v: np.full(v.size, 20.0), "is constant"),
         (lambda v: np.full(v.size, np.nan), "has 0 readings: 20 are needed"),
-        (lambda v: np.random.default_rng(1).normal(size=v.size), "do not match at any delay"),
+        (lambda v: np.random.default_rng(1).normal(size=v.size), "no match with the first logger at any delay"),
     ],
 )
 def test_recordings_that_do_not_match_are_refused(change, message: str) -> None:  # type: ignore[no-untyped-def]
@@ -117,7 +117,7 @@ def test_a_motion_that_repeats_itself_is_refused() -> None:
     t = np.arange(0.0, 100.0, 0.01)
     rng = np.random.default_rng(2)
     logs = [Log(n, t, {"speed": 15.0 + np.sin(2.0 * t) + rng.normal(0.0, 0.01, t.size)}) for n in "ab"]
-    with pytest.raises(InputError, match="match at several delays"):
+    with pytest.raises(InputError, match="first logger at several delays"):
         align(*logs, "speed")
 
 

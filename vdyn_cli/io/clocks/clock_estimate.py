@@ -38,7 +38,7 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
         drift is larger than that of any clock.
     """
     x, y = _signal(reference, tie.first), _signal(other, tie.second)
-    where = f"{reference.name}, {other.name}: {tie}"
+    where = f"{other.name}, {tie}"
     coarse = coarse_delay(x, y, tie, where)
     span = float(np.ptp(x.time) + np.ptp(y.time))
     width = max(WIDTHS[0] * max(x.step, y.step), FINE * span / MOST_POINTS)

@@ -18,7 +18,10 @@ from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, InputError
 
 STATE_DELAY = "state this logger's 'delay' if it is known (0 s: one clock)"
-OTHER_CHANNELS = f"name other channels with 'align_on', or {STATE_DELAY}"
+OTHER_CHANNELS = (
+    "map a wheel speed of this logger if it has one, select another pair at the top level (such as 'align_on: [speed, "
+    f"wheel_speed]', the first logger's channel first), leave out this logger and its logs, or {STATE_DELAY}"
+)
 MOST_POINTS = 1 << 21  # of the coarse search
 _CHANGE = 1.0  # s over which the change of a speed is compared with an acceleration
 _SLOW = 8.0  # s, length of the moving mean subtracted from such changes: road slope and tilt vary more slowly
@@ -80,7 +83,7 @@ def coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
         remedy = f"check the unit for both loggers, {OTHER_CHANNELS}"
         if opposite:
             remedy = "one logger has the opposite sign: add 'sign: -1' to its channel, or remove it if it is there"
-        raise InputError(Finding(where, "the two recordings do not match at any delay", got, remedy))
+        raise InputError(Finding(where, "no match with the first logger at any delay", got, remedy))
     miss = 1.0 - likeness
     far = np.flatnonzero(miss > CLOCKS.lost * miss[best])  # where the match is clearly lost, on either side
     left, right = (int(far[far < best].max(initial=-1)), int(far[far > best].min(initial=miss.size)))
@@ -88,7 +91,7 @@ def coarse_delay(x: Signal, y: Signal, tie: ChannelTie, where: str) -> float:
     if rivals:
         got = f"{lags[best] + y.time[0] - x.time[0]:.4g} s or {lags[rivals[0]] + y.time[0] - x.time[0]:.4g} s"
         remedy = f"log a non-periodic manoeuvre, {OTHER_CHANNELS}"
-        raise InputError(Finding(where, "the two recordings match at several delays", got, remedy))
+        raise InputError(Finding(where, "match with the first logger at several delays", got, remedy))
     return float(y.time[0] - x.time[0] + lags[best])
 
 

@@ -13,6 +13,7 @@ from vdyn_cli.steps.step_definition import alternatives, named_channels
 _MOST_NAMED = 4  # columns listed for a required channel; of more only the number is stated
 _MOST_UNUSED = 12  # unused columns listed by name
 _LONGEST_LINE = 150  # characters of a line with its comment; longer comments are written above
+UNUSED = "  # unused columns:"
 
 
 def channel_lines(
@@ -50,16 +51,16 @@ def channel_lines(
             left.append(channel)
     if left:
         lines.append(f"  # optional, and {NO_NAME}: {', '.join(left)}")
-    return [*lines, *_unused(log, lines)], mapped, undecided
+    return [*lines, *unused_columns(log, lines)], mapped, undecided
 
 
-def _unused(log: GuessedLog, lines: Sequence[str]) -> list[str]:
+def unused_columns(log: GuessedLog, lines: Sequence[str]) -> list[str]:
     """The line that lists the columns of numbers that the lines of the channels do not name; none without any."""
     text = "\n".join(lines)
     numbers = dict.fromkeys(f.column for f in log.facts if f.state in ("varies", "constant"))
     names = [name for name in numbers if quoted(name) not in text and f"'{name}'" not in text]
     more = f" and {len(names) - _MOST_UNUSED} more, see 'vdyn channels'" if len(names) > _MOST_UNUSED else ""
-    return [f"  # unused columns: {', '.join(map(quoted, names[:_MOST_UNUSED]))}{more}"] if names else []
+    return [f"{UNUSED} {', '.join(map(quoted, names[:_MOST_UNUSED]))}{more}"] if names else []
 
 
 def channel_line(channel: str, guess: ChannelGuess) -> list[str]:

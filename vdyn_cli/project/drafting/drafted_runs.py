@@ -9,7 +9,16 @@ from pathlib import Path
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.clocks.tied_channels import ties
-from vdyn_cli.project.drafting.drafted_channels import channel_lines, channels_needed, quoted, source_of
+from vdyn_cli.project.drafting.channel_guess import ChannelGuess, guess_channels
+from vdyn_cli.project.drafting.drafted_channels import (
+    UNUSED,
+    channel_line,
+    channel_lines,
+    channels_needed,
+    quoted,
+    source_of,
+    unused_columns,
+)
 from vdyn_cli.project.drafting.left_out_logs import (
     GuessedLog,
     reference_log,
@@ -18,6 +27,7 @@ from vdyn_cli.project.drafting.left_out_logs import (
     why_left_out,
 )
 from vdyn_cli.project.drafting.logger_runs import Runs
+from vdyn_cli.quantities.vocabulary import CHANNELS, WHEEL_SPEEDS
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.step_definition import alternatives
 
@@ -146,7 +156,14 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
         own, found, open_ones = channel_lines(step, runs[0][k], [run[k] for run in runs], required=False)
         log = runs[0][k]
         if "speed" not in found:
-            tied = ties(runs[0][useful[0]].columns(), found)
+            first = runs[0][useful[0]].columns()
+            wheel = (
+                None if any(t.order == 0 for t in ties(first, found)) else _wheel_speed(step, [run[k] for run in runs])
+            )
+            if wheel is not None and ties(first, [wheel[0]]):
+                own = [line for line in own if not line.startswith(UNUSED)] + wheel[1]
+                own, found = [*own, *unused_columns(log, own)], [*found, wheel[0]]
+            tied = sorted(ties(first, found), key=lambda tie: tie.order != 0)
             how = (
                 f"its clock is aligned by {tied[0]}"
                 if tied
@@ -166,6 +183,26 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
             names = ", ".join(dict.fromkeys(run[k].path.name for run in runs))
             lines.append(f"# left out: {names}, " + ("; ".join(reasons) or "no column fits this step"))
     return lines, mapped, undecided
+
+
+def _wheel_speed(step: Step, logs: Sequence[GuessedLog]) -> tuple[str, list[str]] | None:
+    """A wheel speed that all logs of a logger have, and its lines: it shows the delay better than an acceleration.
+
+    A step that knows no single wheels takes any of them as its ``wheel_speed``.
+    """
+    known = step.channels()
+    wanted = {n: CHANNELS[n] for n in ("wheel_speed", *WHEEL_SPEEDS)}
+    first, *others = [guess_channels(wanted, log.facts, log.path.name) for log in logs]
+    for channel, guess in first.items():
+        own = _mapped_as(guess)
+        name = channel if channel in known else "wheel_speed"
+        if own and name in known and guess.unit != "?" and all(_mapped_as(other[channel]) == own for other in others):
+            return name, channel_line(name, guess)
+    return None
+
+
+def _mapped_as(guess: ChannelGuess) -> tuple[str, str, int] | None:
+    return None if guess.facts is None else (guess.facts.column, guess.unit, guess.sign)
 
 
 def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
