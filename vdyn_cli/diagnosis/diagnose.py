@@ -88,7 +88,7 @@ def _diagnosed(
     limits = limits_of(base, _metric(prepared)[1], requested.matters)
     by_part = with_part(strategy, judge(strategy, faults, limits), problem)
     strategy = by_part.strategy
-    judgment = with_nuisance_effects(strategy, by_part.judgment, limits)
+    judgment = _with_misfit(with_nuisance_effects(strategy, by_part.judgment, limits), base)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)
     extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
@@ -103,6 +103,17 @@ def _diagnosed(
         figures=(*result.figures, *((part_figure(diagnosis.part),) if diagnosis.part else ())),
     )
     return result if extension.result is None else _beside_baseline(base, result, extension, by_part)
+
+
+def _with_misfit(judgment: Judgment, base: Result) -> Judgment:
+    """The judgment with a residual far above the noise floor as evidence, where no test is significant.
+
+    Each test compares blocks with each other. In a few blocks, an error as large as the signal is part of the noise
+    that they show, and the noise floor of the sensors alone contradicts it.
+    """
+    if judgment.material is not None or not base.fit.misfit:
+        return judgment
+    return replace(judgment, material=True, refutation=base.fit.misfit)
 
 
 def _described(
@@ -175,12 +186,10 @@ def _doubted(diagnosis: Diagnosis, last: Result, doubts: Sequence[Finding]) -> D
     doubt = stated or last.fit.misfit or next(iter(last.fit.warnings), "")
     sentence = diagnosis.sentence
     if diagnosis.verdict == "adequate" and doubt:
-        missed = last.fit.misfit  # "No model error detected" would contradict it, whatever else is doubted
-        if diagnosis.material is False or diagnosis.p_value is None or (stated and not missed):
+        if diagnosis.material is False or diagnosis.p_value is None or stated:
             sentence += f" But {doubt}."
         else:
-            sentence = f"No candidate effect is significant ({p_text(diagnosis.p_value)}), but {missed or doubt}."
-            sentence += f" In addition, {stated}." if stated else ""
+            sentence = f"No candidate effect is significant ({p_text(diagnosis.p_value)}), but {doubt}."
     return diagnosis.model_copy(update={"doubt": doubt, "sentence": sentence})
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vdyn_cli.quantities.result import MISFIT
 from vdyn_cli.quantities.threshold import threshold as _threshold
 
 
@@ -384,6 +385,11 @@ class Policy:
     compensating_effects: int = _threshold(
         2, "effects", "up to which a named answer may increase the error of predictions with stated parameters",
         "One effect and one wrong parameter can compensate each other; three and more that all do are not credible.",
+    )  # fmt: skip
+    misfit: float = _threshold(
+        MISFIT, "rms over noise floor", "above which a residual is a model error without a significant test",
+        "Third differences, which give the noise floor, show 1/2.0 of the noise of a mean over two samples, and 1/2.2 "
+        "of one over three, as loggers write them; rounded up.",
     )  # fmt: skip
     # Next test ------------------------------------------------------------------------------------------------------
     separated_t: float = _threshold(

@@ -139,7 +139,7 @@ def _closest(judgment: Judgment, effects: Mapping[str, Effect], amplitudes: Mapp
     """What comes closest to an unknown misfit, and why it is not named."""
     none = "no candidate effect explains the misfit."
     if judgment.closest is None:
-        return none
+        return f"{judgment.refutation}, and {none}" if judgment.refutation else none
     labels = " with ".join(effects[e].label for e in judgment.closest.effects)
     if judgment.refutation in (NO_GAIN, HELD_OUT_WORSE):
         verb = "are" if len(judgment.closest.effects) > 1 or is_plural(labels) else "is"

@@ -84,7 +84,7 @@ class Table:
 
 
 Restate = Callable[[Mapping[str, Estimate], Mapping[str, Any]], str]  # (parameters, extra) -> closing sentence
-MISFIT = 2.5  # rms over noise floor above which the model is in doubt
+MISFIT = 2.5  # rms over noise floor above which the model is in doubt; the diagnosis' policy has the reason
 
 
 @dataclass(frozen=True)
