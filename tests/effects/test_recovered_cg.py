@@ -88,7 +88,7 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
 
 
 def test_slip_that_would_imitate_an_error_is_held() -> None:
-    free, held = (problem(Hidden("clock_offset", size), 1.0).fit.slip["slip_compliance"] for size in (0.0, 0.12))
+    free, held = (problem(Hidden("clock_offset", size), 1.0).fit.tires["slip_compliance"] for size in (0.0, 0.12))
     assert held[0] == free[0]
     assert held[1] < 0.01 * free[1]
 

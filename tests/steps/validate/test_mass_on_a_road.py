@@ -274,7 +274,9 @@ def test_a_wrong_radius_is_also_in_a_speed_computed_from_that_of_a_wheel(tmp_pat
     description = yaml.safe_load(path.read_text(encoding="utf-8"))
     description["vehicle"]["wheel_radius"] = f"{1.04 * CAR.radius} +- 0.0005 m"
     del description["channels"]["speed"]
-    description["channels"]["wheel_speed"] = {"column": "v [km/h]", "unit": "rad/s"}
+    description["channels"]["wheel_speed"] = {"column": "wheel [rad/s]", "unit": "rad/s"}
+    for log in tmp_path.glob("*.csv"):
+        log.write_text(log.read_text(encoding="utf-8").replace("v [km/h]", "wheel [rad/s]", 1), encoding="utf-8")
     path.write_text(yaml.safe_dump(description), encoding="utf-8")
     result = execute("validate", path).result
     found = result.diagnosis
