@@ -51,3 +51,9 @@ def test_an_uncertain_delay_widens_the_stiffness_to_what_the_shifted_torque_give
     exact, shifted, wide = found
     assert wide.value == exact.value
     assert wide.std >= 0.9 * abs(shifted.value - exact.value) > exact.std
+
+
+def test_a_delay_known_to_20_ms_keeps_the_stiffness_that_a_physical_damping_allows() -> None:
+    found = prepare(spec("0 +- 20 ms"), (log(VEHICLE, 4),), Parameters()).publish().parameters["shaft_stiffness_left"]
+    assert found.value == pytest.approx(plant.truth(VEHICLE)["shaft_stiffness_left"], abs=3 * found.std)
+    assert found.std < 0.01 * found.value

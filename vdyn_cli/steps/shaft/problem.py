@@ -29,7 +29,7 @@ from vdyn_cli.steps.shaft.shaft_readings import readings_of
 from vdyn_cli.steps.shaft.shaft_side import ShaftSide
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 from vdyn_cli.steps.shaft.stiffness_comparison import compared_stiffness
-from vdyn_cli.steps.shaft.torque_clock import torque_delay
+from vdyn_cli.steps.shaft.torque_clock import UNKNOWN, torque_delay
 
 FREE_TORQUE = 50.0  # N m, plausible amplitude of a free profile
 TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: twist of a half-shaft in a tip-in, and its rate
@@ -129,7 +129,9 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     read = cache(lambda seconds: readings_of(spec, logs, seconds))
     delay, clocks = torque_delay(read, spec.settings.torque_delay)
     readings = read(delay.value)
-    near = [read(delay.value + d) for d in (-delay.std, delay.std)] if delay.std else []
+    # A physical damping bounds the delay, however uncertain the stated one is.
+    within = min(delay.std, UNKNOWN)
+    near = [read(delay.value + d) for d in (-within, within)] if within else []
     modulus, findings = _shear_modulus(spec, known)
     sides = []
     for name in SIDES:

@@ -20,6 +20,7 @@ from vdyn_cli.steps.shaft.combined_regression import regression_with_effects
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
 from vdyn_cli.steps.shaft.spec import SectionSpec, SideName
+from vdyn_cli.steps.shaft.torque_clock import UNKNOWN
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 UNIT = "N m/rad"
@@ -61,7 +62,8 @@ class ShaftSide:
     sections : of its drawing. drawing, bar : stiffness, N m/rad, by drawing and by pendulum bar, or None.
     torque_gain : standard deviation of the gain of the torque sensor.
     torque_delay : s, delay of the logged torque; the readings are corrected for its value.
-    shifted : the same readings with the delay one standard deviation smaller and larger; empty where it is exact.
+    shifted : the same readings with the delay one standard deviation smaller and larger, at most ``UNKNOWN``; empty
+        where it is exact.
     """
 
     name: SideName
@@ -175,8 +177,9 @@ class ShaftSide:
             even_if_refused(partial(linear_solution, runs)).values["shaft_stiffness"]
             for runs in (self.runs, *self.shifted)
         )
-        slope = max(abs(other - here) for other in there) / self.torque_delay.std
-        return (Contribution("delay_of_the_torque", self.torque_delay.value, self.torque_delay.std, "s", slope),)
+        within = min(self.torque_delay.std, UNKNOWN)
+        slope = max(abs(other - here) for other in there) / within
+        return (Contribution("delay_of_the_torque", self.torque_delay.value, within, "s", slope),)
 
     def _fit(self, added: AddedEffects) -> ShaftFit:
         return ShaftFit(self.runs, added, self.drawn_bar(added.effects))
