@@ -100,11 +100,19 @@ def coast_downs(
 def _coastdown(seed: int, folder: Path, day: coast.Day, fixed: bool) -> Made:
     vehicle = random_vehicle(seed)
     path = coast_downs(vehicle, seed, folder, day, fixed)
+    _state_calm(path)
     info = coast_information(vehicle, seed, day)
     truth = coast.truth(vehicle)
     if fixed:
         info, truth = info.known(["drag_area"]), {"rolling_resistance": truth["rolling_resistance"]}
     return Made(path, truth, info.bound())
+
+
+def _state_calm(path: Path) -> None:
+    """State in a description what the bound knows: no air moves across the road."""
+    described = yaml.safe_load(path.read_text(encoding="utf-8"))
+    described["settings"] = {**described.get("settings", {}), "crosswind": "0 m/s"}
+    path.write_text(yaml.safe_dump(described, sort_keys=False), encoding="utf-8")
 
 
 def _area(seed: int, folder: Path) -> Made:

@@ -82,6 +82,14 @@ def test_a_shadow_under_the_car_is_a_doubt(tmp_path: Path) -> None:
     assert any(f.doubt and "shadow" in f.remedy for f in shaded.findings)
 
 
+def test_a_car_nearer_than_the_box_has_no_shadow(tmp_path: Path) -> None:
+    """Its widest section appears larger than the box, by perspective."""
+    photo = plant.photo(REFERENCE, 2, distance=12.0, depth=-0.25)
+    result = run(photo, tmp_path, settings={"camera_distance": "12 m", "vehicle_depth": "-0.25 m"})
+    assert result.parameters["frontal_area"].value == pytest.approx(REFERENCE.frontal_area, rel=0.003)
+    assert not result.findings
+
+
 def test_a_bright_car_on_dark_ground_and_a_painted_mask(tmp_path: Path) -> None:
     photo = plant.photo(REFERENCE, 3)
     grey = np.asarray(Image.open(io.BytesIO(photo.png)), dtype=np.uint8)

@@ -28,21 +28,40 @@ def shadow_pixels(shape: Silhouette, spec: AreaSpec, edges: BoxEdges) -> Given:
 
     Where the silhouette extends below the box, the ground is as dark as the car. It then also closes the gap between
     the wheels, whose height is unknown. The pixels that may be ground are those below the box, and above its lower edge
-    those beyond the width of two tires.
+    those beyond the width of two tires, up to the first row in which the gap is open.
+
+    Parameters
+    ----------
+    edges : of the box where the car's widest section would appear.
     """
     covered = shape.inside.sum(axis=1).astype(float)
     row = np.arange(covered.size) + 0.5
     if not _below(shape, edges) > BEYOND:
         return NO_SHADOW
-    gap = (row > edges.bottom - CLEARANCE * edges.down / spec.box.height.value) & (row < edges.bottom)
     tires = TIRES * edges.across / spec.box.width.value
-    most = float(covered[row > edges.bottom].sum() + np.maximum(covered[gap] - tires, 0.0).sum())
+    gap = (row > edges.bottom - CLEARANCE * edges.down / spec.box.height.value) & (row < edges.bottom)
+    closed = np.maximum(covered[gap] - tires, 0.0)[::-1]
+    closed = closed[np.logical_and.accumulate(closed > 0.0)]
+    most = float(covered[row > edges.bottom].sum() + closed.sum())
     return Given(most / 2, most / 12**0.5)
 
 
 def _below(shape: Silhouette, edges: BoxEdges) -> float:
     """Pixels by which the silhouette extends below the box."""
     return float(np.flatnonzero(shape.inside.any(axis=1)).max() + 1 - edges.bottom)
+
+
+def nearer_box(spec: AreaSpec, edges: BoxEdges) -> BoxEdges:
+    """The box as it would appear at the car's widest section, where that is closer to the camera than the box.
+
+    The picture's middle of the box is on the camera's axis; a section at the depth d appears D/(D + d) times as large.
+    """
+    distance = spec.settings.camera_distance
+    if distance is None or spec.settings.vehicle_depth.value >= 0.0:
+        return edges
+    zoom = distance.value / (distance.value + spec.settings.vehicle_depth.value)
+    across, down = (zoom - 1.0) * edges.across / 2, (zoom - 1.0) * edges.down / 2
+    return BoxEdges(edges.left - across, edges.top - down, edges.right + across, edges.bottom + down)
 
 
 def area_budget(pixels: float, edge_std: float, spec: AreaSpec, edges: BoxEdges, shadow: Given = NO_SHADOW) -> Budget:
@@ -107,10 +126,11 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
     if rows.min() == 0 or columns.min() == 0 or rows.max() == shape.inside.shape[0] - 1:
         what = "the silhouette touches the picture's edge"
         found.append(Finding(spec.image, what, remedy="check whether the car is cut off"))
-    left, top, right, _ = edges
+    around = nearer_box(spec, edges)
+    left, top, right, _ = around
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
-    if (below := _below(shape, edges)) > BEYOND:
-        shadow = 200 * shadow_pixels(shape, spec, edges).value / shape.pixels
+    if (below := _below(shape, around)) > BEYOND:
+        shadow = 200 * shadow_pixels(shape, spec, around).value / shape.pixels
         what = f"the silhouette extends below the box: 0 to {shadow:.0f} % of it may be a shadow or the floor"
         remedy = "exclude the shadow under the car, or check the box"
         found.append(Finding(spec.image, what, f"{below:.0f} pixels", remedy, doubt=True))
