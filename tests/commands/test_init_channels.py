@@ -274,6 +274,30 @@ def test_rivals_of_one_name_state_the_devices_below_the_header(tmp_path: Path) -
     assert "not decided between 'speed#1' from 100: gps (24.02 to 30 m/s) and 'speed#2' from 200: obd" in text
 
 
+@pytest.mark.parametrize(
+    ("second", "gain", "chosen"),
+    [
+        ("speed (calc)", 1.0002, "speed (obd)"),  # one speed twice: the first column
+        ("GPS speed", 1.02, "GPS speed"),  # another sensor of the same motion: the one without a wheel radius
+        ("speed (can)", 1.02, "?"),
+        ("GPS speed", 1.2, "?"),
+    ],
+)
+def test_two_speeds_of_the_same_motion(second: str, gain: float, chosen: str, tmp_path: Path) -> None:
+    time = np.arange(600) * 0.1
+    own = {"Time_s": time, "speed (obd)_mpers": 30.0 - 0.4 * time, f"{second}_mpers": gain * (30.0 - 0.4 * time)}
+    found, description = draft("coastdown", table(tmp_path / "run.csv", **own))
+    assert columns(description["channels"])["speed"][0].removesuffix(" [m/s]") == chosen
+    assert ("shows the same motion" in found.text) == (chosen == "GPS speed")
+
+
+def test_the_position_of_a_wheel_is_no_position(tmp_path: Path) -> None:
+    time = np.arange(600) * 0.1
+    names = {"Time_s": time, "RR_Position_": 90 * time % 360, "RR_Wheel Speed_rpm": 300.0 - 4.0 * time}
+    log = table(tmp_path / "wheel.csv", **names, RR_Fx_N=WAVE, RR_Fz_N=WAVE)
+    assert "position" not in draft("coastdown", log)[1]["channels"]
+
+
 def test_the_corner_of_a_single_wheel_s_sensor_is_ignored(tmp_path: Path) -> None:
     rows = "".join(f"{t / 500},{-200 + t},{700 - t},{-60 + 0.1 * t},{40 + 0.1 * t},{0.001 * t}\n" for t in range(300))
     (tmp_path / "wheel.csv").write_text('Time,RR_Fx,RR_Fz,RR_My,"RR_Wheel,Speed",RR_Ax\n' + rows)

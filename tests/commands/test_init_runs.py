@@ -12,7 +12,7 @@ import pytest
 from tests.commands.drafts import WAVE, draft, table
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.reader import ChannelInfo
-from vdyn_cli.project.drafting.run_direction import logged_directions
+from vdyn_cli.project.drafting.run_direction import logged_directions, named_directions
 from vdyn_cli.quantities.errors import InputError
 
 
@@ -266,3 +266,29 @@ def test_the_drafted_windows_of_logs_with_a_torque_are_those_of_the_test(falls: 
     assert description["settings"]["windows"] == ("auto" if falls else "powered")
     assert {"gear_ratio", "wheel_radius", "mass"} <= set(found.undecided)  # the torque needs them
     assert {"gear_ratio", "wheel_radius", "mass", "rotating_mass"} <= set(draft("validate", log)[0].undecided)
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (("drive-27-N.csv", "drive-28-S.csv", "drive-29-N.csv"), ("out", "back", "out")),
+        (("run1_WB.csv", "run2_EB.csv"), ("out", "back")),
+        (("test_s.csv", "other_s.csv"), ("", "")),
+    ],
+)
+def test_a_letter_of_the_compass_in_the_names_of_logs(names: tuple[str, ...], expected: tuple[str, ...]) -> None:
+    assert tuple(one.direction for one in named_directions(names)) == expected
+
+
+def test_a_log_that_turns_back_has_no_direction(tmp_path: Path) -> None:
+    """From first to last place it goes 600 m east, on the way 2.5 km."""
+    east = np.concatenate([np.linspace(0.0, 0.03, 300), np.linspace(0.03, 0.008, 300)])
+    speed = np.concatenate([20.0 + 0.02 * np.arange(300), 26.0 - 0.03 * np.arange(300)])
+    log = table(
+        tmp_path / "run.csv",
+        Time_s=np.arange(600) * 0.2,
+        Speed_mpers=speed,
+        Latitude_deg=45 + 0 * east,
+        Longitude_deg=9.0 + east,
+    )
+    assert "direction" not in draft("coastdown", log)[1]["runs"][0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.file_units import is_unit_of, speed_over_ground, unit_text, words_and_unit
@@ -26,10 +26,12 @@ _Candidate = tuple[ChannelFacts, str, str]  # a column, its unit, and the source
 
 NO_NAME = "no column has such a name"
 _FEWEST_OF_A_WHEEL = 3  # columns of one corner and none of another, from which the log is that of a wheel
-_ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger converted to another unit
+_ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger converted or interpolated
+_SAME_MOTION = 0.05  # of the largest speed: greatest difference of its sensors; a worn tire is 3 % smaller
+_SATELLITE = frozenset(("gps", "gnss", "sat", "satellite"))
 
 _FORWARD = frozenset(("speed", "vehicle_speed"))
-_SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed"))
+_SINGLE = frozenset(("wheel_speed", "speed", "vehicle_speed", "position"))  # the position of a wheel is its angle
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ def guess_channels(
     shared = _shared_corner(facts)
     for channel, quantity in wanted.items():
         guess = _time(facts) if channel == "time" else _guess(channel, quantity, facts, file_name)
-        if shared and guess.why == NO_NAME:
+        if shared and guess.why == NO_NAME and channel != "position":
             guess = _guess(channel, quantity, facts, file_name, shared)
         if guess.facts is not None and id(guess.facts) in used:
             other = used[id(guess.facts)]
@@ -139,12 +141,29 @@ def _guess(
     for name in ("", file_name.split(".")[0]):
         ranked = _ranked(channel, quantity, facts, (name, ignored), others)
         best = _distinct(ranked[min(ranked)], quantity) if ranked else []
+        by = "name and file name" if name else "name"
         if len(best) == 1:
-            return _decided(channel, best[0], facts, "name and file name" if name else "name")
+            return _decided(channel, best[0], facts, by)
+        if channel in _FORWARD and (satellite := _of_satellites(best, quantity)) is not None:
+            others_too = " and ".join(_label(f) for f, _, _ in best if f is not satellite[0])
+            guess = _decided(channel, satellite, facts, by)
+            return replace(
+                guess, why=f"{guess.why}; {others_too} shows the same motion: map it if it is the better one"
+            )
         if best:
             rivals = " and ".join(f"{_label(f)} ({_range(f, unit)})" for f, unit, _ in best[:4])
             return ChannelGuess(None, "", f"not decided between {rivals}{_of_groups(channel, [f for f, _, _ in best])}")
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or NO_NAME)
+
+
+def _of_satellites(best: Sequence[_Candidate], quantity: Quantity) -> _Candidate | None:
+    """The only speed over ground by satellite, which needs no wheel radius, if the others show the same motion."""
+    own = [one for one in best if _words(one[0].column)[0] & _SATELLITE]
+    if len(own) != 1 or any(unit == "?" for _, unit, _ in best):
+        return None
+    shown = [[to_si(x, unit, quantity.unit) for x in (f.highest, *f.ends)] for f, unit, _ in best]
+    apart = max(max(values) - min(values) for values in zip(*shown, strict=True))
+    return own[0] if apart <= _SAME_MOTION * max(max(values) for values in shown) else None
 
 
 def _of_groups(channel: str, best: Sequence[ChannelFacts]) -> str:
@@ -295,11 +314,11 @@ def _distinct(found: Iterable[_Candidate], quantity: Quantity) -> list[_Candidat
 
 
 def _same_in_si(one: _Candidate, other: _Candidate, quantity: Quantity) -> bool:
-    """Whether two columns in different units (km/h and mph) are the same, judged by their ends and extremes."""
-    if "?" in (one[1], other[1]) or one[1] == other[1] or one[0].samples != other[0].samples:
+    """Whether two columns, in one unit or in two (km/h and mph), are the same, judged by their ends and extremes."""
+    if (one[1] == "?") != (other[1] == "?") or one[0].samples != other[0].samples:
         return False
     own, others = (
-        [to_si(x, unit, quantity.unit) for x in (facts.lowest, facts.highest, *facts.ends)]
+        [x if unit == "?" else to_si(x, unit, quantity.unit) for x in (facts.lowest, facts.highest, *facts.ends)]
         for facts, unit, _ in (one, other)
     )
     return max(abs(a - b) for a, b in zip(own, others, strict=True)) <= _ROUNDED * max(map(abs, own))

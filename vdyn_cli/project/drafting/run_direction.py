@@ -26,8 +26,8 @@ _LONGITUDE = re.compile(
 # Words in the names of logs for the two ways along a road: those of the first pair, others as seen from the first log.
 _OPPOSITE = (
     (("out", "hin", "hinfahrt", "forth", "aller"), ("back", "her", "rück", "rueck", "rückfahrt", "return", "retour")),
-    (("north", "nord", "northbound"), ("south", "süd", "sued", "southbound")),
-    (("east", "ost", "eastbound"), ("west", "westbound")),
+    (("north", "nord", "northbound", "n", "nb"), ("south", "süd", "sued", "southbound", "s", "sb")),
+    (("east", "ost", "eastbound", "e", "eb"), ("west", "westbound", "w", "wb")),
     (("uphill", "bergauf"), ("downhill", "bergab")),
 )
 _STRAIGHT = 0.9  # least length of the mean of unit vectors: headings within some 25 degrees of their mean
@@ -131,10 +131,12 @@ def _bearing(facts: Sequence[ChannelFacts]) -> tuple[float, str] | None:
     if places is None:
         return None
     north, east, scale = places.north, places.east, places.degrees
+    shrunk = math.cos(math.radians(north.ends[0] * scale))
     y = (north.ends[1] - north.ends[0]) * scale * METERS_PER_DEGREE
-    x = (east.ends[1] - east.ends[0]) * scale * METERS_PER_DEGREE * math.cos(math.radians(north.ends[0] * scale))
-    if not _SHORTEST_WAY <= math.hypot(x, y) <= _TRACK:
-        return None
+    x = (east.ends[1] - east.ends[0]) * scale * METERS_PER_DEGREE * shrunk
+    widest = math.hypot((north.highest - north.lowest) * scale, (east.highest - east.lowest) * scale * shrunk)
+    if not _SHORTEST_WAY <= math.hypot(x, y) <= _TRACK or math.hypot(x, y) < _STRAIGHT * widest * METERS_PER_DEGREE:
+        return None  # also if the log turns back, such as one of several runs
     return math.degrees(math.atan2(x, y)) % 360.0, f"from first to last '{north.column}' and '{east.column}'"
 
 
