@@ -5,12 +5,12 @@ from __future__ import annotations
 from vdyn_cli.export import Driven, ExportedFiles, ExportOptions
 from vdyn_cli.export.parameter_file import ParameterFile, refuse_missing
 from vdyn_cli.export.receiver_keys import ReceiverKey, left_out, refuse_outside, source_of
+from vdyn_cli.quantities.constants import USUAL_WHEELS
 
 NEEDED = (
     *("mass", "wheelbase", "cg_height", "drag_area", "rolling_resistance", "wheel_inertia", "wheel_radius"),
     "cg_to_rear",
 )
-WHEELS = 4
 # m^2 and 1, of a passenger car and of FASTSim's vehicles. FASTSim uses only the product of area and drag coefficient.
 USUAL_AREA, USUAL_FRICTION = 2.2, 0.7
 DRIVE_TYPES: dict[Driven, str] = {"front": "FWD", "rear": "RWD", "both": "AWD"}
@@ -73,9 +73,10 @@ def _chassis(parameter_file: ParameterFile, options: ExportOptions) -> tuple[lis
         friction_why = source("tire_D")
     else:
         notes.append(f"wheel_fric_coef is assumed to be {USUAL_FRICTION}: tire_D is not given")
+    wheels = found.value("wheels", USUAL_WHEELS)
     if "rotating_mass" in found:
-        wheels = WHEELS * found["wheel_inertia"].value / found["wheel_radius"].value ** 2
-        rest = found["rotating_mass"].value - wheels
+        turning = wheels * found["wheel_inertia"].value / found["wheel_radius"].value ** 2
+        rest = found["rotating_mass"].value - turning
         notes.append(f"{rest:.0f} kg of rotating_mass (driveline) are left out: FASTSim has no key for them")
     share, share_why = _share(parameter_file, options.driven)
     keys = [
@@ -83,7 +84,7 @@ def _chassis(parameter_file: ParameterFile, options: ExportOptions) -> tuple[lis
         ReceiverKey("frontal_area_square_meters", area, area_why, 0.0),
         ReceiverKey("wheel_rr_coef", found["rolling_resistance"].value, source("rolling_resistance"), 0.0),
         ReceiverKey("wheel_inertia_kilogram_square_meters", found["wheel_inertia"].value, source("wheel_inertia"), 0.0),
-        ReceiverKey("num_wheels", WHEELS, "of a car"),
+        ReceiverKey("num_wheels", round(wheels), source("wheels") if "wheels" in found else "of a car"),
         ReceiverKey("wheel_radius_meters", found["wheel_radius"].value, source("wheel_radius"), 0.0),
         ReceiverKey("tire_code", "~", "the radius is given"),
         ReceiverKey("cg_height_meters", found["cg_height"].value, source("cg_height"), 0.0),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from vdyn_cli.export import ExportedFiles, ExportOptions
 from vdyn_cli.export.parameter_file import ParameterFile, completed
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY, USUAL_WHEELS
 
 NEEDED = (
     *("tire_B", "tire_C", "tire_D", "tire_E", "wheel_radius", "tire_vertical_stiffness", "mass"),
@@ -51,7 +51,7 @@ def made(parameter_file: ParameterFile, options: ExportOptions) -> ExportedFiles
     values, assumed = completed(parameter_file, NEEDED, "a tire file")
     why = {name: _why(parameter_file, name, assumed) for name in NEEDED}
     shifts = {name: parameter_file.parameters.value(name, 0.0) for name in SHIFTS}
-    values |= shifts
+    values |= {**shifts, "wheels": parameter_file.parameters.value("wheels", USUAL_WHEELS)}
     why |= {n: _why(parameter_file, n, assumed) if n in parameter_file.parameters else "not fitted" for n in SHIFTS}
     sections = _sections(values, why, options)
     lines = [
@@ -92,7 +92,7 @@ def _source(source: str) -> str:
 
 
 def _sections(v: Mapping[str, float], why: Mapping[str, str], options: ExportOptions) -> dict[str, tuple[_Line, ...]]:
-    load = v["mass"] * GRAVITY / 4
+    load = v["mass"] * GRAVITY / v["wheels"]
     stiffness = v["tire_vertical_stiffness"] / 2  # of one tire; the parameter is that of an axle
     unloaded = v["wheel_radius"] + DEFLECTION_SHARE * load / stiffness
     b, c, d, e = (v[f"tire_{letter}"] for letter in "BCDE")

@@ -55,6 +55,7 @@ TABLE = _named(
 STATED = _named(
     [
         Q("rotating_mass", "kg", "inertia of everything that turns, as mass at the tire contact", "mr", 0, 100_000),
+        Q("wheels", "", "number of wheels, each of a pair of twin wheels counted; 4 if not stated", "n", 1, 60),
         Q("sprung_mass", "kg", "mass carried by the springs", "Ms", 20, 60_000),
         Q("sprung_pitch_inertia", "kg m^2", "pitch inertia of the sprung body about its own center", "Is", 5, 200_000),
         Q("roll_inertia", "kg m^2", "moment of inertia about the roll axis, wheels on the ground", "Ir", 1, 100_000),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from vdyn_cli.physics.models.load_transfer import EXCESS_GAIN, HEAVE_LEVERS
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.quantities.constants import GRAVITY, USUAL_WHEELS
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.cg.spec import CgSpec
@@ -115,8 +115,9 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
     values["reads_gravity"] = 1.0 if spec.settings.accelerometer == "body" else 0.0
     if "wheel_inertia" in known and "wheel_radius" in known:
         inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
-        values["spin"] = 4 * inertia.value / radius
-        std |= {"spin": 4 * inertia.std / radius} if inertia.std > 0 else {}
+        wheels = known.value("wheels", USUAL_WHEELS)
+        values["spin"] = wheels * inertia.value / radius
+        std |= {"spin": wheels * inertia.std / radius} if inertia.std > 0 else {}
     else:
         values["spin"], std["spin"] = USUAL_SPIN * values["mass"], SPIN_STD * values["mass"]
         remedy = "give wheel_inertia and wheel_radius, or pass the result of 'vdyn inertia' with --known"

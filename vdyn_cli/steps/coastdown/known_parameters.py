@@ -8,7 +8,7 @@ import numpy as np
 
 from vdyn_cli.inference import Unknown
 from vdyn_cli.physics.models.road_load import DRIVELINE, DriveSignal
-from vdyn_cli.quantities.constants import ROTATING_SHARE, ROTATING_SHARE_STD
+from vdyn_cli.quantities.constants import ROTATING_SHARE, ROTATING_SHARE_STD, USUAL_WHEELS
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -120,9 +120,10 @@ def _by_wheels(known: Mapping[str, object] | Parameters) -> bool:
 
 
 def _rotating_mass(known: Mapping[str, Given]) -> Given:
-    """J/r^2 of four wheels where their inertia is known, else the usual share of the mass, kg."""
+    """n J/r^2 of n wheels where their inertia is known, else the usual share of the mass, kg."""
     if _by_wheels(known):
         inertia, radius = known["wheel_inertia"], known["wheel_radius"].value
-        return Given(4 * inertia.value / radius**2, 4 * inertia.std / radius**2)
+        wheels = known["wheels"].value if "wheels" in known else USUAL_WHEELS
+        return Given(wheels * inertia.value / radius**2, wheels * inertia.std / radius**2)
     mass = known["mass"].value
     return Given(ROTATING_SHARE * mass, ROTATING_SHARE_STD * mass)

@@ -42,7 +42,7 @@ STEP = Step(
     ),
     scaled=(SPEED_OF_WHEEL, TORQUE_OF_MOTOR),
     reads=(
-        *("mass", "rotating_mass", "wheel_inertia", "wheel_radius", "gear_ratio", "driveline_efficiency"),
+        *("mass", "rotating_mass", "wheels", "wheel_inertia", "wheel_radius", "gear_ratio", "driveline_efficiency"),
         *("air_density", "temperature", "pressure"),
     ),
     run_keys=("direction", "start", "temperature", "wind_speed", "crosswind"),

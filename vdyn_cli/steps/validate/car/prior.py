@@ -11,7 +11,7 @@ from vdyn_cli.inference import Unknown
 from vdyn_cli.physics.models.road_load import Resistances
 from vdyn_cli.physics.models.vehicle_defaults import Completed, complete
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY, ROTATING_SHARE
+from vdyn_cli.quantities.constants import GRAVITY, ROTATING_SHARE, USUAL_WHEELS
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
@@ -202,7 +202,7 @@ def _road_load(v: Mapping[str, float]) -> dict[str, float]:
     if "drag_area" not in v and not parts and {"road_load_f2", "air_density"} <= v.keys():
         found["drag_area"] = 2 * v["road_load_f2"] / v["air_density"]
     if "rotating_mass" not in v and {"wheel_inertia", "wheel_radius"} <= v.keys():
-        inertia = 4 * v["wheel_inertia"] + v.get("driveline_inertia", 0.0)
+        inertia = v.get("wheels", USUAL_WHEELS) * v["wheel_inertia"] + v.get("driveline_inertia", 0.0)
         found["rotating_mass"] = inertia / v["wheel_radius"] ** 2
     elif "rotating_mass" not in v and "mass" in v:
         found["rotating_mass"] = ROTATING_SHARE * v["mass"]
