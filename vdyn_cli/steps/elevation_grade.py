@@ -74,7 +74,8 @@ class ElevationGrade:
     Parameters
     ----------
     time : (n,) s, of the log's samples. distance : (n,) m, driven there. nodes : (m,) m. slope : (m,), uphill.
-    error : (m, r), factor of the covariance of the slope's error.
+    error : (m, r), factor of the covariance of the slope's error. prior : index of the road's spectrum, its rms slope,
+        and the rate of the elevation's walk, m/s^0.5.
     """
 
     time: Array
@@ -82,6 +83,7 @@ class ElevationGrade:
     nodes: Array
     slope: Array
     error: Array
+    prior: tuple[int, float, float]
 
     @property
     def grade(self) -> Array:
@@ -113,11 +115,19 @@ def elevation_grades(logs: Sequence[Log]) -> tuple[ElevationGrade, ...]:
     tracks = [t for log in logs if (t := _track(log)) is not None]
     if len(tracks) < len(logs):
         return ()
-    spectrum, slope, wander = _likeliest(tracks)
-    return tuple(
-        _grade(log.time, t, slope**2 * slope_correlation(t.nodes, spectrum), wander)
-        for log, t in zip(logs, tracks, strict=True)
-    )
+    prior = _likeliest(tracks)
+    return tuple(_grade(log.time, t, prior) for log, t in zip(logs, tracks, strict=True))
+
+
+def late_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade], late: float) -> tuple[ElevationGrade, ...]:
+    """The grades of logs whose elevation lags the speed by ``late`` s, as a filtered one does, with the same priors.
+
+    Parameters
+    ----------
+    logs : as those of ``elevation_grades``. grades : of these logs, without the lag.
+    """
+    tracks = [_track(log, late) for log in logs]
+    return tuple(g if t is None else _grade(g.time, t, g.prior) for g, t in zip(grades, tracks, strict=True))
 
 
 def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[Log, ...]:
@@ -125,8 +135,11 @@ def with_grades(logs: Sequence[Log], grades: Sequence[ElevationGrade]) -> tuple[
     return tuple(log.with_channels(grade=g.grade) for log, g in zip(logs, grades, strict=True))
 
 
-def _track(log: Log) -> _Track | None:
-    """The elevations of a run; None where it covers too few nodes or has too few elevation samples."""
+def _track(log: Log, late: float = 0.0) -> _Track | None:
+    """The elevations of a run, at the places that it passed ``late`` s before they were logged.
+
+    None where it covers too few nodes or has too few elevation samples.
+    """
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST_NODES:
         return None
@@ -135,7 +148,7 @@ def _track(log: Log) -> _Track | None:
     measured = np.isfinite(log["elevation"])
     if distance[-1] < FEWEST_NODES * NODE or measured.sum() < FEWEST_NODES:
         return None
-    height, at = log["elevation"][measured], distance[measured]
+    height, at = log["elevation"][measured], np.interp(log.time[measured] - late, log.time, distance)
     noise = white_level(height, log.time[measured])
     levels = np.unique(np.round(height, 6))
     step = float(np.min(np.diff(levels))) if levels.size > 1 else 0.0
@@ -230,12 +243,13 @@ def _whitened(track: _Track, wander: float, columns: Array) -> tuple[Array, floa
     return white, total
 
 
-def _grade(time: Array, track: _Track, prior: Array, wander: float) -> ElevationGrade:
-    """The posterior mean of the slope, and a factor of its posterior covariance; ``prior`` (m, m) is its covariance."""
+def _grade(time: Array, track: _Track, prior: tuple[int, float, float]) -> ElevationGrade:
+    """The posterior mean of the slope, and a factor of its posterior covariance; for ``prior`` see ElevationGrade."""
+    spectrum, rms, wander = prior
     columns = np.column_stack([track.elevation, np.ones(track.elevation.size), track.rise])
     white, _ = _whitened(track, wander, columns)
     elevation, one, rise = white[:, 0], white[:, 1], white[:, 2:]
-    root = _root(prior)
+    root = _root(rms**2 * slope_correlation(track.nodes, spectrum))
     inner = root.T @ (rise.T @ rise) @ root
     covariance = root @ np.linalg.solve(np.eye(inner.shape[0]) + inner, root.T)
     values, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
@@ -243,4 +257,4 @@ def _grade(time: Array, track: _Track, prior: Array, wander: float) -> Elevation
     about = one - rise @ (covariance @ (rise.T @ one))
     level = float(about @ elevation / (about @ one))  # the height of the start, which has no prior
     likeliest = covariance @ (rise.T @ (elevation - level * one))
-    return ElevationGrade(time, track.distance, track.nodes, likeliest, axes[:, kept] * np.sqrt(values[kept]))
+    return ElevationGrade(time, track.distance, track.nodes, likeliest, axes[:, kept] * np.sqrt(values[kept]), prior)

@@ -83,6 +83,11 @@ class ValidatePolicy:
         0.3, "share of the rms error", "that hills of the opposite sign must remove, to call an elevation reversed",
         "Three times the share for its own sign, because few elevations are reversed; a reversed one removes most.",
     )  # fmt: skip
+    largest_elevation_lag: float = threshold(
+        5.0, "s", "of lag of a logged elevation, up to which its grade is moved to where the drives show the hills",
+        "Filters of barometers and receivers have time constants of 0.5 to 3 s; hills are 10 s long and more, so that "
+        "a larger lag would be that of another hill.",
+    )  # fmt: skip
     missed_std: float = threshold(
         3.0, "standard deviations", "of a correct model's error; the rms error must also exceed this",
         "One error in 400 is as large.",

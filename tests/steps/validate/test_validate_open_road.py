@@ -110,10 +110,12 @@ def test_hills_alone_are_named(tmp_path: Path) -> None:
     assert low < 1.0 < high
 
 
-def described_over_hills(folder: Path, truth: Truth, seed: int, drop: str, sign: float = 1.0) -> Path:
+def described_over_hills(
+    folder: Path, truth: Truth, seed: int, drop: str, sign: float = 1.0, late: float = 0.0
+) -> Path:
     """Three drives without windows, described as on a level road; an elevation in steps of a meter is logged.
 
-    ``drop``: the channel that is not mapped. ``sign``: of the logged elevation.
+    ``drop``: the channel that is not mapped. ``sign``: of the logged elevation. ``late``: s, by which it is.
     """
     drives = [drive(truth, 1000 * seed + k, SHORT) for k in range(3)]
     described = dict(description(folder, drives))
@@ -122,7 +124,8 @@ def described_over_hills(folder: Path, truth: Truth, seed: int, drop: str, sign:
     described["channels"] = {name: one for name, one in channels.items() if name != drop}
     for k, one in enumerate(drives):
         rise = np.diff(one.time) * one.speed[1:] * np.sin(np.arctan(one.slope[1:]))
-        height = np.round(500.0 + sign * np.r_[0.0, np.cumsum(rise)])
+        height = np.interp(one.time - late, one.time, np.r_[0.0, np.cumsum(rise)])
+        height = np.round(500.0 + sign * height)
         rows = zip(one.time, one.speed, one.torque, one.felt, height, strict=True)
         lines = ["t;v;T;a;z", *(f"{t:.2f};{v:.4f};{q:.3f};{f:.4f};{z:.0f}" for t, v, q, f, z in rows)]
         (folder / f"drive_{k}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -174,6 +177,18 @@ def test_an_elevation_gives_the_grade_also_with_the_wrong_sign(tmp_path: Path, s
         assert np.corrcoef(log["grade"], slope)[0, 1] > 0.8
     (found,) = [f for f in problem.findings if f.where == "channels.elevation"]
     assert found.doubt is doubted
+
+
+def test_a_late_elevation_gives_the_grade_where_the_hills_are(tmp_path: Path) -> None:
+    described = described_over_hills(tmp_path, Truth(loss=0.0), 11, "acceleration", late=2.0)
+    read = gather(load_step("validate"), described, ())
+    problem = prepare(read.spec, read.data, read.known)
+    for log, one in zip(problem.logs, [drive(Truth(loss=0.0), 11_000 + k, SHORT) for k in range(3)], strict=True):
+        slope = np.interp(log.time, one.time, one.slope)
+        there, before = (np.corrcoef(log["grade"], np.interp(log.time - t, log.time, slope))[0, 1] for t in (0.0, 2.0))
+        assert there > before
+    (late,) = [f.what for f in problem.findings if "s late" in f.what]
+    assert float(late.split()[3]) == pytest.approx(2.0, abs=0.4)
 
 
 def test_nothing_is_found_on_a_level_road_without_losses(tmp_path: Path) -> None:

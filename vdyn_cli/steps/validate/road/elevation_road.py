@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.elevation_grade import elevation_grades, with_grades
+from vdyn_cli.steps.elevation_grade import elevation_grades, late_grades, with_grades
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.road.slope_evidence import shown_slope
+
+LAG_ROUNDS = 4  # linearizations of the elevation's lag
+LAG_SETTLED = 0.05  # s, change of the lag that ends them: 1 m of road at 20 m/s
 
 
 def with_logged_elevation(problem: ValidateProblem) -> ValidateProblem:
@@ -43,4 +46,30 @@ def with_logged_elevation(problem: ValidateProblem) -> ValidateProblem:
         what = f"the drives show {share:.2f} times the slope of the elevation: it has the wrong sign, and was reversed"
         remedy = "add 'sign: -1' to the channel, or check that its logs belong to these drives"
     finding = Finding("channels.elevation", what, remedy=remedy, minor=share > 0.0, doubt=share < 0.0)
-    return replace(problem, logs=with_grades(problem.logs, used), grades=used, findings=(*problem.findings, finding))
+    made = replace(problem, logs=with_grades(problem.logs, used), grades=used, findings=(*problem.findings, finding))
+    return _on_time(made, problem) if share > 0.0 else made
+
+
+def _on_time(made: ValidateProblem, logged: ValidateProblem) -> ValidateProblem:
+    """The problem with the grades ``made`` of the elevation of ``logged``, moved to where the drives show their hills.
+
+    A barometer and its filter lag by a second or more, in which the car drives 20 m and more. To first order, a lag
+    T of the elevation changes the speed as the slope -T di/dt; T is found by linearizing again about the last value.
+    """
+    now, late = made, 0.0
+    for count in range(LAG_ROUNDS):
+        rates = [np.gradient(g.grade, g.time) for g in now.grades]
+        change, reduction = shown_slope(now.baseline, now.logs, rates)
+        if count == 0 and reduction < STEP_POLICY.hills_gain:
+            return made
+        late += change
+        if not 0.0 < late < STEP_POLICY.largest_elevation_lag:
+            return made
+        grades = late_grades(logged.logs, made.grades, late)
+        now = replace(made, logs=with_grades(logged.logs, grades), grades=grades)
+        if abs(change) < LAG_SETTLED:
+            break
+    what = f"the elevation is {late:.2g} s late: the drives show its hills earlier, and its grade was moved there"
+    remedy = "map 'grade' if it is known better"
+    finding = Finding("channels.elevation", what, remedy=remedy, minor=True)
+    return replace(now, findings=(*now.findings, finding))
