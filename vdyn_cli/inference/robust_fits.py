@@ -1,4 +1,4 @@
-"""Linear fits that outliers hardly affect, by iteratively reweighted least squares."""
+"""Linear fits of columns of any units: least squares, and fits that outliers hardly affect (reweighted)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,23 @@ from vdyn_cli.quantities.arrays import Array, median_deviation
 ABSOLUTE_ROUNDS = 30  # reweightings for least absolute deviations
 HUBER_ROUNDS = 10  # reweightings with Huber's weights
 HUBER = 1.345  # standard deviations: 95 % efficient for normal noise
+
+
+def least_squares(columns: Array, y: Array) -> tuple[Array, Array]:
+    """Coefficients (k,) of least squares, and the residual (n,).
+
+    Parameters
+    ----------
+    columns : (n, k), of any units. y : (n,).
+    """
+    scale = _scales(columns)
+    found = np.linalg.lstsq(columns / scale, y, rcond=None)[0] / scale
+    return np.asarray(found), np.asarray(y - columns @ found)
+
+
+def _scales(columns: Array) -> Array:
+    """Rms (k,) of each column, by which it is divided so that units do not matter."""
+    return np.asarray(np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300))
 
 
 def least_absolute_deviations(design: Array, values: Array) -> Array:
@@ -37,11 +54,12 @@ def huber_fit(columns: Array, y: Array) -> tuple[Array, float]:
 
     Source: Huber, Annals of Mathematical Statistics 35 (1964) 73.
     """
-    scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
-    weight, found, scatter = np.ones(y.size), np.zeros(columns.shape[1]), 0.0
+    scale = _scales(columns)
+    weight, scatter = np.ones(y.size), 0.0
+    found = np.zeros(columns.shape[1], dtype=np.float64)
     for _ in range(HUBER_ROUNDS):
         root = np.sqrt(weight)
-        found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0]
+        found = np.linalg.lstsq(columns / scale * root[:, None], y * root, rcond=None)[0].astype(np.float64)
         left = y - columns / scale @ found
         scatter = median_deviation(left - np.median(left))
         weight = 1.0 / np.maximum(np.abs(left) / max(HUBER * scatter, 1e-12), 1.0)

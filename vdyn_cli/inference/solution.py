@@ -76,6 +76,11 @@ class Solution:
         """The values (k,) of shared and per-run unknowns in one run."""
         return np.array([self.per_run[u.name][run] if u.per_run else self.values[u.name] for u in unknowns])
 
+    def half_width(self, name: str) -> float:
+        """Half the 95 % interval of a shared unknown."""
+        low, high = self.interval95[name]
+        return 0.5 * (high - low)
+
     def move_from(self, before: Mapping[str, float]) -> float:
         """Largest change of these values by the fit, in standard deviations; infinite where one with none changes."""
         return max((_ratio(abs(self.values[n] - at), self.std[n]) for n, at in before.items()), default=0.0)

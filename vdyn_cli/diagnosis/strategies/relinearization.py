@@ -119,16 +119,8 @@ class Relinearization:
 
     def about_likely(self, effect: str) -> FittedModel | None:
         """The fit with only this effect, linearized about its likely amplitude; None where it fails."""
-        likely = self.likely_size(effect)
-        if likely is None:
-            return None
-        if (effect,) not in self._fits:
-            first = amplitudes_of(self.setup.candidates[effect])[0]
-            try:
-                self._fits[(effect,)] = self._twice((effect,), {first: likely[0]})
-            except (ResultError, ArithmeticError):
-                return None
-        return self._fits[(effect,)]
+        likely, first = self.likely_size(effect), amplitudes_of(self.setup.candidates[effect])[0]
+        return None if likely is None else self.from_values((effect,), {first: likely[0]})
 
     def nondifferentiable(self, effects: Sequence[str]) -> bool:
         """Whether any of these effects has no slope at zero, so that its likely amplitude is used instead."""

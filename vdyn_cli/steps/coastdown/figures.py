@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes
+from vdyn_cli.steps.coastdown.doubts.agreement import LocalForces
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.fit.residuals import by_speed, run_forces
-from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 
 Role = Literal["measured", "accent", "muted"]
 
@@ -36,25 +37,20 @@ def comparisons(fit: RoadLoadFit) -> tuple[Comparison, ...]:
 
 
 def figures(
-    fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes], agreement: Figure | None
+    fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes], local: LocalForces | None
 ) -> tuple[Figure, ...]:
     """The road load, its residuals over speed and over runs, and the joint region of the main parameters.
 
     Parameters
     ----------
-    times : of pairs of coasts. agreement : of the fit with local decelerations.
+    times : of pairs of coasts. local : forces by local decelerations.
     """
-    made = (_road_load(fit, load, times), agreement, _residual_force(fit), _run_forces(fit), _ellipse(fit))
-    return tuple(f for f in made if f is not None)
+    made = (_agreement(fit, load, local), _residual_force(fit), _run_forces(fit), _ellipse(fit))
+    return (_road_load(fit, load, times), *(f for f in made if f is not None))
 
 
 def _road_load(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) -> Figure:
-    speed = np.linspace(*fit.speeds, 60)
-    force, (low, high) = np.asarray(load.force(speed)), load.interval(speed)
-    series = [
-        Series("95 % band", 3.6 * speed, low, "band", high, role="muted"),
-        Series("fitted", 3.6 * speed, force, role="simulated"),
-    ]
+    series = _load(fit, load)
     if times:
         at, each = np.array([t.speed for t in times]), np.array([t.force(fit.inertia) for t in times])
         error = np.array([t.force_error(fit.inertia) for t in times])
@@ -70,6 +66,33 @@ def _road_load(fit: RoadLoadFit, load: RoadLoad, times: Sequence[CoastTimes]) ->
         "force [N]",
         tuple(series),
     )
+
+
+def _agreement(fit: RoadLoadFit, load: RoadLoad, local: LocalForces | None) -> Figure | None:
+    """Force from the measured decelerations and fitted road load, over speed."""
+    if local is None:
+        return None
+    at, force, half = 3.6 * local.speed, local.measured, local.half
+    return Figure(
+        "agreement",
+        "Force from local decelerations",
+        "Points: inertia times the slope of the measured speed in classes of speed, mean of both directions, with "
+        "the 95 % interval of runs and road. Line and band: the fitted road load. Good: the bars reach the band. "
+        "Bad: they miss it at one end; then the noise model hides a force that all runs have.",
+        "speed [km/h]",
+        "force [N]",
+        (*_load(fit, load), Series("from decelerations", at, force, "points", error=half, role="measured")),
+    )
+
+
+def _load(fit: RoadLoadFit, load: RoadLoad) -> list[Series]:
+    """The fitted road load over the speeds of the runs, with its 95 % band."""
+    speed = np.linspace(*fit.speeds, 60)
+    force, (low, high) = np.asarray(load.force(speed)), load.interval(speed)
+    return [
+        Series("95 % band", 3.6 * speed, low, "band", high, role="muted"),
+        Series("fitted", 3.6 * speed, force, role="simulated"),
+    ]
 
 
 def _residual_force(fit: RoadLoadFit) -> Figure | None:
@@ -120,15 +143,14 @@ def _by_direction(fit: RoadLoadFit) -> list[tuple[str, NDArray[np.intp], Role]]:
 
 def _ellipse(fit: RoadLoadFit) -> Figure | None:
     """The joint 95 % region of rolling resistance and drag area."""
-    names = ("rolling_resistance", "drag_area")
     solution = fit.solution
-    if not set(names) <= set(solution.names):
+    if not set(MAIN) <= set(solution.names):
         return None
-    at = [solution.names.index(n) for n in names]
+    at = [solution.names.index(n) for n in MAIN]
     spread = np.linalg.cholesky(solution.covariance[np.ix_(at, at)])
     turn = np.linspace(0, 2 * np.pi, 90)
     edge = ELLIPSE * spread @ np.array([np.cos(turn), np.sin(turn)])
-    center = np.array([solution.values[n] for n in names])
+    center = np.array([solution.values[n] for n in MAIN])
     return Figure(
         "ellipse",
         "Rolling resistance against drag area",

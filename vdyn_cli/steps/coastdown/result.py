@@ -23,10 +23,10 @@ from vdyn_cli.steps.coastdown.doubts.fit_quality import physical_sizes
 from vdyn_cli.steps.coastdown.doubts.result_doubts import implausible_drag
 from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.fit.residuals import held_out_rms
-from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.noise import noise_of
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed, table_speeds
-from vdyn_cli.steps.coastdown.road_load_estimates import MAIN, SOURCE, RoadLoadEstimates
+from vdyn_cli.steps.coastdown.road_load_estimates import SOURCE, RoadLoadEstimates
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 
 
@@ -46,7 +46,7 @@ def result_of(
     loads = {"as tested": load} | ({} if corrected is None else {"corrected": corrected})
     tables = [text.coefficients(loads), text.forces(loads, table_speeds(fit.speeds))]
     tables += [text.times(estimates.times, load, fit.inertia)] if estimates.times else []
-    tables += [estimates.quality.table()] if estimates.quality.shifts else []
+    tables += [text.influence(estimates.quality.shifts, estimates.quality.fit)] if estimates.quality.shifts else []
     tables += [text.rejections(estimates.selection.rejected)] if estimates.selection.rejected else []
     parameters, extra = _parameters(estimates, frontal_area), _extra(estimates)
     findings += implausible_drag(parameters.get("drag_coefficient"))
@@ -60,7 +60,7 @@ def result_of(
             fit, extra["separation"]["words"], estimates.test, estimates.reference, estimates.temperature_effect
         ),
         figures.comparisons(fit),
-        figures.figures(fit, load, estimates.times, estimates.quality.figure(load)),
+        figures.figures(fit, load, estimates.times, estimates.quality.local),
         tuple(tables),
         findings,
         extra,

@@ -33,12 +33,11 @@ from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     one_sided,
     road_load_of,
 )
-from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.road.accelerometer_zero import AccelerometerZero
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 
 SOURCE = "coastdown"
-MAIN = ("rolling_resistance", "drag_area")
 NO_GUSTS = {"gust": 0.0, "gust_time": 8.0, "run_wind": 0.0, "run_force": 0.0}  # plain least squares estimates none
 
 
@@ -179,7 +178,7 @@ def changing_drag(estimates: RoadLoadEstimates) -> DragOverSpeed | None:
     if not estimates.coasting or estimates.fixed or not any(adds_resistance(e) for e in estimates.effects):
         return None
     found = drag_over_speed(estimates.load, fit.speeds, fit.at["mass"], _air_density(fit))
-    half = 0.5 * float(np.diff(fit.solution.interval95["drag_area"])[0])
+    half = fit.solution.half_width("drag_area")
     return found if found is not None and found.matters(fit.at["drag_area"], half) else None
 
 

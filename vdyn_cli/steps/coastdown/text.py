@@ -20,7 +20,7 @@ from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     Conditions,
     RoadLoad,
 )
-from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 
 UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
 FITTED = {
@@ -43,7 +43,7 @@ def sentence(
     speed : at which the road load is quoted, m/s. logs : how many runs were fitted, such as "8 runs".
     """
     parts = []
-    for name in ("rolling_resistance", "drag_area"):
+    for name in MAIN:
         e = estimates[name]
         label, unit = name.replace("_", " "), f" {e.unit}" if e.unit else ""
         if name in fixed:
@@ -195,6 +195,18 @@ def times(found: Sequence[CoastTimes], load: RoadLoad, inertia: float) -> Table:
         "The accuracies use Student's t. The force from the time assumes no model but inertia: it should agree with "
         "the fitted one.",
     )
+
+
+def influence(shifts: Mapping[str, Mapping[str, float]], fit: RoadLoadFit) -> Table:
+    """Table of the ``shifts`` of the main parameters by each run, in half-widths of the 95 % interval."""
+    halves = {n: fit.solution.half_width(n) for n in next(iter(shifts.values()))}
+    rows = tuple(
+        (run, *(f"{each[n]:+.2g} ({abs(each[n]) / half:.2f})" for n, half in halves.items()))
+        for run, each in shifts.items()
+    )
+    caption = "Shift when a run is left out, to first order; in brackets in half-widths of the 95 % interval."
+    columns = ("run", *(n.replace("_", " ") for n in halves))
+    return Table("influence", "Influence of each run", columns, rows, caption)
 
 
 def rejections(rejected: Sequence[RejectedSegment]) -> Table:

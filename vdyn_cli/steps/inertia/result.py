@@ -12,12 +12,11 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
-from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.spin_torque import spin_torques, torque_summary
-from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, standard_distance
+from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, refuse_zero, standard_distance
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
@@ -55,10 +54,7 @@ def inertia_result(
         amplitudes=effect_amplitudes(road.solution, unknowns) if road else {},
         restate=restate,
     )
-    if answer.interval95[0] <= 0:
-        got, remedy = text.not_determined(answer)
-        finding = Finding("wheel_inertia", "is not determined: its interval contains zero", got, remedy)
-        raise UnpublishedError((finding,), result)
+    refuse_zero(result, *text.not_determined(answer))
     return result
 
 

@@ -13,12 +13,11 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Figure, Result, Series
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
-from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance
 from vdyn_cli.steps.inertia.spec import InertiaSettings
 from vdyn_cli.steps.inertia.spin_torque import spin_torques, torque_summary
-from vdyn_cli.steps.inertia.wheel_inertia import UNIT
+from vdyn_cli.steps.inertia.wheel_inertia import UNIT, refuse_zero
 from vdyn_cli.steps.interval_text import with_interval
 
 # Standard deviation of the gain: torque transducers of class 0.1 to 0.5 (DIN 51309) with their mounting and amplifier.
@@ -68,10 +67,7 @@ def stand_result(
         tuple(dict.fromkeys((*findings, *_without_stand_inertia(settings), *assumed))),
         amplitudes=effect_amplitudes(solution, unknowns),
     )
-    if budget.interval95[0] <= 0:
-        what = "is not determined: its interval contains zero"
-        remedy = "repeat with more spins, and with at least twice the torque"
-        raise UnpublishedError((Finding("wheel_inertia", what, f"{budget.value:.3g} {UNIT}", remedy),), result)
+    refuse_zero(result, f"{budget.value:.3g} {UNIT}", "repeat with more spins, and with at least twice the torque")
     return result
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from vdyn_cli.inference.uncertainty_budget import Budget, weighted_mean
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.failure import UnpublishedError
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing
 from vdyn_cli.steps.pendulum.pendulum_inertia import MeasuredPeriod, inertia_budget
@@ -79,3 +81,15 @@ def published_inertia(road: RoadInertia | None, pendulum: PendulumInertia | None
     if road is None or radius_or_mass_exact(road) or abs(standard_distance(road, pendulum)) > STEP_POLICY.agreeing_std:
         return pendulum.budget
     return weighted_mean({"road": road.budget, "pendulum": pendulum.budget}, UNIT)
+
+
+def refuse_zero(result: Result, got: str, remedy: str) -> None:
+    """Refuse a result where the interval of the inertia contains zero.
+
+    Raises
+    ------
+    UnpublishedError : it does; ``got`` and ``remedy`` are those of the finding.
+    """
+    if result.parameters["wheel_inertia"].interval95[0] <= 0:
+        what = "is not determined: its interval contains zero"
+        raise UnpublishedError((Finding("wheel_inertia", what, got, remedy),), result)

@@ -17,7 +17,7 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
-from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -145,16 +145,12 @@ def bonferroni_factor(classes: int) -> float:
 def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
     """Rolling resistance and drag area (m^2) that fit the local forces; those of the two that are estimated.
 
-    Least squares of measured minus fitted force on M g and 1/2 rho V^2, weighted by the intervals.
+    Least squares of measured minus fitted force, weighted by the intervals.
     """
-    columns = {
-        "rolling_resistance": np.full(found.speed.size, fit.at["mass"] * GRAVITY),
-        "drag_area": 0.5 * fit.at["air_density"] * found.speed**2,
-    }
-    names = [n for n in columns if n in fit.solution.names]
-    matrix = np.column_stack([columns[n] for n in names]) / found.half[:, None]
+    per_unit = fit.main_forces(found.speed)
+    matrix = np.column_stack([*per_unit.values()]) / found.half[:, None]
     step = np.linalg.lstsq(matrix, (found.measured - found.fitted) / found.half, rcond=None)[0]
-    return {n: fit.solution.values[n] + float(d) for n, d in zip(names, step, strict=True)}
+    return {n: fit.solution.values[n] + float(d) for n, d in zip(per_unit, step, strict=True)}
 
 
 def widened_to_include(solution: Solution, other: Mapping[str, float]) -> Solution:
@@ -181,7 +177,7 @@ def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
     The sum of the deletions of the run's units (inference.intervals.Spread).
     """
     solution = fit.solution
-    shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]
+    shared = [(i, n) for i, n in enumerate(solution.names) if n in MAIN]
     found: dict[str, dict[str, float]] = {}
     if len(fit.campaign.runs) < 2:
         return found

@@ -19,7 +19,6 @@ import numpy as np
 
 from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.quantities.arrays import Array, rms
-from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
@@ -47,13 +46,12 @@ def crosswind_shift(fit: RoadLoadFit, stated: float | None) -> tuple[Mapping[str
     ----------
     stated : rms crosswind of the runs, m/s; None where it is not known: that of ``likely_crosswind`` then.
     """
-    campaign, solution = fit.campaign, fit.solution
+    campaign = fit.campaign
     across = likely_crosswind(fit) if stated is None else stated
     if campaign.drive != "coasting" or not campaign.speed_fitted or not across:
         return {}, ()
     shift = parameter_shift(fit, lambda speed: crosswind_force(fit.at, speed, across))
-    halves = {n: 0.5 * float(np.diff(solution.interval95[n])[0]) for n in shift}
-    if all(abs(d) < MATERIAL * halves[n] for n, d in shift.items()):
+    if not is_material(fit, shift):
         return shift, ()
     force = float(crosswind_force(fit.at, np.array([np.mean(fit.speeds)]), across)[0])
     if stated is not None:
@@ -66,6 +64,11 @@ def crosswind_shift(fit: RoadLoadFit, stated: float | None) -> tuple[Mapping[str
     )
     remedy = "give the measured 'crosswind' of each run, or 'settings: {crosswind: 0 m/s}' for a calm day"
     return shift, (Finding("runs", what, remedy=remedy),)
+
+
+def is_material(fit: RoadLoadFit, shift: Mapping[str, float]) -> bool:
+    """Whether a shift of rolling resistance or drag area (m^2) lengthens one side of its interval by a tenth."""
+    return not all(abs(d) < MATERIAL * fit.solution.half_width(n) for n, d in shift.items())
 
 
 def stated_crosswind(spec: CoastdownSpec) -> float | None:
@@ -105,17 +108,13 @@ def crosswind_force(at: Mapping[str, float], speed: Array, across: float) -> Arr
 def parameter_shift(fit: RoadLoadFit, force: Callable[[Array], Array]) -> Mapping[str, float]:
     """Shift of rolling resistance and drag area (m^2) by a force over speed, for those of the two that are estimated.
 
-    Least squares of the force on M g and 1/2 rho V^2 over the fitted speeds.
+    Least squares of the force over the fitted speeds.
 
     Parameters
     ----------
     force : speed (n,) m/s -> force (n,) N.
     """
-    at, speed = fit.at, np.linspace(*fit.speeds, SPEEDS)
-    columns = {
-        "rolling_resistance": np.full(SPEEDS, at["mass"] * GRAVITY),
-        "drag_area": 0.5 * at["air_density"] * speed**2,
-    }
-    names = [n for n in columns if n in fit.solution.names]
-    found = np.linalg.lstsq(np.column_stack([columns[n] for n in names]), force(speed), rcond=None)[0]
-    return dict(zip(names, found.tolist(), strict=True))
+    speed = np.linspace(*fit.speeds, SPEEDS)
+    per_unit = fit.main_forces(speed)
+    found = np.linalg.lstsq(np.column_stack([*per_unit.values()]), force(speed), rcond=None)[0]
+    return dict(zip(per_unit, found.tolist(), strict=True))

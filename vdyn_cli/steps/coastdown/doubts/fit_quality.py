@@ -11,7 +11,6 @@ import numpy as np
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number, two_digits
-from vdyn_cli.quantities.result import Figure, Series, Table
 from vdyn_cli.steps.coastdown.doubts.agreement import (
     LocalForces,
     alternative,
@@ -25,7 +24,6 @@ from vdyn_cli.steps.coastdown.doubts.changed_runs import ChangedRuns, changed_ru
 from vdyn_cli.steps.coastdown.doubts.one_way import unbalanced_finding, widened_if_one_way, widened_if_unbalanced
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.doubts.sheltered_wind import sheltered_wind_finding, sheltered_wind_shift
-from vdyn_cli.steps.coastdown.fit.reference_conditions import RoadLoad
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.coastdown.noise import LARGEST_GUST
@@ -165,47 +163,8 @@ class FitQuality:
 
     def _carries(self, name: str, shift: float) -> bool:
         """Whether a run shifts an unknown by more than the half interval that the other runs alone give."""
-        half, std = 0.5 * float(np.diff(self.fit.solution.interval95[name])[0]), self.fit.solution.std[name]
+        half, std = self.fit.solution.half_width(name), self.fit.solution.std[name]
         return bool(abs(shift) > half * np.sqrt(max(1.0 - (shift / std) ** 2, LEAST_OTHERS)))
-
-    def table(self) -> Table:
-        """Influence of each run, in half-widths of the 95 % interval."""
-        names = list(next(iter(self.shifts.values()), {}))
-        rows = []
-        for run, shifts in self.shifts.items():
-            cells = []
-            for name in names:
-                low, high = self.fit.solution.interval95[name]
-                cells.append(f"{shifts[name]:+.2g} ({abs(shifts[name]) / (0.5 * (high - low)):.2f})")
-            rows.append((run, *cells))
-        caption = "Shift when a run is left out, to first order; in brackets in half-widths of the 95 % interval."
-        return Table(
-            "influence", "Influence of each run", ("run", *(n.replace("_", " ") for n in names)), tuple(rows), caption
-        )
-
-    def figure(self, load: RoadLoad) -> Figure | None:
-        """Force from the measured decelerations and fitted road load, over speed."""
-        local = self.local
-        if local is None:
-            return None
-        speed = np.linspace(*self.fit.speeds, 60)
-        force, (low, high) = np.asarray(load.force(speed)), load.interval(speed)
-        return Figure(
-            "agreement",
-            "Force from local decelerations",
-            "Points: inertia times the slope of the measured speed in classes of speed, mean of both directions, with "
-            "the 95 % interval of runs and road. Line and band: the fitted road load. Good: the bars reach the band. "
-            "Bad: they miss it at one end; then the noise model hides a force that all runs have.",
-            "speed [km/h]",
-            "force [N]",
-            (
-                Series("95 % band", 3.6 * speed, low, "band", high, role="muted"),
-                Series("fitted", 3.6 * speed, force, role="simulated"),
-                Series(
-                    "from decelerations", 3.6 * local.speed, local.measured, "points", error=local.half, role="measured"
-                ),
-            ),
-        )
 
 
 def quality_of(fit: RoadLoadFit) -> FitQuality:

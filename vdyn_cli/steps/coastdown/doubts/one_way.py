@@ -21,11 +21,10 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.doubts.crosswind import parameter_shift
 from vdyn_cli.steps.coastdown.fit.residuals import fitted_to
-from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FEWEST_FOR_WIND = 4  # runs from which the diagnosis estimates a headwind: two of each direction
-ESTIMATED = ("rolling_resistance", "drag_area")
 
 
 def is_one_way(fit: RoadLoadFit) -> bool:
@@ -72,9 +71,9 @@ def widened_if_unbalanced(fit: RoadLoadFit) -> Solution:
     except ResultError:
         return fit.solution
     farthest = {}
-    for name in (n for n in ESTIMATED if n in fit.solution.names):
+    for name in (n for n in MAIN if n in fit.solution.names):
         shift = float(np.mean([one.values[name] for one in sides])) - fit.solution.values[name]
-        half = 0.5 * float(np.hypot.reduce([0.5 * np.ptp(one.interval95[name]) for one in sides]))
+        half = 0.5 * float(np.hypot.reduce([one.half_width(name) for one in sides]))
         farthest[name] = fit.solution.values[name] + shift + float(np.copysign(half, shift))
     return widened_to_include(fit.solution, farthest)
 

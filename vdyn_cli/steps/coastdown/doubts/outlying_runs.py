@@ -12,7 +12,7 @@ import numpy as np
 
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.run_change import WARMING
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -123,7 +123,7 @@ def influential_runs(fit: RoadLoadFit, level: float) -> dict[str, tuple[str, ...
     level : probability that any run of a campaign without outliers is named, over all runs and unknowns (Bonferroni).
     """
     solution, runs = fit.solution, fit.campaign.runs
-    shared = [(i, n) for i, n in enumerate(solution.names) if n in ("rolling_resistance", "drag_area")]
+    shared = [(i, n) for i, n in enumerate(solution.names) if n in MAIN]
     found: dict[str, tuple[str, ...]] = {}
     for k, run in enumerate(runs):
         mine = np.array([u.change for u in solution.units if u.run == k])

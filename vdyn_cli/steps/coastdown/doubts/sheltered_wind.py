@@ -17,7 +17,7 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.coastdown.doubts.crosswind import MATERIAL, parameter_shift
+from vdyn_cli.steps.coastdown.doubts.crosswind import is_material, parameter_shift
 from vdyn_cli.steps.coastdown.doubts.one_way import is_one_way
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_regression import effects_of
@@ -55,8 +55,7 @@ def mean_wind(fit: RoadLoadFit) -> float:
 
 def sheltered_wind_finding(fit: RoadLoadFit, shift: Mapping[str, float]) -> tuple[Finding, ...]:
     """A note where the shift lengthens an interval of the fit by a tenth."""
-    half = {n: 0.5 * float(np.diff(fit.solution.interval95[n])[0]) for n in shift}
-    if all(abs(s) < MATERIAL * half[n] for n, s in shift.items()):
+    if not is_material(fit, shift):
         return ()
     what = (
         f"a wind of {mean_wind(fit):.1f} m/s along the track that is stronger at one end of it (trees, buildings) is "

@@ -81,6 +81,6 @@ def with_speed_gain(fit: RoadLoadFit, gain: SpeedGain | None) -> tuple[RoadLoadF
         return fit, ()
     solution: Solution = fit.solution
     other = {n: solution.values[n] * gain.common.value**p for n, p in POWERS.items() if n in solution.names}
-    halves = {n: 0.5 * (solution.interval95[n][1] - solution.interval95[n][0]) for n in other}
-    material = any(abs(v - solution.values[n]) > QUALITY.material_shift * halves[n] for n, v in other.items())
+    least = {n: QUALITY.material_shift * solution.half_width(n) for n in other}
+    material = any(abs(v - solution.values[n]) > least[n] for n, v in other.items())
     return replace(fit, solution=widened_to_include(solution, other)), (gain_finding(gain.common, material),)

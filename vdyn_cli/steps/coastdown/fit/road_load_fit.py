@@ -20,6 +20,7 @@ from vdyn_cli.engine.simulate import Simulated
 from vdyn_cli.inference import RefusedFitError, Regression, Solution, approach, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_regression import (
@@ -34,6 +35,7 @@ from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, START, RoadLo
 
 NOISE_ROUNDS = 3  # of noise amplitudes and fit, at most
 SETTLED = 1.0  # standard deviations by which the last round may move an estimate: the model is nearly linear there
+MAIN = ("rolling_resistance", "drag_area")
 CONVERGED = 1e-6  # of one residual variance: a further step would move a value by 1e-3 of its standard deviation
 
 
@@ -68,9 +70,17 @@ class RoadLoadFit:
     @property
     def speeds(self) -> tuple[float, float]:
         """Lowest and highest speed of the fitted runs, m/s."""
-        return float(min(r.speed.min() for r in self.campaign.runs)), float(
-            max(r.speed.max() for r in self.campaign.runs)
-        )
+        every = np.concatenate([r.speed for r in self.campaign.runs])
+        return float(every.min()), float(every.max())
+
+    def main_forces(self, speed: Array) -> dict[str, Array]:
+        """Change of the road load, (n,) N at speeds (n,) m/s, per unit of each main parameter that is estimated.
+
+        M g of rolling resistance, 1/2 rho V^2 of drag area
+        """
+        weight = np.full(speed.size, self.at["mass"] * GRAVITY)
+        each = dict(zip(MAIN, (weight, 0.5 * self.at["air_density"] * speed**2), strict=True))
+        return {n: force for n, force in each.items() if n in self.solution.names}
 
     def simulate(self, run: int) -> Simulated:
         """The run simulated at its samples, with the fitted parameters."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,10 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
 from vdyn_cli.steps.validate.drives.span_averages import least_over_span, level_rate, mean_over_span, slope_over_span
+
+# Of a drive: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade; drive torque
+# (n,) N m.
+Driven = tuple[Array, Mapping[str, Array], Array]
 
 SLOWEST = 2.0  # m/s, below which tires creep and the car is about to stop
 COARSEST = 0.25  # s, spacing of samples above which a second has no slope
@@ -31,13 +35,7 @@ class DrivenSamples:
 
 
 def driven_samples(time: Array, channels: Mapping[str, Array], torque: Array, step: float) -> DrivenSamples:
-    """Samples every ``step`` s of driving; none where a second has no slope.
-
-    Parameters
-    ----------
-    time : (n,) s. channels : speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade.
-    torque : (n,) N m, drive torque. step : s.
-    """
+    """Samples of a ``Driven`` every ``step`` s of driving; none where a second has no slope."""
     spacing = float(np.median(np.diff(time)))
     if spacing > COARSEST:
         return DrivenSamples(np.zeros(0), np.zeros(0), np.zeros((0, 4)))
@@ -48,3 +46,8 @@ def driven_samples(time: Array, channels: Mapping[str, Array], torque: Array, st
     columns = [mean_over_span(time, torque), np.ones(time.size), mean_over_span(time, speed**2)]
     columns.append(slope_over_span(time, torque))
     return DrivenSamples(time[at], level_rate(time, speed, channels)[at], np.column_stack(columns)[at])
+
+
+def joined(seen: Sequence[DrivenSamples]) -> tuple[Array, Array]:
+    """Rates (n,) and columns (n, 4) of all drives, one after another."""
+    return np.concatenate([one.rate for one in seen]), np.concatenate([one.columns for one in seen])

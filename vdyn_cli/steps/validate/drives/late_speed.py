@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -71,9 +72,7 @@ def speed_delay_of(log: Log) -> float:
 
 
 def _variance(columns: Sequence[Array], y: Array) -> float:
-    x = np.column_stack([np.ones(y.size), *columns])
-    x = x / np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-300)
-    residual = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
+    residual = least_squares(np.column_stack([np.ones(y.size), *columns]), y)[1]
     return float(residual @ residual) / y.size
 
 

@@ -6,19 +6,18 @@ speed V at the limit. A wrong scale of speed, torque or radius would change the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.drives.driven_samples import driven_samples
+from vdyn_cli.steps.validate.drives.driven_samples import Driven, driven_samples, joined
 from vdyn_cli.steps.validate.drives.ratio_changes import LASTING, LEAST_NOISE, MAIN_SHARE, SAMPLE_STEP
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
-
-Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
 
 FEWEST_SAMPLES = 60  # driven samples of all drives: 30 s
 TRIED = np.linspace(0.05, 0.95, 37)  # quantiles of T V of the driven samples that are tried as limit
@@ -61,8 +60,7 @@ def power_limits(drives: Sequence[Driven], stated: StatedMotion | None) -> tuple
 
     Parameters
     ----------
-    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
-        drive torque (n,) N m. stated : of this car; without it, nothing is found.
+    drives : of one car. stated : of this car; without it, nothing is found.
     """
     limit = _limit(drives, stated) if stated is not None else None
     if limit is None or stated is None:
@@ -74,17 +72,13 @@ def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
     """The limit of T V, N m m/s; None where the stated acceleration per torque does not hold below one."""
     from scipy.optimize import minimize_scalar
 
-    seen = [driven_samples(*drive, SAMPLE_STEP) for drive in drives]
-    rate, columns = (np.concatenate(v) for v in ([s.rate for s in seen], [s.columns for s in seen]))
+    rate, columns = joined([driven_samples(*drive, SAMPLE_STEP) for drive in drives])
     if rate.size < FEWEST_SAMPLES:
         return None
     torque, speed = columns[:, 0], np.sqrt(columns[:, 2])
 
     def fit(limited: Array) -> tuple[float, float]:
-        every = np.column_stack([limited, columns[:, 1:]])
-        scale = np.maximum(np.sqrt(np.mean(every**2, axis=0)), 1e-300)
-        found = np.linalg.lstsq(every / scale, rate, rcond=None)[0] / scale
-        left = rate - every @ found
+        found, left = least_squares(np.column_stack([limited, columns[:, 1:]]), rate)
         return float(left @ left) / rate.size + LEAST_NOISE**2, float(found[0]) / stated.ratio
 
     without, _ = fit(torque)

@@ -9,7 +9,7 @@ even where they resemble ratios: its pieces are described as well by one ratio f
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,11 +19,9 @@ from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.drives.driven_samples import DrivenSamples, driven_samples
+from vdyn_cli.steps.validate.drives.driven_samples import Driven, DrivenSamples, driven_samples
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
-
-Driven = tuple[Array, Mapping[str, Array], Array]  # of a drive: time, channels, drive torque
 
 SAMPLE_STEP = SPAN / 2  # s between samples
 SHORTEST_PIECE = 6  # samples of a piece: 3 s, as long as a gear is held on a road
@@ -109,8 +107,7 @@ def ratio_changes(drives: Sequence[Driven], stated: StatedMotion | None = None) 
 
     Parameters
     ----------
-    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
-        drive torque (n,) N m. stated : of this car; None where it is not known.
+    drives : of one car. stated : of this car; None where it is not known.
     """
     found = _confirmed([_pieces(driven_samples(*drive, SAMPLE_STEP), stated) for drive in drives])
     certain = [one for one in found if one is not None and one.certain]

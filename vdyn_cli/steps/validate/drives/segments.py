@@ -17,9 +17,10 @@ from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.validate.drives.complete_inputs import FEWEST_SAMPLES, INPUTS, OUTPUTS, completed, unusable
+from vdyn_cli.steps.validate.drives.driven_samples import Driven
 from vdyn_cli.steps.validate.drives.end_speed import end_speed
 from vdyn_cli.steps.validate.drives.power_limit import power_limits
-from vdyn_cli.steps.validate.drives.ratio_changes import Driven, RatioChange, ratio_changes
+from vdyn_cli.steps.validate.drives.ratio_changes import RatioChange, ratio_changes
 from vdyn_cli.steps.validate.drives.regimes import Marks, marked, pressed, smoothed, stops
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 from vdyn_cli.steps.validate.drives.unequal_drives import unequal_drives

@@ -14,7 +14,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.drives.driven_samples import driven_samples
+from vdyn_cli.steps.validate.drives.driven_samples import Driven, driven_samples
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
@@ -23,15 +23,12 @@ FEWEST_OTHERS = 2  # fewest other drives, so that the usual value is not that of
 MEDIAN = np.pi / 2.0  # variance of a median over that of a mean, of a normal distribution
 
 
-def unequal_drives(
-    names: Sequence[str], drives: Sequence[tuple[Array, Mapping[str, Array], Array]], stated: float | None = None
-) -> dict[int, Finding]:
+def unequal_drives(names: Sequence[str], drives: Sequence[Driven], stated: float | None = None) -> dict[int, Finding]:
     """By index, a finding for each drive whose acceleration per drive torque differs from that of the usual drives.
 
     Parameters
     ----------
-    names : of the logs. drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m)
-        and, if logged, grade; drive torque (n,) N m. stated : acceleration per drive torque of the car, 1/(kg m).
+    names : of the logs. drives : of one car. stated : acceleration per drive torque of the car, 1/(kg m).
     """
     known = {k: a for k, drive in enumerate(drives) if (a := _acceleration_per_torque(*drive)) is not None}
     if len(known) <= FEWEST_OTHERS:

@@ -10,16 +10,17 @@ fault of one drive moves its e_k, which a fit of all drives would take for a slo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.drives.driven_samples import DrivenSamples, driven_samples
+from vdyn_cli.steps.validate.drives.driven_samples import Driven, DrivenSamples, driven_samples, joined
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
 BLOCKS = 8  # of a drive, whose scatter gives the standard error of its constant
@@ -45,15 +46,12 @@ class OtherResistance:
     t: float
 
 
-def other_resistance(
-    drives: Sequence[tuple[Array, Mapping[str, Array], Array]], headings: Sequence[float], stated: float
-) -> OtherResistance | None:
+def other_resistance(drives: Sequence[Driven], headings: Sequence[float], stated: float) -> OtherResistance | None:
     """The drive whose resistance differs from all others', if there is one and the others agree.
 
     Parameters
     ----------
-    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade;
-        drive torque (n,) N m. headings : +1 out, -1 back, 0 unknown. stated : beta of the car, m/s^2.
+    drives : of one car. headings : +1 out, -1 back, 0 unknown. stated : beta of the car, m/s^2.
     """
     seen = [driven_samples(*drive, SPAN) for drive in drives]
     used = [k for k, one in enumerate(seen) if one.time.size * SPAN >= LEAST_DRIVEN]
@@ -87,18 +85,15 @@ def resistance_finding(log: str, found: OtherResistance, mass: float) -> Finding
 
 def _constants(seen: Sequence[DrivenSamples]) -> tuple[Array, Array]:
     """The constant b of each drive, m/s^2, beside coefficients of all, and its variance by blocks of the drive."""
-    rate, columns = (np.concatenate(v) for v in ([s.rate for s in seen], [s.columns for s in seen]))
+    rate, columns = joined(seen)
     drive = np.repeat(np.arange(len(seen)), [s.rate.size for s in seen])
     own = (drive[:, None] == np.arange(len(seen))).astype(float)
-    every = np.column_stack([own, columns[:, [0, 2, 3]]])
-    scale = np.maximum(np.sqrt(np.mean(every**2, axis=0)), 1e-300)
-    found = np.linalg.lstsq(every / scale, rate, rcond=None)[0] / scale
-    left = rate - every @ found
+    found, left = least_squares(np.column_stack([own, columns[:, [0, 2, 3]]]), rate)
     variance = [
         np.var([part.mean() for part in np.array_split(left[drive == k], BLOCKS)], ddof=1) / BLOCKS
         for k in range(len(seen))
     ]
-    return np.asarray(found[: len(seen)]), np.asarray(variance)
+    return found[: len(seen)], np.asarray(variance)
 
 
 def _squares(y: Array, x: Array, variance: Array, mean: Array, prior: Array) -> tuple[float, Array, Array]:

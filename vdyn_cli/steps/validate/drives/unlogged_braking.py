@@ -17,7 +17,7 @@ from vdyn_cli.inference.robust_fits import huber_fit
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.drives.driven_samples import SLOWEST
+from vdyn_cli.steps.validate.drives.driven_samples import SLOWEST, Driven
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
 from vdyn_cli.steps.validate.drives.span_averages import least_over_span, level_rate, mean_over_span, slope_over_span
 
@@ -108,7 +108,7 @@ class _Excess:
     graded: bool
 
 
-def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]]) -> tuple[UnloggedBraking, ...]:
+def unlogged_braking(drives: Sequence[Driven]) -> tuple[UnloggedBraking, ...]:
     """Unlogged braking of each drive.
 
     Assumes that brakes are released while the car is driven, and in ``brake_free`` of the recuperation of all drives.
@@ -116,8 +116,7 @@ def unlogged_braking(drives: Sequence[tuple[Array, Mapping[str, Array], Array]])
 
     Parameters
     ----------
-    drives : of one car: time (n,) s; channels speed (m/s, may contain NaN), brake_torque (N m) and, if logged, grade
-        and acceleration (specific force, m/s^2, may contain NaN); drive torque (n,) N m.
+    drives : of one car; their channels may contain the acceleration (specific force, m/s^2, NaN where missing).
     """
     seen = [_excess(*drive) for drive in drives]
     known = [(e.excess[e.recuperated], e.pulled[e.recuperated]) for e in seen if e is not None]
