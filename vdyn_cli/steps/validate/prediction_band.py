@@ -22,7 +22,13 @@ from numpy.typing import NDArray
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.steps.validate.drives.complete_inputs import WHEELS
-from vdyn_cli.steps.validate.drives.jerk import JERK, low_passed, resolves_jerk, smooth_derivative
+from vdyn_cli.steps.validate.drives.jerk import (
+    low_passed,
+    noise_gain,
+    resolves_jerk,
+    samples_alike,
+    smooth_derivative,
+)
 from vdyn_cli.steps.validate.drives.regimes import REGIMES
 from vdyn_cli.steps.validate.fit.residual_rows import RESTING
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives, errors
@@ -126,7 +132,7 @@ def _jerk(w: WhitenedDrives, run: int, root: Array) -> PredictionBand:
     made = smooth_derivative(s.time, force) if measured is None else low_passed(s.time, measured)
     error = smooth_derivative(s.time, outcome.values["acceleration"]) - made
     slopes = smooth_derivative(s.time, outcome.sensitivities["acceleration"][:, : len(root)])
-    level = w.whitenings[run].layout.levels["acceleration"] * JERK.noise_gain(s.time)
+    level = w.whitenings[run].layout.levels["acceleration"] * noise_gain(s.time)
     noise = np.std(smooth_derivative(s.time, w.setup.perturbed[run]["acceleration"]))
     own, shares = _parameter_parts(error, slopes, root)
     nothing = np.zeros(s.time.size)
@@ -175,7 +181,7 @@ def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) 
             band = one[name]
             real = np.isfinite(band.error) & ~s.stopping
             outside = np.where(real, band.outside, False).astype(float)
-            alike = JERK.alike(s.time) if name == "jerk" else 1.0
+            alike = samples_alike(s.time) if name == "jerk" else 1.0
             drawn[name].add(s.marks[real], outside[real], point[real], fake, alike)
     out, ranks = {}, []
     for name in outputs:

@@ -9,7 +9,7 @@ from vdyn_cli.quantities.number_text import listed
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.prior import FARTHEST, INSENSITIVE
-from vdyn_cli.steps.validate.drives.jerk import JERK
+from vdyn_cli.steps.validate.drives.jerk import CORNER
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
@@ -153,7 +153,7 @@ def methods(v: Validation) -> str:
     if "acceleration" in channels:
         text += (
             "Jerk is the slope of the specific force, measured and simulated, through the same low-pass "
-            f"(Gaussian, {JERK.corner:.1f} Hz), unless a jerk channel is logged. "
+            f"(Gaussian, {CORNER:.1f} Hz), unless a jerk channel is logged. "
         )
     return text + (
         "\n\nTime outside the band is compared with 400 Monte Carlo drives of a correct model: parameters from their "

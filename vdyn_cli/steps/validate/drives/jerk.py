@@ -10,45 +10,32 @@ Trans. Pattern Analysis and Machine Intelligence 8 (1986) 679.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 
+WIDTH = 0.02  # s, tau
+CORNER = float(np.sqrt(np.log(2.0)) / (2 * np.pi * WIDTH))  # Hz, 3 dB
 SLOWEST_RATE = 40.0  # Hz, least rate of the logger at which a jerk shows oscillations of the driveline
 
 
-@dataclass(frozen=True)
-class SmoothDerivative:
-    """The low-pass: ``width`` is tau in s."""
+def noise_gain(time: Array) -> float:
+    """Standard deviation, 1/s, of the filtered derivative of unit white noise sampled at ``time`` (n,), s.
 
-    width: float
-
-    @property
-    def corner(self) -> float:
-        """The 3 dB corner frequency, Hz."""
-        return float(np.sqrt(np.log(2.0)) / (2 * np.pi * self.width))
-
-    def noise_gain(self, time: Array) -> float:
-        """Standard deviation, 1/s, of the filtered derivative of unit white noise sampled at ``time`` (n,), s.
-
-        sqrt(dt / (4 sqrt(pi) tau^3)), dt the median step
-        """
-        spacing = float(np.median(np.diff(time)))
-        return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * self.width**3)))
-
-    def alike(self, time: Array) -> float:
-        """Number of samples per independent sample of filtered noise: the sum of squared correlations.
-
-        rho(t) = (1 - t^2 / (2 tau^2)) exp(-t^2 / (4 tau^2)) at lags t of whole steps of ``time`` (n,), s
-        """
-        spacing = float(np.median(np.diff(time)))
-        lag = np.arange(-200, 201) * spacing / self.width
-        return float(np.sum(((1.0 - 0.5 * lag**2) * np.exp(-0.25 * lag**2)) ** 2))
+    sqrt(dt / (4 sqrt(pi) tau^3)), dt the median step
+    """
+    spacing = float(np.median(np.diff(time)))
+    return float(np.sqrt(spacing / (4 * np.sqrt(np.pi) * WIDTH**3)))
 
 
-JERK = SmoothDerivative(0.02)
+def samples_alike(time: Array) -> float:
+    """Number of samples per independent sample of filtered noise: the sum of squared correlations.
+
+    rho(t) = (1 - t^2 / (2 tau^2)) exp(-t^2 / (4 tau^2)) at lags t of whole steps of ``time`` (n,), s
+    """
+    spacing = float(np.median(np.diff(time)))
+    lag = np.arange(-200, 201) * spacing / WIDTH
+    return float(np.sum(((1.0 - 0.5 * lag**2) * np.exp(-0.25 * lag**2)) ** 2))
 
 
 def resolves_jerk(time: Array) -> bool:
@@ -57,14 +44,14 @@ def resolves_jerk(time: Array) -> bool:
 
 
 def low_passed(time: Array, values: Array) -> Array:
-    """Values (n,) or (n, k) at times (n,), s, through the Gaussian low-pass ``JERK``; NaN in its reach gives NaN."""
+    """Values (n,) or (n, k) at times (n,), s, through the Gaussian low-pass; NaN in its reach gives NaN."""
     at = _lags(time)
     kernel = _gaussian(at)
     return _filtered(time, values, kernel / kernel.sum())
 
 
 def smooth_derivative(time: Array, values: Array) -> Array:
-    """Time derivative of values (n,) or (n, k) at times (n,), s, through the Gaussian low-pass ``JERK``, unit 1/s.
+    """Time derivative of values (n,) or (n, k) at times (n,), s, through the Gaussian low-pass, unit 1/s.
 
     The convolution with k' of the module's equation, scaled to be exact for straight lines and cut off at four standard
     deviations (tau = 0.02 s, 3 dB at 6.6 Hz). NaN within reach of the filter gives NaN.
@@ -77,12 +64,12 @@ def smooth_derivative(time: Array, values: Array) -> Array:
 def _lags(time: Array) -> Array:
     """Times of the filter's samples about its middle, s."""
     spacing = float(np.median(np.diff(time)))
-    reach = int(np.ceil(4 * JERK.width / spacing))
+    reach = int(np.ceil(4 * WIDTH / spacing))
     return np.asarray(np.arange(-reach, reach + 1) * spacing)
 
 
 def _gaussian(lag: Array) -> Array:
-    return np.asarray(np.exp(-0.5 * (lag / JERK.width) ** 2))
+    return np.asarray(np.exp(-0.5 * (lag / WIDTH) ** 2))
 
 
 def _filtered(time: Array, values: Array, kernel: Array) -> Array:
