@@ -134,14 +134,14 @@ class Car:
         levels = levels.reshape(-1, blocks.shape[1])
         return np.stack([np.interp(times, knots, level) for level in levels.T], axis=1)
 
-    def acceleration(self, time: float, speed: Array, position: Array, wind: Array, scatter: Array) -> Array:
-        """dV/dt of every run ``time`` s into it, without drive; ``wind`` against motion.
+    def acceleration(self, time: float, speed: Array, position: Array, wind: Array, excess: Array) -> Array:
+        """dV/dt of every run ``time`` s into it, without drive; ``wind`` against motion, ``excess`` of rolling.
 
         What is zero is left out: tests take this step some hundred thousand times.
         """
         q = self.q
         air = speed + wind
-        coefficient = self.rolling * (1.0 + scatter)
+        coefficient = self.rolling * (1.0 + excess)
         if q["tire_warmup"]:
             coefficient = coefficient * (1.0 + q["tire_warmup"] * np.exp(-(self.plan.start + time) / self.warm_time))
         if q["speed_dependent_rolling"]:

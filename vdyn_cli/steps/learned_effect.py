@@ -74,7 +74,7 @@ LAW_FORMS: Mapping[str, LawForm] = {
         ("slope", "onset"), ("value/x", "x"), "slope * max(x - onset, 0)", lambda x, s, d: fmax(x - s[0], 0.0)
     ),
     "hinge_down": LawForm(
-        ("slope", "onset"), ("value/x", "x"), "slope min(x - onset, 0)", lambda x, s, d: -fmax(s[0] - x, 0.0)
+        ("slope", "onset"), ("value/x", "x"), "slope * min(x - onset, 0)", lambda x, s, d: -fmax(s[0] - x, 0.0)
     ),
     "bump": LawForm(
         ("amplitude", "center", "width"), ("value", "x", "x"), "amplitude * exp(-((x - center) / width)^2)",

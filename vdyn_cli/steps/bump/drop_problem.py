@@ -87,7 +87,7 @@ def _not_determined(runs: Sequence[DropRun]) -> Finding:
     """The finding of a failed fit, with the times taken as the release, before which the car must be held."""
     begins = ", ".join(f"{run.run} {run.time[0]:.4g} s" for run in runs)
     what = f"the drops do not determine springs, dampers and tires; time of the release: {begins}"
-    remedy = "if a car is still held at that time, write the correct 'release' at its run; else drop it from higher"
+    remedy = "if a car is held longer, write the correct 'release' at its run; else drop it from a greater height"
     return Finding("bump", what, "", remedy)
 
 

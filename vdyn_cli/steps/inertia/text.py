@@ -91,7 +91,7 @@ def _leverage(road: RoadInertia) -> str:
     )
     # An extension may have made one of them an unknown: then it changes nothing.
     moved = [(what, abs(size * road.slope[name])) for what, name, size in doubts]
-    parts = [f"{what} is {value:.2g}" for what, value in moved if value > NOTHING]
+    parts = [f"{what} changes it by {value:.2g}" for what, value in moved if value > NOTHING]
     return f"On the road only Jw + mw r^2 is observable: {', '.join(parts)} {UNIT}." if parts else ""
 
 

@@ -165,7 +165,7 @@ class ValidateProblem(SimulatedProblem):
             what = "does not apply to drive_torque_left and drive_torque_right: a motor on each side, no differential"
             raise InputError(Finding("settings.differential", what, repr(s.differential), "leave it out"))
         if _by_wheel(self.spec):
-            what = "needs a speed of the car: wheels of the model slip"
+            what = "needs a speed of the car, because the wheels of this model slip"
             remedy = "map 'speed', and this one as wheel_speed_fl, _fr, _rl or _rr; or write 'model: road_load'"
             raise InputError(Finding("settings.model", what, "vehicle", remedy))
         two = has_two_motors(self.spec, self.logs)

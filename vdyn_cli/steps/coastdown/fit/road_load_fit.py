@@ -1,8 +1,15 @@
 """Output-error fit of the road load to the speed (and specific force), whitened with the covariance of gusts.
 
-Every run has a start speed as unknown. Residuals are averaged over short bins and whitened with the covariance of
-gusts, wind and sensor noise (gust_covariance). The noise amplitudes are estimated from the residuals
-(restricted_likelihood); fit and amplitudes alternate until they converge.
+The simulated speed V follows the road load with the effects (physics/models/road_load.py)::
+
+    (M + mr) V' = F - M g (frr + frr1 V) - 1/2 rho Cd A (V + w)|V + w| - M g i
+
+and the unknowns p, with the start speed of every run among them, and noise amplitudes s are estimated in turn::
+
+    p = argmin sum_k r_k' C_k(s)^-1 r_k + priors,    s = argmax of the restricted likelihood of r(p)
+
+r_k are the residuals of run k averaged over short bins (road_load_rows), C_k is their covariance by gusts, wind and
+sensor noise (inference/gust_covariance), and the likelihood is that of inference/restricted_likelihood.
 
 With an accelerometer the resistances are computed from the measured speed, and the specific force shows them without
 the slope. On a track both channels are fitted, weighted by their noise. On an open road (``alone``) only the specific

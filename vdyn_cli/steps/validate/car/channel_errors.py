@@ -36,7 +36,7 @@ SLIP = "slip_impulse"
 
 @effect(
     on="speed",
-    unknowns=(Quantity(SLIP, "", "share of the speed that slip takes per drive force over weight", "i", -1.0, 1.0),),
+    unknowns=(Quantity(SLIP, "", "slip of the driven wheels per drive force over weight", "i", -1.0, 1.0),),
     reference="impulse of the parts that turn with the driven wheels",
 )
 def _slip_impulse(speed: Law, s: Signals, q: Signals) -> Number:
