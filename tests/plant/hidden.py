@@ -185,6 +185,8 @@ SPUN: Mapping[str, float] = {
     "hub_torque_offset": 3.0,
     "torque_zero_drift": 0.2,
     "clock_offset": 0.002,
+    "hub_torque_delay": 0.005,
+    "hub_torque_lag": 0.005,
     "wheel_radius": 0.01,
     "wheel_mass": 2.0,
 }

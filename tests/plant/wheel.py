@@ -40,6 +40,8 @@ EFFECTS = {
     "hub_torque_offset": "N m on the torque channel",
     "torque_zero_drift": "N m/s by which the torque channel drifts from the start of each run",
     "clock_offset": "s by which torque and forces are read late",
+    "hub_torque_delay": "s by which the torque alone is read late",
+    "hub_torque_lag": "s, time constant of a low-pass filter in front of the torque channel",
     "wheel_radius": "1: the true radius is (1 + q) times the one that the tester knows",
     "wheel_mass": "kg by which the wheel is heavier than the tester knows",
     "drag_bump": "N m at 45 rad/s, 3 rad/s wide: a pad that rubs at one speed; in no catalog, for controls",
@@ -50,9 +52,11 @@ SMALL = dict.fromkeys(EFFECTS, 1e-4) | {
     "brake_drag_fading": 1.0,
     "hub_torque_offset": 1.0,
     "torque_zero_drift": 0.01,
+    "hub_torque_lag": 1e-3,
     "wheel_mass": 0.1,
     "drag_bump": 1.0,
 }
+ONE_SIDED = ("hub_torque_lag",)
 RATE = 200.0
 FINE = 5e-4  # s, grid of the truth
 LAG = 0.07  # s, of brake and throttle, twice in a row
@@ -129,12 +133,27 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
     torque += effects.get("torque_zero_drift", 0.0) * (clock - drive.times[0])
+    if lag := effects.get("hub_torque_lag", 0.0):
+        torque = _filtered(torque, lag)
     signals = (torque, turning, force - heavy * acceleration, load - heavy * GRAVITY, acceleration, speed)
-    late = drive.times - effects.get("clock_offset", 0.0)
+    shifts = dict.fromkeys(LATE, effects.get("clock_offset", 0.0))
+    shifts["Hub Torque [N m]"] += effects.get("hub_torque_delay", 0.0)
     return {
-        header: np.interp(late if header in LATE else drive.times, clock, signal)
+        header: np.interp(drive.times - shifts.get(header, 0.0), clock, signal)
         for header, signal in zip(SENSORS, signals, strict=True)
     }
+
+
+def _filtered(signal: Array, lag: float) -> Array:
+    """The signal behind a first-order low-pass filter, steady at first; linear between the points of the truth."""
+    kept = np.exp(-FINE / lag)
+    late = lag / FINE * (1.0 - kept)  # share of a step's rise that the filter has not followed at its end
+    forced = (1.0 - kept) * signal[:-1] + (1.0 - late) * np.diff(signal)
+    read = np.empty_like(signal)
+    read[0] = signal[0]
+    for k, value in enumerate(forced):
+        read[k + 1] = kept * read[k] + value
+    return read
 
 
 def campaign(
@@ -174,7 +193,7 @@ def information(
     for k, drive in enumerate(drives(seed, count, duration)):
         turning = noise_free(vehicle, drive, effects)["Wheel Speed [rad/s]"]
         dt = np.diff(drive.times)
-        by_effect = effect_slopes(partial(_imbalance, vehicle, drive), effects or {}, unknowns, SMALL)
+        by_effect = effect_slopes(partial(_imbalance, vehicle, drive), effects or {}, unknowns, SMALL, ONE_SIDED)
         by_unknown = np.column_stack([np.diff(turning), dt, by_effect])
         spread = (J * _sd(SENSORS["Wheel Speed [rad/s]"])) ** 2
         band = np.zeros((2, dt.size))

@@ -8,7 +8,7 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
 
 @effect(
     on=("vertical_acceleration_clock", "pitch_rate_clock", "wheel_height_front_clock", "wheel_height_rear_clock"),
-    also={"loads_clock": early, "hub_clock": early},
+    also={"loads_clock": early, "hub_clock": early, "driven_clock": early},
     unknowns=Quantity("clock_offset", "s", "delay of some channels relative to the others", "tau", -0.2, 0.2),
     reference="latency of inertial and GPS devices: 7 to 160 ms; devices without a common trigger: a sample or more",
     label="a clock offset between two loggers",

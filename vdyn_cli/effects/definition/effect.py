@@ -36,6 +36,7 @@ SITUATIONS: Mapping[str, str] = MappingProxyType(
         "pitching": "axle loads while the vehicle accelerates and brakes",
         "bump_crossing": "vertical motion over an obstacle",
         "wheel_spin": "moment balance of one wheel",
+        "rolling_wheel_spin": "moment balance of one wheel that rolls on a road",
         "free_wheel_spin": "moment balance of one free wheel",
         "slip_sweep": "tire force over slip",
         "shaft_twist": "torque and twist of a half-shaft",

@@ -21,14 +21,15 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
         wheel_speed=speed,
         sense=turned(speed),
     )
+    torque = e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero
     turning = e(
         free_wheel_spin,
-        hub_torque=e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero,
+        hub_torque=torque,
         bearing_torque=e(bearing, bearing_torque=drag, wheel_speed=speed),
         wheel_inertia=p.wheel_inertia,
     )
     e.integrate(wheel_speed=turning, run_time=1.0)
-    e.sensor("hub", e.state("wheel_speed", u.wheel_speed), turning)
+    e.sensor("driven", e.state("wheel_speed", u.wheel_speed), turning, spun_by_torque=torque / p.wheel_inertia)
 
 
 FREE_WHEEL = Model("free wheel", _assemble, ("wheel_inertia", *DRAG, "hub_torque_zero"), ("hub_torque", "wheel_speed"))

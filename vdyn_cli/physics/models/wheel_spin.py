@@ -11,7 +11,7 @@ from vdyn_cli.physics.laws.wheel import bearing, wheel_spin
 INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_speed")
 
 
-READINGS = ("hub", "carried")  # their sum is the wheel's speed
+READINGS = ("hub", "driven", "carried")  # their sum is the wheel's speed
 LEVER = "lever"  # m, of the forces at the hub, to compare a moment with their noise
 MASS = "mass"  # kg, factor of the accelerometer's noise
 
@@ -19,19 +19,20 @@ MASS = "mass"  # kg, factor of the accelerometer's noise
 def _assemble(e: ModelBuilder, u: Signals) -> None:
     """The wheel's speed from the readings at its hub; ``u.wheel_speed`` gives only the initial speed.
 
-    The part due to the longitudinal inertia of the wheel's mass, from the car's accelerometer, is a separate sensor,
-    because the hub's sensor may have a different clock.
+    The parts due to the hub's torque, and to the longitudinal inertia of the wheel's mass by the car's accelerometer,
+    are separate sensors, because their readings may have different clocks.
     """
     p = e.p
-    speed, carried = e.state("wheel_speed", u.wheel_speed), e.state("carried")
+    speed, driven, carried = e.state("wheel_speed", u.wheel_speed), e.state("driven"), e.state("carried")
     rim = speed * p.wheel_radius
     run_time = e.state("run_time")
     pads = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0, run_time=run_time)
     rubbing = pads * p.wheel_radius
     acceleration = e("acceleration", value=u.acceleration)
+    torque = e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero
     turning = e(
         wheel_spin,
-        hub_torque=e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero,
+        hub_torque=torque,
         hub_force_x=e("hub_force_x", value=u.hub_force_x),
         hub_force_z=e("hub_force_z", value=u.hub_force_z),
         acceleration=acceleration,
@@ -42,9 +43,11 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
         wheel_inertia=p.wheel_inertia,
     )
     taken = -p.wheel_mass * acceleration * p.wheel_radius / p.wheel_inertia
-    e.integrate(wheel_speed=turning, carried=taken, run_time=1.0)
-    e.sensor(READINGS[0], speed - carried, turning - taken)
-    e.sensor(READINGS[1], carried, taken)
+    given = torque / p.wheel_inertia
+    e.integrate(wheel_speed=turning, driven=given, carried=taken, run_time=1.0)
+    e.sensor(READINGS[0], speed - driven - carried, turning - given - taken)
+    e.sensor(READINGS[1], driven, given, spun_by_torque=given)
+    e.sensor(READINGS[2], carried, taken)
     e.sensor(LEVER, p.wheel_radius)
     e.sensor(MASS, p.wheel_mass)
 

@@ -14,7 +14,7 @@ from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 ON_ROAD = Step(
     name="inertia",
-    situations=frozenset({"wheel_spin"}),
+    situations=frozenset({"wheel_spin", "rolling_wheel_spin"}),
     spec=InertiaSpec,
     required=("time", "hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration"),
     optional=("vehicle_speed",),
