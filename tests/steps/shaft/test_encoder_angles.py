@@ -11,7 +11,7 @@ from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.shaft.encoder_angles import unwrapped, with_twist_of_angles
+from vdyn_cli.steps.shaft.encoder_angles import twist_resolution, unwrapped, with_twist_of_angles
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_RATE, ShaftReadings, readings_of
 from vdyn_cli.steps.shaft.shaft_side import ShaftSide
@@ -89,6 +89,15 @@ def test_adjusted_readings_are_the_nearest_by_their_noise(rate_noise: float) -> 
     pulled = variance * (slopes.T @ np.linalg.solve(slopes @ (variance[:, None] * slopes.T), conditions.values))
     adjusted = np.concatenate(conditions.adjusted())
     assert np.allclose(adjusted, np.concatenate([run.twist, run.rate]) - pulled[n:], rtol=0, atol=1e-9)
+
+
+def test_a_shaft_that_never_rests_shows_its_rounding_in_the_differences() -> None:
+    """Each reading is 200 or more steps after the last one."""
+    step, time = 2 * np.pi / 65536, np.arange(500) * 1e-3
+    wheel = 20.0 * time + 100.0 * time**2
+    turned = {"motor_angle": RATIO * wheel, "wheel_angle": wheel}
+    log = Log("tip_in.csv", time, {n: np.floor(angle / step) * step for n, angle in turned.items()})
+    assert twist_resolution(log, RATIO) == 0.0
 
 
 def test_no_torque_is_no_twist_wherever_the_encoders_count_from() -> None:

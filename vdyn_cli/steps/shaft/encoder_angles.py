@@ -11,6 +11,8 @@ from vdyn_cli.quantities.log import Log
 ANGLES = ("motor_angle", "wheel_angle")
 ONE_TURN = 2.1 * np.pi  # rad, largest range of a single-turn encoder; a multi-turn one reads more
 ROUNDED = 1e-4  # of the largest change, below which a change is that of a rounded number
+FEW_STEPS = 5.5  # smallest changes in a change that is compared with a whole number of them: more add up their rounding
+WHOLE = 0.1  # of a step, median distance of changes from whole steps; it is 0.25 where they have any size
 WRONG_RATIO = 0.1  # share of the twist's range by which it may drift
 
 
@@ -45,10 +47,18 @@ def twist_resolution(log: Log, gear_ratio: float) -> float:
 
 
 def _step(angle: Array) -> float:
-    """The smallest change between readings, rad; 0 if it does not change."""
+    """The smallest change between readings (n,), rad, if the others are multiples of it; else 0.
+
+    A shaft that turns while it is logged skips many steps at every reading. Then each rounding is independent of the
+    last one, and shows in the differences.
+    """
     changes = np.abs(np.diff(angle[np.isfinite(angle)]))
-    moved = changes > ROUNDED * changes.max(initial=0.0)
-    return float(changes[moved].min()) if moved.any() else 0.0
+    moved = changes[changes > ROUNDED * changes.max(initial=0.0)]
+    if not moved.size:
+        return 0.0
+    step = float(moved.min())
+    few = moved[moved < FEW_STEPS * step] / step
+    return step if np.median(np.abs(few - np.rint(few))) < WHOLE else 0.0
 
 
 def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
