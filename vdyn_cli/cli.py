@@ -57,9 +57,9 @@ Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")
 Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print minor notes, too.")]
 
 
-def _say(text: str = "") -> None:
-    with contextlib.suppress(OSError, ValueError):  # stderr is closed or full
-        typer.echo(visible(text, but="\n"), err=True)
+def _say(text: str = "", to_stderr: bool = True) -> None:
+    with contextlib.suppress(OSError, ValueError):  # it is closed or full
+        typer.echo(visible(text, but="\n"), err=to_stderr)
 
 
 def _add_step(name: str) -> None:
@@ -81,18 +81,23 @@ def _add_step(name: str) -> None:
             from vdyn_cli.commands.run_step import run_step, tell_step
 
             run = run_step(name, test, tuple(known or ()), output, level if diagnose else None)
-        tell_step(run, _teller(quiet, verbose))
+        tell_step(run, _teller(quiet, verbose, result_to_stdout=output != "-"))
 
     command.__doc__ = steps.summary(name) + "."
     app.command(name)(command)
 
 
-def _teller(quiet: bool, verbose: bool) -> Callable[[str, bool], None]:
-    """The function (text, detail) that prints a line to stderr; details only with -v."""
+def _teller(quiet: bool, verbose: bool, result_to_stdout: bool = False) -> Callable[[str, bool, bool], None]:
+    """The function (text, detail, result) that prints a line to stderr; details only with -v.
 
-    def tell(text: str, detail: bool = False) -> None:
+    Parameters
+    ----------
+    result_to_stdout : lines of a result go to stdout, which is free of JSON.
+    """
+
+    def tell(text: str, detail: bool = False, result: bool = False) -> None:
         if not quiet and (verbose or not detail):
-            _say(text)
+            _say(text, to_stderr=not (result and result_to_stdout))
 
     return tell
 

@@ -31,7 +31,7 @@ class Case:
     group : the class of faults. name : what is wrong.
     prepare : changes the folder, which holds ``configs`` and ``sample_logs``.
     command : arguments of ``vdyn``, in ``configs``; or a line for the shell, in which VDYN stands for the program.
-    code, says : expected exit code, and an expression that stderr holds.
+    code, says : expected exit code, and an expression in what is printed.
     after : raises AssertionError where the folder is not as it should be afterwards.
     """
 

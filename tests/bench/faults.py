@@ -65,7 +65,7 @@ def _run(case: Case, folder: Path) -> tuple[int, float, str]:
     with (folder / "stderr").open("wb") as errors:
         try:
             done = subprocess.run(
-                arguments, cwd=folder / "configs", env=environment, stdout=subprocess.DEVNULL, stderr=errors,
+                arguments, cwd=folder / "configs", env=environment, stdout=errors, stderr=errors,
                 timeout=4 * LONGEST, check=False,
             )  # fmt: skip
             code = done.returncode

@@ -56,6 +56,12 @@ def test_moved_is_beyond_both_uncertainties(old: Any, new: Any, moved: bool, tmp
     assert row["unit"] == "m^2"
 
 
+def test_equal_values_have_the_statistic_zero(tmp_path: Path) -> None:
+    same = write(tmp_path / "a.json", {"drag_area": entry(0.60, 0.03), "exact": entry(1.0, 0.0)})
+    lines = run_compare(same, same, as_json=False)[0].splitlines()
+    assert [line.split()[-2] for line in lines if line.startswith(("  drag_area", "  exact"))] == ["0.0", "0.0"]
+
+
 def test_what_one_file_lacks_and_what_both_share_is_said(tmp_path: Path) -> None:
     old = {"drag_area": entry(0.6, 0.03), "mass": entry(1500.0, 1.0, "kg")}
     new = {"drag_area": entry(0.6, 0.03), "frontal_area": entry(2.2, 0.1)}

@@ -177,6 +177,41 @@ def test_the_speed_of_one_wheel_is_offered(name: str, tmp_path: Path) -> None:
     assert "wheel_speed" not in data["channels"]
 
 
+def test_one_of_several_ways_is_left_to_decide(tmp_path: Path) -> None:
+    own = {"Time_s": np.arange(600) / 10.0, "FX_N": 900 * WAVE, "FZ_N": 4000 + WAVE}
+    assert "slip or wheel_speed with vehicle_speed" in draft("tire", table(tmp_path / "a.csv", **own))[0].undecided
+    assert (
+        "slip or wheel_speed with vehicle_speed"
+        not in draft("tire", table(tmp_path / "b.csv", **own, slip_=WAVE))[0].undecided
+    )
+
+
+@pytest.mark.parametrize(("name", "kind"), [("ax_GPS", "gps"), ("Beschleunigung x", "body")])
+def test_a_german_log_of_axle_loads_and_the_kind_of_its_acceleration(name: str, kind: str, tmp_path: Path) -> None:
+    own = {
+        "Zeit_s": np.arange(600) / 50.0,
+        "Achslast vorn_N": 9000 - 500 * WAVE,
+        "Achslast hinten_N": 7000 + 500 * WAVE,
+    }
+    log = table(
+        tmp_path / "a.csv", **own, **{f"{name}_mpers2": WAVE}, **{"Nickrate_degpers": WAVE, "Nickwinkel_deg": WAVE}
+    )
+    description = draft("cg", log)[1]
+    found = {channel: at["column"].partition(" [")[0] for channel, at in description["channels"].items()}
+    assert found == {
+        "time": "Zeit",
+        "front_load": "Achslast vorn",
+        "rear_load": "Achslast hinten",
+        "acceleration": name,
+        "pitch_rate": "Nickrate",
+        "pitch": "Nickwinkel",
+    }
+    assert description["settings"] == {"accelerometer": kind}
+    assert draft("coastdown", log)[1]["channels"].get("acceleration", {}).get("column", "?").startswith(name) == (
+        kind == "body"
+    )
+
+
 def test_a_needed_channel_without_a_name_is_offered_by_unit(tmp_path: Path) -> None:
     columns_ = {"time_s": np.arange(600) / 10.0, "Q7_Nm": 90 * WAVE, "N_1permin": 300 + WAVE, "T_degC": 50 + WAVE}
     found, _ = draft("inertia", table(tmp_path / "a.csv", **columns_))

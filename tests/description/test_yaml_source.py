@@ -44,6 +44,7 @@ def test_anchors_and_merge_keys_work(tmp_path: Path) -> None:
         ("[" * 100_000, "nested too deeply|not valid YAML"),
         ("a: 1\nb: 2\na: 3\n", "key 'a' is given twice"),
         ("a: [1, 2\n", "not valid YAML"),
+        ("unit: %\n", "write quotes around a text that begins with %, such as unit: '%'"),
         ("a: *missing\n", "not valid YAML"),
         ("? [1, 2]\n: 3\n", "is not a plain text key"),
         ("a: !!python/object/apply:os.system ['true']\n", "is a YAML tag"),

@@ -35,7 +35,7 @@ def refused(gained: Path) -> tuple[Path, RefusedResultError]:
     """The folder of the step's files, and its error."""
     folder = gained.parent / "out"
     with pytest.raises(RefusedResultError) as caught:
-        tell_step(run_step("inertia", gained, (), str(folder), 0.05), lambda text, detail=False: None)
+        tell_step(run_step("inertia", gained, (), str(folder), 0.05), lambda text, detail=False, result=False: None)
     return folder, caught.value
 
 

@@ -41,7 +41,7 @@ def comparison_lines(document: ComparisonDocument) -> Iterator[str]:
             (
                 *(one.name, one.unit, _with_half(one.old, one.old_interval95), _with_half(one.new, one.new_interval95)),
                 *(("+" if one.difference > 0 else "") + number(one.difference, half), two_digits(one.standard_error)),
-                *(f"{one.z:+.1f}" if one.z else "-", "yes" if one.moved else "no"),
+                *(_signed(one.z), "yes" if one.moved else "no"),
             )
         )
     yield from text_columns(header, rows)
@@ -55,6 +55,11 @@ def comparison_lines(document: ComparisonDocument) -> Iterator[str]:
         yield "\nVerdicts that changed"
         yield from (f"  {line}" for line in document.verdicts)
     yield f"\n{document.assumed}"
+
+
+def _signed(z: float | None) -> str:
+    """The statistic of a difference; a dash where it has no standard error."""
+    return "-" if z is None else f"{z:+.1f}" if z else "0.0"
 
 
 def _with_half(value: float, interval: tuple[float, float]) -> str:

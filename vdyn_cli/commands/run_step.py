@@ -87,7 +87,7 @@ def tell_step(run: StepRun, tell: Tell) -> None:
 
     Parameters
     ----------
-    tell : prints a line; its argument ``detail`` marks lines for verbose output.
+    tell : prints a line; its argument ``detail`` marks lines for verbose output, ``result`` those of the result.
 
     Raises
     ------
@@ -111,21 +111,22 @@ def tell_result(record: StepRecord, tell: Tell) -> None:
     for finding in merge_similar([f for f in result.findings if not f.doubt]):
         tell(f"note: {finding}", detail=finding.minor)
     if result.parameters:  # in a description, the number after +- is one standard deviation
-        tell(f"  {'':<30} value ± half of the 95 % interval")
+        tell(f"  {'':<30} value ± half of the 95 % interval", result=True)
     for key, estimate in result.parameters.items():
-        tell(f"  {key:<30} {estimate_text(estimate)}")
+        tell(f"  {key:<30} {estimate_text(estimate)}", result=True)
     wider = {
         e.spans: [k for k, o in result.parameters.items() if o.spans == e.spans] for e in result.parameters.values()
     }
     for spans, keys in wider.items():
         if spans:
-            tell(f"  {', '.join(keys)}: the interval is wider, since these data do not exclude {spans_text(spans)}")
+            what = f"the interval is wider, since these data do not exclude {spans_text(spans)}"
+            tell(f"  {', '.join(keys)}: {what}", result=True)
     for key, why in result.withheld.items():
-        tell(f"  {key:<30} withheld: {why}")
+        tell(f"  {key:<30} withheld: {why}", result=True)
     if not result.refused:  # else the error states the reasons
-        tell(result.sentence)
+        tell(result.sentence, result=True)
     if result.diagnosis:
-        tell(result.diagnosis.sentence)
+        tell(result.diagnosis.sentence, result=True)
     if result.refused:
         tell("No result:")
 

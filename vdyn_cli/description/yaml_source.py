@@ -101,8 +101,10 @@ def _loaded(path: Path) -> YamlSource:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         what = f"is not valid YAML: {error.problem or error.context}"
+        sign = next((s for s in "%@`" if f"'{s}' that cannot start" in what), "")
+        quotes = f"write quotes around a text that begins with {sign}, such as unit: '{sign}'" if sign else ""
         tab = "indent with blanks instead of tabs" if "'\\t'" in what else ""
-        remedy = tab or _SYNTAX
+        remedy = quotes or tab or _SYNTAX
         raise InputError(Finding(_line(path, mark), what, remedy=remedy)) from None
     except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
         what = f"is not valid YAML: {str(error).splitlines()[0][:100]}"

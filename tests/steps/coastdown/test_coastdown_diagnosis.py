@@ -61,11 +61,13 @@ def document(path: Path, *options: str) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def windy(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], str, Path]:
-    """A day of headwind through the command, run once: the document, what was said, and the folder of results."""
+    """A day of headwind through the command, run once: the document, the printed result, and the folder of results."""
     folder = tmp_path_factory.mktemp("windy")
-    code, _, error = vdyn("coastdown", described(folder, {"headwind": 2.0}), "-o", folder / "out")
+    code, shown, error = vdyn("coastdown", described(folder, {"headwind": 2.0}), "-o", folder / "out")
     assert code == 0, error
-    return json.loads((folder / "out" / "coastdown.json").read_text(encoding="utf-8")), error, folder / "out"
+    assert "note: " in error
+    assert "note: " not in shown
+    return json.loads((folder / "out" / "coastdown.json").read_text(encoding="utf-8")), shown, folder / "out"
 
 
 HIDDEN = {
@@ -236,8 +238,8 @@ def test_logs_that_hold_nothing_are_refused_in_words(what: str, tmp_path: Path) 
 
 
 def test_a_wind_stays_with_its_day(windy: tuple[dict[str, Any], str, Path]) -> None:
-    _, error, out = windy
-    assert "A headwind of" in error
+    _, shown, out = windy
+    assert "A headwind of" in shown
     assert "headwind" not in read_document(out / "coastdown.json").parameters.extensions
 
 

@@ -63,7 +63,10 @@ def without_unit(column: str) -> tuple[Words, str]:
 
 
 def guess_channels(
-    wanted: Mapping[str, Quantity], facts: Sequence[ChannelFacts], file_name: str
+    wanted: Mapping[str, Quantity],
+    facts: Sequence[ChannelFacts],
+    file_name: str,
+    second_choice: Mapping[str, Words] | None = None,
 ) -> Mapping[str, ChannelGuess]:
     """The column of each channel of a step, from names, units and values; each column is used once.
 
@@ -72,14 +75,16 @@ def guess_channels(
     wanted : the channels of the step.
     facts : the log's columns.
     file_name : its words are added to names that are unspecific alone, such as ``forward``.
+    second_choice : for channels, words that exclude a column only where another one fits.
     """
     found: dict[str, ChannelGuess] = {}
     used: dict[int, str] = {}
     shared = _shared_corner(facts)
     for channel, quantity in wanted.items():
         guess = _time(facts) if channel == "time" else _guess(channel, quantity, facts, file_name)
-        if shared and guess.why == NO_NAME and channel != "position":
-            guess = _guess(channel, quantity, facts, file_name, shared)
+        for ignored in (shared if channel != "position" else frozenset(), (second_choice or {}).get(channel)):
+            if ignored and guess.why == NO_NAME:
+                guess = _guess(channel, quantity, facts, file_name, ignored)
         if guess.facts is not None and id(guess.facts) in used:
             other = used[id(guess.facts)]
             guess = ChannelGuess(None, "", f"its only candidate '{guess.facts.column}' is used for '{other}'")

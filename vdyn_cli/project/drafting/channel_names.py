@@ -29,6 +29,10 @@ _SPELLINGS = {
     "grade": "slope incline gradient steigung pente pendiente pendenza",
     "wind": "viento vento",
     "force": "kraft fuerza forza forca",
+    "pitch": "nick nickwinkel nicken tangage beccheggio cabeceo",
+    "front": "vorn vorne vorder vorderachse vorderachslast avant delantero delantera anteriore voor",
+    "rear": "hinten hinter hinterachse hinterachslast heck arriere trasero trasera posteriore achter",
+    "load": "last achslast radlast radaufstandskraft aufstandskraft charge carga carico",
     "brake": "frein freno freio bremse brems",
     "fx": "fxw",  # of tire test rigs
     "fz": "fzw",
@@ -80,6 +84,7 @@ _JOINED = {
     "front": "前",
     "rear": "后 後",
     "long g": "linealg",
+    "pitch rate": "nickrate nickgeschwindigkeit nickwinkelgeschwindigkeit",
     "lat g": "lateralg",
 }
 _IN_ENGLISH = {joined: word for word, many in _JOINED.items() for joined in many.split()}

@@ -115,7 +115,9 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
         except InputError as error:
             problems += [f.renamed(path.name or name, name) for f in error.findings]
             continue
-        guesses = with_units_by_place(path, facts, guess_channels(wanted, facts, path.name))
+        guesses = with_units_by_place(
+            path, facts, guess_channels(wanted, facts, path.name, _parts(step).get("SECOND_CHOICE"))
+        )
         guessed = GuessedLog(path, facts, guesses, name)
         if guessed.guesses["time"].facts is None:
             what, remedy = without_clock(facts)
@@ -176,8 +178,13 @@ def _drives(
     if key and not key.startswith("side") and not decided:
         body.append(f"  # not decided by the logs, for each run: {key}")
         undecided.append(f"{key.split(':')[0]} of each run")
+    choices = parts.get("ONE_OF", ())
+    if choices and not any(set(way) <= set(made.mapped) for way in choices):
+        undecided.append(" or ".join(" with ".join(way) for way in choices))
     driven = "DRIVE" in parts and are_drives(made.kept, parts["FALLING"], parts["DRIVE"], made.mapped)
     body += parts.get("SETTINGS_OF_DRIVES" if driven else "SETTINGS", "").splitlines()
+    if "settings_of" in parts:
+        body.append(parts["settings_of"](made.kept[0].columns() if made.kept else {}))
     return body, tuple(dict.fromkeys(made.mapped)), tuple(undecided)
 
 

@@ -38,6 +38,9 @@ resistance: the intervals extend to the load without it. State it as ``crosswind
 In a narrow window of speeds rolling resistance and drag area are collinear; ``settings: {fix: {drag_coefficient:
 0.25}}`` fixes one. The result states the window of speeds that separates them.
 
+Lift or downforce changes the wheel loads by rho/2 CzA V^2 (CzA > 0: downforce), and the rolling resistance by frr times
+that: frr CzA is part of the estimated drag area, 0.01 m^2 for frr = 0.01 and CzA = 1 m^2.
+
 Assumes a road load c0 + c2 V^2 (``terms: 3`` adds c1 V), straight driving, tires at one temperature. The
 correction to 20 degC and 100 kPa follows UN GTR 15, the accuracies UN R83 and GTR 15.
 

@@ -1,5 +1,6 @@
 """Lines that ``vdyn init`` adds to the channels of a shaft test: keys that no log contains."""
 
+ONE_OF = (("twist",), ("motor_speed", "wheel_speed"), ("motor_angle", "wheel_angle"))
 DRAFT = """\
 shear_modulus: "?"          # of the material, such as 79.3 +- 0.3 GPa
 sections:                   # from the inside out, from the drawing
