@@ -100,6 +100,12 @@ def test_a_shaft_that_never_rests_shows_its_rounding_in_the_differences() -> Non
     assert twist_resolution(log, RATIO) == 0.0
 
 
+def test_a_steady_rotation_is_no_step_of_the_encoder() -> None:
+    time = np.arange(0.0, 2.0, 1e-3)
+    log = Log("tip_in.csv", time, {name: 30.0 * time for name in ("motor_angle", "wheel_angle")})
+    assert twist_resolution(log, 1.0) == 0.0
+
+
 def test_no_torque_is_no_twist_wherever_the_encoders_count_from() -> None:
     log = with_twist_of_angles(angles(), RATIO)
     slope, zero = np.polyfit(log["shaft_torque"], log["twist"], 1)

@@ -13,6 +13,7 @@ ONE_TURN = 2.1 * np.pi  # rad, largest range of a single-turn encoder; a multi-t
 ROUNDED = 1e-4  # of the largest change, below which a change is that of a rounded number
 FEW_STEPS = 5.5  # smallest changes in a change that is compared with a whole number of them: more add up their rounding
 WHOLE = 0.1  # of a step, median distance of changes from whole steps; it is 0.25 where they have any size
+RESTING = 0.1  # share of unchanged readings, below which differences show the rounding of nearly all of them
 WRONG_RATIO = 0.1  # share of the twist's range by which it may drift
 
 
@@ -47,14 +48,14 @@ def twist_resolution(log: Log, gear_ratio: float) -> float:
 
 
 def _step(angle: Array) -> float:
-    """The smallest change between readings (n,), rad, if the others are multiples of it; else 0.
+    """The smallest change between readings (n,), rad, if the others are multiples of it or unchanged; else 0.
 
     A shaft that turns while it is logged skips many steps at every reading. Then each rounding is independent of the
-    last one, and shows in the differences.
+    last one, and shows in the differences. At a steady speed all its changes are nearly 1 times the smallest.
     """
     changes = np.abs(np.diff(angle[np.isfinite(angle)]))
     moved = changes[changes > ROUNDED * changes.max(initial=0.0)]
-    if not moved.size:
+    if not moved.size or moved.size > (1.0 - RESTING) * changes.size:
         return 0.0
     step = float(moved.min())
     few = moved[moved < FEW_STEPS * step] / step
