@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.commands.drafts import draft
 from tests.io.stored_logs import write
 from vdyn_cli.io.channel_survey import survey, without_clock
 from vdyn_cli.project.drafting.run_conditions import logged_starts
@@ -55,6 +57,25 @@ def test_a_missing_or_doubled_time_is_refused(reading: str, channels: str, messa
     with pytest.raises(InputError) as refused:
         gather(load_step("coastdown"), described(tmp_path, reading, channels))
     assert message in str(refused.value)
+
+
+@pytest.mark.parametrize(("head", "name", "unit"), [("", "column 1", "?"), ("speed_kmh\n", "speed_kmh", "km/h")])
+def test_a_file_of_one_column_is_a_log_of_a_fixed_rate(head: str, name: str, unit: str, tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    log.write_text(head + "".join(f"{60.0 - 0.5 * k}\n" for k in range(90)))
+    found, description = draft("coastdown", log)
+    assert description["channels"] == {"speed": {"column": name, "unit": unit}}
+    assert "rate" in found.undecided
+    text = (
+        found.text.replace('rate: "?"', "rate: 1 Hz")
+        .replace('unit: "?"', "unit: km/h")
+        .replace('.csv"}', '.csv", direction: out}')
+    )
+    filled = re.sub(r'"\?"(.*such as )(.+)', r"\2 #\1", text)
+    (tmp_path / "coast.yaml").write_text(filled)
+    (read,) = gather(load_step("coastdown"), tmp_path / "coast.yaml").logs
+    assert read.time == pytest.approx(np.arange(90.0))
+    assert 3.6 * read["speed"] == pytest.approx(60.0 - 0.5 * np.arange(90))
 
 
 def test_one_of_several_loggers_has_a_rate_and_the_other_several_recordings(tmp_path: Path) -> None:

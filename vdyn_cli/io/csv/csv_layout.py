@@ -19,6 +19,7 @@ from vdyn_cli.io.csv.csv_table import (
     is_numbers,
     is_value,
     numeric_columns,
+    single_column,
     table_with_header,
     table_without_header,
     unit_behind,
@@ -33,6 +34,7 @@ from vdyn_cli.quantities.errors import Finding, InputError
 _HEADS = ((1 << 15, 250), (1 << 16, 1000), (1 << 20, 1000))
 _FEWEST_UNITS = 0.3  # least share of units in a row of units between header and numbers
 _DELIMITERS = (";", "\t", ",", "|", " ")
+_OF_NO_LINE = ","  # delimiter of a file of one column
 _MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNORECASE)
 _MARKS = "comma, semicolon, tab, bar or blank"
 _STAMP = re.compile(r"(.*?)(?:sec|secs|seconds)\n\1(?:nanosec|nsec|nsecs|nanoseconds)")  # names of two columns
@@ -104,6 +106,11 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
             return _layout(table, [len(line) for line in lines], options, name)
         if not part:
             break
+    if not choices:
+        choices = [(_OF_NO_LINE, records) for records in ways_to_quote(text, _OF_NO_LINE)]
+        if (column := single_column(*choices[0], encoding, wanted)) is not None:
+            return _layout(column, [len(line) for line in lines], options, name)
+        choices = []
     bare = table_without_header(choices, wanted) if options.header_row is None else None
     if bare is not None:
         return _layout(bare, [len(line) for line in lines], options, name)
@@ -199,7 +206,10 @@ def _no_table(
         what = f"line {options.header_row} is not a header with numbers below it"
         return InputError(Finding(name, what, remedy="set header_row to the line of the column names, counted from 1"))
     if not choices:
-        remedy = "export it with a column of times beside the values; a first line names both, such as time_s,speed_kmh"
+        remedy = (
+            "export it with a column of times beside the values, or, if its rate is fixed, write "
+            "'reading: {rate: 1 Hz}' and no 'time'; without a header the column is 'column 1'"
+        )
         return InputError(Finding(name, f"has a single column: it contains no {_MARKS}", remedy=remedy))
     delimiter, records = max(choices, key=lambda c: max((len(r.fields) for r in c[1]), default=0))
     columns = numeric_columns(records)

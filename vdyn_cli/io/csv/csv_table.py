@@ -22,6 +22,7 @@ _MOST_BLOCKS = 10  # of rows of numbers, such as lap times among settings, above
 _FEWEST_COUNTED = 3  # columns; a row "1, 2" may be a sample
 EXAMINED_ROWS = 200  # rows examined for the decimal mark
 _JUDGED = 30  # rows at the end of the head that show which columns hold numbers; a preamble is seldom that long
+_FEWEST_OF_ONE = 10  # rows of a file of one column, from which it may be a log
 _LONGEST_RECORD = 8  # lines of a row; more are joined by a stray quote, such as that of 5" wheels
 # Name, unit, range and rate in one cell of the header.
 _BARRED = re.compile(r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}')
@@ -182,6 +183,21 @@ def table_without_header(choices: Sequence[tuple[str, list[CsvRow]]], wanted: Se
     if wanted and not mapped:
         return None
     return CsvTable(delimiter, header, [], [], [""] * width, records, 0, mapped, len(mapped), share)
+
+
+def single_column(delimiter: str, records: list[CsvRow], encoding: str, wanted: Sequence[str]) -> CsvTable | None:
+    """A table of one column of numbers, whose rows have a fixed rate; None if it is none, or other names are wanted."""
+    written = [i for i, r in enumerate(records) if any(map(is_written, r.fields))]
+    first = next((i for i in written if is_value(records[i].fields[0])), None)
+    if first is None or not all(is_value(records[i].fields[0]) for i in written if i > first):
+        return None
+    above = [records[i] for i in written if i < first]
+    name = decoded(above[-1].fields[0], encoding) if above else "column 1"
+    mapped = (0,) if name in wanted else ()
+    if len(above) > 1 or len(records) - first < _FEWEST_OF_ONE or (wanted and not mapped):
+        return None
+    line = above[0].line if above else 0
+    return CsvTable(delimiter, [name], [], [], [""], records[first:], line, mapped, len(mapped), 1.0)
 
 
 def numeric_columns(records: Sequence[CsvRow]) -> dict[int, bool]:

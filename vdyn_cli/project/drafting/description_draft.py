@@ -14,7 +14,7 @@ from typing import Any
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.files import distinct_names
 from vdyn_cli.io.reader import is_clock
-from vdyn_cli.project.drafting.channel_guess import guess_channels
+from vdyn_cli.project.drafting.channel_guess import ChannelGuess, guess_channels
 from vdyn_cli.project.drafting.drafted_channels import channel_line, quoted
 from vdyn_cli.project.drafting.drafted_runs import relative_path, runs_of_loggers, runs_of_one_logger
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog, are_drives
@@ -115,9 +115,12 @@ def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Fin
         except InputError as error:
             problems += [f.renamed(path.name or name, name) for f in error.findings]
             continue
-        guesses = with_units_by_place(
-            path, facts, guess_channels(wanted, facts, path.name, _parts(step).get("SECOND_CHOICE"))
-        )
+        parts = _parts(step)
+        found = guess_channels(wanted, facts, path.name, parts.get("SECOND_CHOICE"))
+        if "FALLING" in parts and len(facts) == 1 and facts[0].state == "varies":
+            unit = found[parts["FALLING"]].unit or "?"
+            found = {**found, parts["FALLING"]: ChannelGuess(facts[0], unit, "the only column of the file")}
+        guesses = with_units_by_place(path, facts, found)
         guessed = GuessedLog(path, facts, guesses, name)
         if guessed.guesses["time"].facts is None:
             what, remedy = without_clock(facts)

@@ -149,7 +149,8 @@ def coast_segment(
     missing = 1 - (end - top + 1) / max(int(np.sum((log.time >= begin) & (log.time <= finish))), 1)
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
     if part.time.size < fewest_rows(split):
-        return RejectedSegment(log.name, begin, finish, f"only {part.time.size} samples have a speed")
+        why = f"only {part.time.size} samples have a speed from {begin:.1f} s to {finish:.1f} s, where the car coasts"
+        return RejectedSegment(log.name, begin, finish, f"{why} (needed: {fewest_rows(split)})")
     segment = CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split, held)
     if missing > STEP_POLICY.most_missing:
         beside = _beside_gaps(segment, shortest)
