@@ -280,6 +280,12 @@ def test_a_letter_of_the_compass_in_the_names_of_logs(names: tuple[str, ...], ex
     assert tuple(one.direction for one in named_directions(names)) == expected
 
 
+def test_logs_in_which_the_speed_only_rises_are_doubted(tmp_path: Path) -> None:
+    time = np.arange(600) * 0.1
+    log = table(tmp_path / "run.csv", Time_s=time, Speed_kmperh=20.0 + time)
+    assert "# speed: 'Speed [km/h]' decreases for 10 s in none of the logs" in draft("coastdown", log)[0].text
+
+
 def test_a_log_that_turns_back_has_no_direction(tmp_path: Path) -> None:
     """From first to last place it goes 600 m east, on the way 2.5 km."""
     east = np.concatenate([np.linspace(0.0, 0.03, 300), np.linspace(0.03, 0.008, 300)])

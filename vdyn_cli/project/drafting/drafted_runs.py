@@ -25,6 +25,7 @@ from vdyn_cli.project.drafting.left_out_logs import (
     split_coast_downs,
     split_recordings,
     why_left_out,
+    without_coast_down,
 )
 from vdyn_cli.project.drafting.logger_runs import Runs
 from vdyn_cli.quantities.vocabulary import CHANNELS, WHEEL_SPEEDS
@@ -109,7 +110,7 @@ def runs_of_one_logger(
     entries = [f"log: {quoted(relative_path(folder, log.path))}{own}" for log, own in zip(logs, windows, strict=True)]
     differ = [log.differing(usual, mapped) for log in kept]
     return DraftedRuns(
-        [*_reading(kept), "channels:", *lines],
+        [*_reading(kept), "channels:", *lines, *without_coast_down(kept, falling, drive)],
         mapped,
         undecided,
         entries,

@@ -142,6 +142,18 @@ def why_left_out(
     return falls if not all(falls) else reasons
 
 
+def without_coast_down(logs: Sequence[GuessedLog], falling: str, drive: Collection[str]) -> list[str]:
+    """A comment for a draft in none of whose logs the falling channel decreases; empty if one does, or may not."""
+    if not falling or not logs or all(set(drive) & set(log.columns()) for log in logs):
+        return []
+    found = [(_no_coast(facts), facts) for log in logs if (facts := log.guesses[falling].facts) is not None]
+    if len(found) < len(logs) or not all(why for why, _ in found):
+        return []
+    return [
+        f"  # {falling}: '{found[0][1].column}' decreases for {_LEAST_FALL:g} s in none of the logs: no coast-downs?"
+    ]
+
+
 def _key(log: GuessedLog, needed: Collection[str]) -> tuple[tuple[str, tuple[tuple[Words, str], str]], ...]:
     return tuple((n, at) for n, at in log.decided_columns().items() if n in needed)
 
