@@ -312,18 +312,36 @@ def test_rivals_of_one_name_state_the_devices_below_the_header(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("second", "gain", "chosen"),
     [
-        ("speed (calc)", 1.0002, "speed (obd)"),  # one speed twice: the first column
-        ("GPS speed", 1.02, "GPS speed"),  # another sensor of the same motion: the one without a wheel radius
-        ("speed (can)", 1.02, "?"),
-        ("GPS speed", 1.2, "?"),
+        ("speed (calc)_mpers", 1.0002, "speed (obd)"),  # one speed twice: the first column
+        ("GPS speed_mpers", 1.02, "GPS speed"),  # another sensor of the same motion: the one without a wheel radius
+        ("speed (can)_mpers", 1.02, "?"),
+        ("GPS speed_mpers", 1.2, "?"),
+        ("gnss_gVel_", 1.02, "speed (obd)"),  # without a unit
     ],
 )
 def test_two_speeds_of_the_same_motion(second: str, gain: float, chosen: str, tmp_path: Path) -> None:
     time = np.arange(600) * 0.1
-    own = {"Time_s": time, "speed (obd)_mpers": 30.0 - 0.4 * time, f"{second}_mpers": gain * (30.0 - 0.4 * time)}
+    own = {"Time_s": time, "speed (obd)_mpers": 30.0 - 0.4 * time, second: gain * (30.0 - 0.4 * time)}
     found, description = draft("coastdown", table(tmp_path / "run.csv", **own))
     assert columns(description["channels"])["speed"][0].removesuffix(" [m/s]") == chosen
-    assert ("shows the same motion" in found.text) == (chosen == "GPS speed")
+    assert ("shows the same motion" in found.text) == (gain == 1.02 and chosen != "?")
+
+
+def test_a_free_phone_in_a_wheel_is_a_pendulum(tmp_path: Path) -> None:
+    axes = {f"Gyroscope {axis} (rad/s)_": 0.02 * WAVE for axis in "xz"}
+    log = table(tmp_path / "run.csv", **{"Time (s)_": np.arange(600) * 0.1}, **axes, **{"Gyroscope y (rad/s)_": WAVE})
+    assert draft("inertia", log)[1]["pendulum"]["channels"]["angular_rate"]["column"] == "Gyroscope y (rad/s)"
+
+
+def test_the_state_of_a_car_is_a_message_not_a_status(tmp_path: Path) -> None:
+    own = {"logMonoTime_": 1e9 * (612.0 + 0.1 * np.arange(600)), "carState.vEgo_": 30.0 - 0.04 * np.arange(600)}
+    assert draft("coastdown", table(tmp_path / "run.csv", **own))[1]["channels"]["speed"]["column"] == "carState.vEgo"
+
+
+def test_the_constant_of_a_motor_is_drafted_under_vehicle(tmp_path: Path) -> None:
+    time = np.arange(600) * 0.1
+    log = table(tmp_path / "run.csv", Time_s=time, Speed_mpers=10 + WAVE, motor_current_A=20 * WAVE)
+    assert draft("validate", log)[1]["vehicle"]["torque_constant"] == "?"
 
 
 def test_the_position_of_a_wheel_is_no_position(tmp_path: Path) -> None:

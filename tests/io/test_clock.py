@@ -103,7 +103,17 @@ def test_a_clock_in_another_unit_is_doubted() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["Device Time", "GPS Time", "UTC time (HHMMSS.SSS)", "Elapsed Time (s)", "system_time", "Zeit (s)", "Uhrzeit", "t"],
+    [
+        "Device Time",
+        "GPS Time",
+        "UTC time (HHMMSS.SSS)",
+        "Elapsed Time (s)",
+        "system_time",
+        "Zeit (s)",
+        "Uhrzeit",
+        "t",
+        "logMonoTime",
+    ],
 )
 def test_a_clock_is_known_by_the_names_that_loggers_give_it(name: str) -> None:
     assert is_clock(name)

@@ -28,6 +28,7 @@ NO_NAME = "no column has such a name"
 _FEWEST_OF_A_WHEEL = 3  # columns of one corner and none of another, from which the log is that of a wheel
 _ROUNDED = 1e-3  # of the largest value: rounding of a column that a logger converted or interpolated
 _SAME_MOTION = 0.05  # of the largest speed: greatest difference of its sensors; a worn tire is 3 % smaller
+_SWINGS = 5.0  # ranges of a swing about its axis and others; a sensor 10 deg off its axis shows 5.7
 _SATELLITE = frozenset(("gps", "gnss", "sat", "satellite"))
 
 _FORWARD = frozenset(("speed", "vehicle_speed"))
@@ -149,9 +150,11 @@ def _guess(
         by = "name and file name" if name else "name"
         if len(best) == 1:
             return _decided(channel, best[0], facts, by)
-        if channel in _FORWARD and (satellite := _of_satellites(best, quantity)) is not None:
-            others_too = " and ".join(_label(f) for f, _, _ in best if f is not satellite[0])
-            guess = _decided(channel, satellite, facts, by)
+        if channel == "angular_rate" and (axis := _axis_of_rotation(best)) is not None:
+            return _decided(channel, axis, facts, f"{by}, the axis that turns most")
+        if channel in _FORWARD and (better := _of_same_motion(best, quantity)) is not None:
+            others_too = " and ".join(_label(f) for f, _, _ in best if f is not better[0])
+            guess = _decided(channel, better, facts, by)
             return replace(
                 guess, why=f"{guess.why}; {others_too} shows the same motion: map it if it is the better one"
             )
@@ -161,12 +164,23 @@ def _guess(
     return ChannelGuess(None, "", "; ".join(dict.fromkeys(others)) or NO_NAME)
 
 
-def _of_satellites(best: Sequence[_Candidate], quantity: Quantity) -> _Candidate | None:
-    """The only speed over ground by satellite, which needs no wheel radius, if the others show the same motion."""
-    own = [one for one in best if _words(one[0].column)[0] & _SATELLITE]
-    if len(own) != 1 or any(unit == "?" for _, unit, _ in best):
+def _axis_of_rotation(best: Sequence[_Candidate]) -> _Candidate | None:
+    """The axis of a gyroscope about which a wheel swings; None if several axes turn."""
+    ranked = sorted(best, key=lambda one: one[0].lowest - one[0].highest)
+    turns = [f.highest - f.lowest for f, _, _ in ranked]
+    return ranked[0] if len(ranked) > 1 and turns[0] >= _SWINGS * turns[1] else None
+
+
+def _of_same_motion(best: Sequence[_Candidate], quantity: Quantity) -> _Candidate | None:
+    """Of speeds that show the same motion, the only one of known unit, in which the others are then compared; else the
+    only one by satellite, which needs no wheel radius. None if the speeds differ."""
+    known = [one for one in best if one[1] != "?"]
+    own = known if len(known) < len(best) else [one for one in best if _words(one[0].column)[0] & _SATELLITE]
+    if len(own) != 1:
         return None
-    shown = [[to_si(x, unit, quantity.unit) for x in (f.highest, *f.ends)] for f, unit, _ in best]
+    units = [own[0][1] if unit == "?" else unit for _, unit, _ in best]
+    columns = [(f.highest, *f.ends) for f, _, _ in best]
+    shown = [[to_si(x, u, quantity.unit) for x in own_ends] for own_ends, u in zip(columns, units, strict=True)]
     apart = max(max(values) - min(values) for values in zip(*shown, strict=True))
     return own[0] if apart <= _SAME_MOTION * max(max(values) for values in shown) else None
 

@@ -29,6 +29,7 @@ _SPELLINGS = {
     "grade": "slope incline gradient steigung pente pendiente pendenza",
     "wind": "viento vento",
     "force": "kraft fuerza forza forca",
+    "gyro": "gyroscope gyroskop gyrometer giroscopio",
     "pitch": "nick nickwinkel nicken tangage beccheggio cabeceo",
     "front": "vorn vorne vorder vorderachse vorderachslast avant delantero delantera anteriore voor",
     "rear": "hinten hinter hinterachse hinterachslast heck arriere trasero trasera posteriore achter",
@@ -92,13 +93,14 @@ _LONGEST_FIRST = re.compile("|".join(sorted(_IN_ENGLISH, key=len, reverse=True))
 _NORTH_EAST_DOWN = re.compile(r"(?<![a-z])(vel(?:ocity)?[_ ]?)[ned](?![a-z])", re.IGNORECASE)
 # SPN 84 of J1939, CCVS1: the vehicle's speed, which the control unit computes from the wheels.
 _FROM_WHEELS = re.compile(r"wheel[ _-]?based(?=[ _-]?(vehicle|veh|speed))", re.IGNORECASE)
+_ESTIMATED = re.compile(r"(?<![a-z])(car|vehicle|ego)_?state[._]", re.IGNORECASE)  # a message of the car's motion
 _ACCENTS = re.compile("[\u0300-\u0307\u0309-\u036f]")  # without the German dieresis, U+0308
 
 
 def in_english(name: str) -> str:
     """A name with joined words of other languages in English, separated by blanks, and without accents."""
     plain = unicodedata.normalize("NFC", _ACCENTS.sub("", unicodedata.normalize("NFD", name)))
-    plain = _FROM_WHEELS.sub("", plain)
+    plain = _ESTIMATED.sub("", _FROM_WHEELS.sub("", plain))
     plain = _NORTH_EAST_DOWN.sub(r"\1 north ", plain)
     return _LONGEST_FIRST.sub(lambda found: f" {_IN_ENGLISH[found[0].lower()]} ", plain)
 
@@ -167,5 +169,5 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "twist": (("twist",), "linear angular"),
     "motor_speed": (("motor speed", "motor n"), ""),
     "angle": (("angle",), "steering slip"),
-    "angular_rate": (("angular rate", "angular speed", "gyro"), ""),
+    "angular_rate": (("angular rate", "angular speed", "gyro"), "absolute abs magnitude norm"),
 }

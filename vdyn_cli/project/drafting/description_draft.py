@@ -174,7 +174,7 @@ def _drives(
     own = [log.window + keys + other for log, keys, other in zip(made.kept, found.keys, made.keys, strict=True)]
     runs, decided = _runs(made.entries, made.left_out, key, ways, own)
     body = [filled for line in parts.get("DRAFT", "").splitlines() for filled in _filled(line, found.air)]
-    at = body.index("vehicle:") + 1 if "vehicle:" in body else 0
+    at = next((k + 1 for k, line in enumerate(body) if line.startswith("vehicle:")), 0)
     body[at:at] = _constants(step, parts, made.mapped, body)
     body += [*made.lines, "runs:", *(f"  # {note}" for note in (*notes, *found.notes)), *runs]
     undecided = list(made.undecided)
