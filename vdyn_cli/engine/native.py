@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 from typing import Any
 
+from vdyn_cli.engine.delayed_signals import delayed_signals
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir import print_kernel
 from vdyn_cli.engine.kernel import Seeds, in_groups
@@ -77,7 +78,8 @@ def compiled(text: str, vectorized: bool = False) -> tuple[Callable[..., None], 
             passes.getModulePassManager().run(module, passes)
         made = llvm.create_mcjit_compiler(module, machine)
         made.set_object_cache(**cache)
-        made.finalize_object()
+        with delayed_signals():  # the cache is a callback
+            made.finalize_object()
         return made
 
     def object_code() -> bytes:
