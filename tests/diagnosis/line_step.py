@@ -78,7 +78,7 @@ class LineProblem:
     def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
         return stated
 
-    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
+    def including(self, result: Result, answers: Sequence[tuple[float | None, Result]]) -> Result:
         return result
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:

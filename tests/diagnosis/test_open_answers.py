@@ -20,20 +20,20 @@ def named(title: str) -> Result:
     return Result("coastdown", title, Parameters({}), fit, "")
 
 
-class Spanned:
-    """A problem that records the results that it spans."""
+class Including:
+    """A problem that records the results that it includes."""
 
     def __init__(self) -> None:
         self.answers: list[str] = []
 
-    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
-        self.answers = [a.sentence for a in answers]
+    def including(self, result: Result, answers: Sequence[tuple[float | None, Result]]) -> Result:
+        self.answers = [a.sentence for _, a in answers]
         return result
 
 
 @pytest.mark.parametrize("open_baseline", [True, False])
 def test_the_baseline_is_included_only_where_it_is_an_answer(open_baseline: bool) -> None:
-    problem: Any = Spanned()
+    problem: Any = Including()
     strategy: Any = None
     answers = [OpenAnswer("headwind", {}), *([OpenAnswer(BASELINE, {})] if open_baseline else [])]
     _Widening(strategy, problem, named("base"), named("slope")).including(answers, [named("slope and headwind")])

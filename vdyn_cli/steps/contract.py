@@ -101,19 +101,14 @@ class SimulatedProblem(Problem, Protocol):
         """Values (n,) of a part's coordinate in the runs at the baseline's solution; None (default): the whole span."""
         return None
 
-    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
-        """The result with intervals of its further numbers that span those of all answers; unchanged by default.
+    def including(self, result: Result, answers: Sequence[tuple[float | None, Result]]) -> Result:
+        """The result with intervals of its further numbers that include those of all answers; unchanged by default.
 
         Further numbers are those in ``extra``, such as forces over speed, not the parameters.
-        """
-        return result
-
-    def averaged(self, result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
-        """The result with intervals of its further numbers from its mixture with other answers; unchanged by default.
 
         Parameters
         ----------
-        answers : probability and result of each.
+        answers : probability and result of each; None: included whatever its probability.
         """
         return result
 

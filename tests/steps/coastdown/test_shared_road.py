@@ -16,7 +16,7 @@ from vdyn_cli.inference.restricted_likelihood import RandomUnknowns
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.added_effects import AddedEffects
-from vdyn_cli.steps.coastdown.doubts.force_intervals import spanning_forces
+from vdyn_cli.steps.coastdown.doubts.force_intervals import with_answers
 from vdyn_cli.steps.coastdown.fit.road_load_fit import fit_road_load
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
@@ -124,7 +124,7 @@ def test_the_forces_of_open_answers_are_held() -> None:
         row = {"speed_kmh": 60.0, "force_N": 0.5 * (ends[0] + ends[1]), "interval95": list(ends)}
         return Result("coastdown", "", Parameters({}), fit, "", extra={"road_load": {"tested": 1, "force": [row]}})
 
-    held = spanning_forces(at(190.0, 200.0), (at(185.0, 195.0), at(198.0, 210.0))).extra["road_load"]
+    held = with_answers(at(190.0, 200.0), ((None, at(185.0, 195.0)), (None, at(198.0, 210.0)))).extra["road_load"]
     assert held["tested"] == 1
     assert held["force"][0] == {"speed_kmh": 60.0, "force_N": 195.0, "interval95": [185.0, 210.0]}
 

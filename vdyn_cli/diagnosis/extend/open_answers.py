@@ -90,7 +90,8 @@ class _Widening:
         result = self.result
         if others:
             held = not self.base.refused and any(one.label == BASELINE for one in found)
-            result = self.problem.spanning(result, [self.base, *others] if held else others)
+            whole = [self.base, *others] if held else others
+            result = self.problem.including(result, [(None, one) for one in whole])
         return with_wider_intervals(result, widened(result.parameters, found), note)
 
     def baseline(self, at: FittedModel | None = None) -> OpenAnswer:
@@ -99,12 +100,12 @@ class _Widening:
 
     def averaged(self, fitted: FittedModel) -> Result:
         """The result of this fit, with the intervals of its mixture with answers of one more effect."""
-        found, others = list[OpenAnswer](), list[tuple[float, Result]]()
+        found, others = list[OpenAnswer](), list[tuple[float | None, Result]]()
         for answer, probability in probable_answers(self.strategy, fitted):
             (one,), results = self.published([answer])
             found.append(replace(one, probability=probability))
             others += [(probability, result) for result in results]
-        averaged = self.problem.averaged(self.result, others) if others else self.result
+        averaged = self.problem.including(self.result, others) if others else self.result
         return with_wider_intervals(averaged, widened(averaged.parameters, found))
 
     def published(
@@ -160,7 +161,7 @@ def holding_free_curve(result: Result, extension: Extension, law: Learned | None
     if law is None or law.free is None or extension.effects != (law.name,) or not result.parameters:
         return result
     curve = publish_with(problem, [law.free])[0]
-    return result if curve is None else problem.spanning(result, [curve])
+    return result if curve is None else problem.including(result, [(None, curve)])
 
 
 def by_fit(

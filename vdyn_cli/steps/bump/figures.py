@@ -9,7 +9,8 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.result import Comparison, Figure, Series
-from vdyn_cli.steps.bump.replay import ENDS, Replay
+from vdyn_cli.steps.bump.known_car import ENDS
+from vdyn_cli.steps.bump.replay import Replay
 
 UNITS = {"front_load": "N", "rear_load": "N", "vertical_acceleration": "m/s^2", "pitch_rate": "rad/s"}
 LINE = 800  # points of a loop, more than the pixels across a figure

@@ -10,6 +10,7 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.physics.laws.suspension import damper, spring
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.known_car import ENDS
 from vdyn_cli.steps.bump.replay import replay
 from vdyn_cli.steps.free_part import Part, addition, sensor_part
 
@@ -20,7 +21,6 @@ SENSORS = {  # span and plausible error of a reading, in its unit
     "vertical_acceleration": ((-15.0, 15.0), 0.3, "m/s^2", "the vertical acceleration reading"),
     "pitch_rate": ((-1.0, 1.0), 0.02, "rad/s", "the pitch rate reading"),
 }
-AXLES = ("front", "rear")
 HEIGHT = 0.02  # m, plausible error of a bump's described profile
 AROUND = 0.2  # share of a bump's length by which its edges may lie outside the described ones
 
@@ -37,7 +37,7 @@ def bump_parts(channels: Sequence[str], length: float) -> tuple[Part, ...]:
         for name, (span, size, unit, what) in SENSORS.items()
         if name in channels
     )
-    return (*suspension_parts(AXLES), _profile(length), *sensors)
+    return (*suspension_parts(ENDS), _profile(length), *sensors)
 
 
 def suspension_parts(axles: Sequence[str]) -> tuple[Part, ...]:

@@ -10,8 +10,8 @@ import numpy as np
 from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
+from vdyn_cli.steps.bump.known_car import ENDS
 
-ENDS = ("front", "rear")
 OFF_ROAD = 1e-3  # share of the load at rest below which a wheel is off the road: integration errors are smaller
 
 

@@ -18,9 +18,9 @@ from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.bump.figures import UNITS
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
-from vdyn_cli.steps.bump.known_car import KnownCar, static_loads
+from vdyn_cli.steps.bump.known_car import ENDS, KnownCar, static_loads
 from vdyn_cli.steps.bump.noise import MISFIT
-from vdyn_cli.steps.bump.replay import ENDS, Replay
+from vdyn_cli.steps.bump.replay import Replay
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 TIRE = "tire_vertical_stiffness"

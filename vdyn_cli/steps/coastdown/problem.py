@@ -19,7 +19,7 @@ from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.crosswind import crosswind_shift, stated_crosswind
 from vdyn_cli.steps.coastdown.doubts.fit_quality import quality_of
-from vdyn_cli.steps.coastdown.doubts.force_intervals import averaged_forces, spanning_forces
+from vdyn_cli.steps.coastdown.doubts.force_intervals import with_answers
 from vdyn_cli.steps.coastdown.doubts.result_doubts import doubts
 from vdyn_cli.steps.coastdown.doubts.speed_gain import SpeedGain, speed_gain, with_measured_gain, with_speed_gain
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
@@ -151,13 +151,9 @@ class CoastdownProblem(SimulatedProblem):
         findings = (*self.findings, *contradiction, *wind, *doubts(estimates), *of_logs)
         return result_of(estimates, self.known.estimates.get("frontal_area"), added.unknowns, findings)
 
-    def spanning(self, result: Result, answers: Sequence[Result]) -> Result:
+    def including(self, result: Result, answers: Sequence[tuple[float | None, Result]]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""
-        return spanning_forces(result, answers)
-
-    def averaged(self, result: Result, answers: Sequence[tuple[float, Result]]) -> Result:
-        """See ``SimulatedProblem``: the forces over speed."""
-        return averaged_forces(result, answers)
+        return with_answers(result, answers)
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The road load as tested, and the drag coefficient where the frontal area is known."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,10 +119,10 @@ def coast_segment(
     """
     if log.time.size == 0:
         return RejectedSegment(log.name, 0.0, 0.0, "no row holds a number in every channel that is read")
-    speed, start, stop = log["speed"], float(log.time[0]), float(log.time[-1])
-    there = np.isfinite(speed)
+    rejected = partial(RejectedSegment, log.name, float(log.time[0]), float(log.time[-1]))
+    there = np.isfinite(log["speed"])
     if there.sum() < fewest_rows(split):
-        return RejectedSegment(log.name, start, stop, f"only {there.sum()} samples have a speed")
+        return rejected(f"only {there.sum()} samples have a speed")
     whole = rows(log, there)
     smooth = _smoothed(whole)
     upper, lower = window or (float(smooth.max()), float(smooth.min()))
@@ -131,33 +132,29 @@ def coast_segment(
         high, top = top, released(whole, smooth, top, end)
         held = held_before(whole.time, smooth, high, top)
     if window is None and upper - lower < STEP_POLICY.least_fall:
-        why = f"not a coast-down: the speed falls by less than {STEP_POLICY.least_fall:g} m/s"
-        return RejectedSegment(log.name, start, stop, why)
+        return rejected(f"not a coast-down: the speed falls by less than {STEP_POLICY.least_fall:g} m/s")
     covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
     if covered <= 0.0:
         span, wanted = (f"{3.6 * a:.1f} to {3.6 * b:.1f} km/h" for a, b in ((smooth[0], smooth[-1]), (upper, lower)))
-        why = f"the speed, {span}, does not fall through any part of the speed window {wanted}"
-        return RejectedSegment(log.name, start, stop, why)
+        return rejected(f"the speed, {span}, does not fall through any part of the speed window {wanted}")
     if covered < covered_least:
         reach = f"{3.6 * smooth[top]:.1f} to {3.6 * smooth[end]:.1f} km/h"
         wanted = f"{3.6 * upper:.1f} to {3.6 * lower:.1f} km/h"
-        why = f"coasts from {reach} only, less than {100 * covered_least:.0f} % of the speed window {wanted}"
-        return RejectedSegment(log.name, start, stop, why)
+        return rejected(f"coasts from {reach} only, less than {100 * covered_least:.0f} % of the speed window {wanted}")
     begin, finish = float(whole.time[top]), float(whole.time[end])
+    rejected = partial(RejectedSegment, log.name, begin, finish)
     if finish - begin < shortest:
-        return RejectedSegment(log.name, begin, finish, f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
+        return rejected(f"lasts {finish - begin:.1f} s, shorter than {shortest:g} s")
     missing = 1 - (end - top + 1) / max(int(np.sum((log.time >= begin) & (log.time <= finish))), 1)
     part = rows(whole, (whole.time >= begin) & (whole.time <= finish))
     if part.time.size < fewest_rows(split):
         why = f"only {part.time.size} samples have a speed from {begin:.1f} s to {finish:.1f} s, where the car coasts"
-        return RejectedSegment(log.name, begin, finish, f"{why} (needed: {fewest_rows(split)})")
+        return rejected(f"{why} (needed: {fewest_rows(split)})")
     segment = CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split, held)
     if missing > STEP_POLICY.most_missing:
         beside = _beside_gaps(segment, shortest)
         if beside is None or _falls(beside) < covered_least * (upper - lower):
-            return RejectedSegment(
-                log.name, begin, finish, f"the speed is missing in {100 * missing:.0f} % of the rows"
-            )
+            return rejected(f"the speed is missing in {100 * missing:.0f} % of the rows")
         return beside
     return segment
 

@@ -248,9 +248,7 @@ def _without_braked_runs(
     """Segments of runs not braked above the speed window, and the others as rejected: their brakes may still drag."""
     wholes = [coast_segment(k, usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(logs)]
     coasts = [s for s in wholes if isinstance(s, CoastSegment)]
-    inertia = known["mass"].value + known["rotating_mass"].value
-    pushed = [_known_force(s.log, "coasting", known) / inertia for s in coasts]
-    braked = braked_while_coasting(coasts, pushed, [spec.runs[s.run].direction for s in coasts]) if coasts else {}
+    braked = braked_while_coasting(coasts, *_pushed(spec, coasts, "coasting", known)) if coasts else {}
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
     for one in segments:
@@ -272,30 +270,35 @@ def _without_disturbed_parts(
     window: tuple[float, float] | None,
 ) -> tuple[list[CoastSegment], list[RejectedSegment]]:
     """Segments without the parts that a brake, a clutch, a driveline, a throttle or a filter disturbed."""
-    inertia = known["mass"].value + known["rotating_mass"].value
-    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
-    directions = [spec.runs[s.run].direction for s in segments]
+    shortest = spec.settings.minimum_length.value
     if drive != "coasting":
         if all("acceleration" in s.log for s in segments):
             return segments, []  # unknown hills would be mistaken for brakes here
-        return without_outliers(segments, pushed, directions, spec.settings.minimum_length.value)
+        return without_outliers(segments, *_pushed(spec, segments, drive, known), shortest)
     kept = [_kept(spec, s) for s in segments]
     wholes = [logs[s.run] for s in segments]
     segments, filtered = without_filtered_start(segments, wholes, kept)
-    segments, late = without_late_clutch(segments, wholes, directions, kept)
-    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
-    span, shortest = window and window[0] - window[1], spec.settings.minimum_length.value
-    segments, braked = without_braking(segments, pushed, directions, span, shortest)
+    segments, late = without_late_clutch(segments, wholes, [spec.runs[s.run].direction for s in segments], kept)
+    span = window and window[0] - window[1]
+    segments, braked = without_braking(segments, *_pushed(spec, segments, drive, known), span, shortest)
     segments = [part for s in segments for part in split(s)]
     segments, ended = without_final_braking(segments, [_kept(spec, s) for s in segments])
-    pushed = [_known_force(s.log, drive, known) / inertia for s in segments]
-    segments, crept = without_creep(segments, pushed, [spec.runs[s.run].direction for s in segments])
+    segments, crept = without_creep(segments, *_pushed(spec, segments, drive, known))
     return segments, [*filtered, *late, *braked, *ended, *crept]
 
 
 def _kept(spec: CoastdownSpec, segment: CoastSegment) -> list[tuple[float, float]]:
     """First and last times, s, of what the description keeps of a run."""
     return [(k.start.value, k.stop.value) for k in spec.runs[segment.run].keep]
+
+
+def _pushed(
+    spec: CoastdownSpec, segments: Sequence[CoastSegment], drive: DriveSignal, known: Mapping[str, Given]
+) -> tuple[list[Array], list[str | None]]:
+    """Acceleration by drive and slope of each segment, (n,) m/s^2, and its direction."""
+    inertia = known["mass"].value + known["rotating_mass"].value
+    forces = [_known_force(s.log, drive, known) for s in segments]
+    return [force / inertia for force in forces], [spec.runs[s.run].direction for s in segments]
 
 
 def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Array:
