@@ -39,7 +39,6 @@ from vdyn_cli.steps.pendulum.pendulum_fit import FreeSwing, Recording, free_swin
 
 FREE_TORQUE = 20.0  # N m, plausible amplitude of a free profile
 ANY_TIRE = Given(0.010, 0.003)  # rolling resistance of car tires
-WINDOWS = (0.125, 0.25, 0.5, 1.0)  # s of integration: a clock offset shows where torque and speed change fast
 # Share of noise in the speed that separates inertia from radius, torque's gain and mass. With an error of 5 % of a
 # variance it biases the inertia beside one of them by 7.5 % in the diagnosis, about a standard error, and by
 # 2.5 % in the published result.
@@ -137,7 +136,7 @@ class InertiaProblem(SimulatedProblem):
         """The balance over the shortest windows with at most this share of noise, and at least ``least`` s long."""
         assert self.balance is not None
         wheel = self.balance.wheel
-        window = max(long_enough(self.data.runs, wheel, WINDOWS, most_noise), least)
+        window = max(long_enough(self.data.runs, wheel, most_noise), least)
         return _balance(self.data.runs, window, wheel, self.balance.torque_zero)
 
     def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:

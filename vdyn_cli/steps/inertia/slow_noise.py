@@ -18,6 +18,7 @@ SHARED = -1.5  # var(d3 w) / 20 by the covariance of adjacent w: 2 (-3 - 9 - 3) 
 # Least relative excess of the variance over that of the samples' noise, in units of (2 / n)^0.5: two standard errors of
 # a variance from the median of overlapping third differences.
 LEAST_EXCESS = 5.0
+WINDOWS = (0.125, 0.25, 0.5, 1.0)  # s of integration: a clock offset shows where torque and speed change fast
 FEWEST_WINDOWS = 16  # windows of a run
 TINY = 1e-12  # (rad/s)^2
 # s: ten times the largest clock offset, so that late readings of forces matter little.
@@ -122,8 +123,8 @@ def _slips(block: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, Arra
     return block.change(linear), block.change(linear * np.abs(share))
 
 
-def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], widths: Sequence[float], most: float) -> float:
-    """The shortest of the ``widths`` of windows, s, in which the wheel's speed separates inertia from radius and mass.
+def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], most: float) -> float:
+    """The shortest of ``WINDOWS``, s, in which the wheel's speed separates inertia from radius and mass.
 
     The wheel's acceleration is nearly proportional to that of the car, which acts on radius and mass. Only the rest of
     the speed gained, by the tire's slip, discriminates between them. With a share n of noise in the variance of that
@@ -131,10 +132,10 @@ def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], widths: Sequenc
 
     Parameters
     ----------
-    logs : of the runs. wheel : as of :func:`drive_windows`. widths : s, ascending.
-    most : the share n that is allowed; the last width where none keeps it.
+    logs : of the runs. wheel : as of :func:`drive_windows`. most : the share n that is allowed; the last where none
+        keeps it.
     """
-    for width in widths:
+    for width in WINDOWS:
         left = noise = 0.0
         for run in (drive_windows(log, width, wheel) for log in logs):
             columns = [run.integral(run.log[name]) for name in ("hub_force_x", "acceleration", "hub_force_z")]
@@ -145,4 +146,4 @@ def long_enough(logs: Sequence[Log], wheel: Mapping[str, float], widths: Sequenc
                 noise += 2.0 * run.noise.speed**2 * (rest.size - matrix.shape[1])
         if noise < most * left:
             return width
-    return widths[-1]
+    return WINDOWS[-1]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
-from vdyn_cli.steps.validate.drives.complete_inputs import FEWEST_SAMPLES, OUTPUTS
+from vdyn_cli.steps.validate.drives.complete_inputs import DRIVE_TORQUES, FEWEST_SAMPLES, INPUTS, OUTPUTS
 from vdyn_cli.steps.validate.preparation import powered_windows, prepare
 from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.spec import ValidateSpec
@@ -34,7 +34,7 @@ STEP = Step(
     any_gain={"speed": MOST_GAIN},
     run_keys=("direction", "start", "temperature"),
     prepare=prepare,
-    complete=("drive_torque", "drive_torque_left", "drive_torque_right", "brake_torque", "grade", "wind_speed"),
+    complete=(*DRIVE_TORQUES, *INPUTS),
     unbroken=("speed",),
     fewest_rows=FEWEST_SAMPLES,
     diagnosable=Diagnosable(

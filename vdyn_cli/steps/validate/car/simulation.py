@@ -22,6 +22,7 @@ from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.validate.car.prior import ParameterPrior, clipped_to_prior
 from vdyn_cli.steps.validate.car.sensors import Sensors, ideal_readings
 from vdyn_cli.steps.validate.car.unknowns import START, TORQUE_ZERO, UnknownVector
+from vdyn_cli.steps.validate.drives.complete_inputs import DRIVE_TORQUES
 from vdyn_cli.steps.validate.drives.input_torque import DriveInputs
 from vdyn_cli.steps.validate.drives.segments import DriveSegment
 
@@ -32,7 +33,7 @@ JITTER = 1.05  # by which the jitter of a clock may exceed the step
 
 
 @effect(
-    on=("drive_torque", "drive_torque_left", "drive_torque_right"),
+    on=DRIVE_TORQUES,
     unknowns=(Quantity(TORQUE_ZERO, "N m", "reading of the drive torque without torque, in one drive"),),
     reference="a data sheet's zero",
 )

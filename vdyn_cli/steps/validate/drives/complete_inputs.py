@@ -14,6 +14,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 FEWEST_SAMPLES = 50  # samples of a drive
 LONGEST_GAP = 5.0  # longest gap of the clock, in median spacings
 MOSTLY_FILLED = 0.5  # share of rows with values, below which an input comes from a slower logger
+DRIVE_TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
 INPUTS = ("brake_torque", "grade", "wind_speed")  # zero where not recorded
 WHEELS = ("wheel_speed_fl", "wheel_speed_fr", "wheel_speed_rl", "wheel_speed_rr")
 OUTPUTS = ("speed", *WHEELS, "shaft_torque_left", "shaft_torque_right", "acceleration")
@@ -31,7 +32,7 @@ def unusable(log: Log) -> list[Finding]:
         what = f"no samples for {steps[hole]:.2g} s: the torque is unknown"
         remedy = _split(log.time[hole], log.time[hole + 1])
         found.append(Finding(f"{log.name}, at {log.time[hole]:.2f} s", what, "", remedy))
-    for name in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS):
+    for name in (*DRIVE_TORQUES, *INPUTS):
         if name in log:
             found += _gaps(log, name)
     speed = np.isfinite(log["speed"])
@@ -44,7 +45,7 @@ def unusable(log: Log) -> list[Finding]:
 
 def completed(log: Log) -> tuple[Log, list[Finding]]:
     """The log with complete inputs, cut to the time covered by speed and inputs, without mostly empty outputs."""
-    needed = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", *INPUTS) if n in log]
+    needed = [n for n in (*DRIVE_TORQUES, *INPUTS) if n in log]
     there = np.isfinite(log["speed"])
     first = max([int(np.argmax(there)), *(int(np.argmax(np.isfinite(log[n]))) for n in needed)])
     last = min(_last(there), *(_last(np.isfinite(log[n])) for n in needed)) if needed else _last(there)

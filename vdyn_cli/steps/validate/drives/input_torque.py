@@ -24,11 +24,11 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.validate.drives.broken_lines import off_samples, with_corners
+from vdyn_cli.steps.validate.drives.complete_inputs import DRIVE_TORQUES
 from vdyn_cli.steps.validate.drives.line_fits import lines_after, lines_before
 from vdyn_cli.steps.validate.drives.segments import RUN_START, DriveSegment, total_drive_torque
 
-TORQUES = ("drive_torque", "drive_torque_left", "drive_torque_right")
-NOISY_INPUTS = (*TORQUES, "brake_torque")  # inputs whose noise excites the simulated car
+NOISY_INPUTS = (*DRIVE_TORQUES, "brake_torque")  # inputs whose noise excites the simulated car
 LEAST_TORQUE = 1e-3  # N m, least noise of a torque
 SEED = 20170401  # of the noise that is added to the torque
 
@@ -44,14 +44,6 @@ class TorqueSignals:
 
     values: Mapping[str, Array]
     corners: Mapping[str, Points]
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentTorques:
-    """A segment's denoised torques, and those with additional noise of their sensors' level."""
-
-    denoised: TorqueSignals
-    perturbed: TorqueSignals
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,20 +67,23 @@ class DriveInputs:
     read_radius: float = 0.0
 
     @cached_property
-    def torques(self) -> tuple[SegmentTorques, ...]:
-        """Torques of every segment; as measured for a mass on a road, which has no shafts."""
+    def torques(self) -> tuple[tuple[TorqueSignals, TorqueSignals], ...]:
+        """Denoised torques of every segment, and the same with additional noise of their sensors' level.
+
+        As measured for a mass on a road, which has no shafts.
+        """
         denoise = self.model.name == "vehicle"
         return tuple(_segment_torques(k, s, self.model.inputs, denoise, self.zero) for k, s in enumerate(self.segments))
 
     @cached_property
     def drives(self) -> tuple[Drive, ...]:
         """Inputs of the simulator."""
-        return tuple(self._drive(s, one.denoised) for s, one in zip(self.segments, self.torques, strict=True))
+        return tuple(self._drive(s, denoised) for s, (denoised, _) in zip(self.segments, self.torques, strict=True))
 
     @cached_property
     def perturbed_drives(self) -> tuple[Drive, ...]:
         """Inputs of the simulator with additional noise of the torque sensors' level."""
-        return tuple(self._drive(s, one.perturbed) for s, one in zip(self.segments, self.torques, strict=True))
+        return tuple(self._drive(s, noisy) for s, (_, noisy) in zip(self.segments, self.torques, strict=True))
 
     def air(self, temperature: float) -> dict[str, float]:
         """The air density at this temperature (K), where it depends on it."""
@@ -107,7 +102,9 @@ class DriveInputs:
         return Drive(s.time, inputs, {"run_time": s.since}, self.air(s.temperature), context, torques.corners)
 
 
-def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float) -> SegmentTorques:
+def _segment_torques(
+    run: int, s: DriveSegment, inputs: tuple[str, ...], denoise: bool, zero: float
+) -> tuple[TorqueSignals, TorqueSignals]:
     torques = {**s.inputs, "drive_torque": total_drive_torque(s.inputs)} if "drive_torque" in inputs else s.inputs
     names = [n for n in NOISY_INPUTS if n in inputs]
     read = {n: s.sampled.get(n, (s.time, torques[n])) for n in names}
@@ -116,13 +113,13 @@ def _segment_torques(run: int, s: DriveSegment, inputs: tuple[str, ...], denoise
     levels = {n: max(white_level(torque, time), LEAST_TORQUE) for n, (time, torque) in read.items()}
     if not denoise:
         more = {n: torques[n] + levels[n] * noise[k, : s.time.size] for k, n in enumerate(names)}
-        return SegmentTorques(TorqueSignals({n: torques[n] for n in names}, {}), TorqueSignals(more, {}))
-    zeros = {n: zero if n in TORQUES else 0.0 for n in names}
+        return TorqueSignals({n: torques[n] for n in names}, {}), TorqueSignals(more, {})
+    zeros = {n: zero if n in DRIVE_TORQUES else 0.0 for n in names}
     clean = {n: denoised(*read[n], levels[n], zeros[n]) for n in names}
     more = {n: clean[n][0] + levels[n] * noise[k, : clean[n][0].size] for k, n in enumerate(names)}
     again = {n: denoised(read[n][0], more[n], levels[n], zeros[n]) for n in names}
     clocks = {n: time for n, (time, _) in read.items()}
-    return SegmentTorques(_torques(s.time, clocks, clean), _torques(s.time, clocks, again))
+    return _torques(s.time, clocks, clean), _torques(s.time, clocks, again)
 
 
 def _torques(time: Array, clocks: Mapping[str, Array], found: Mapping[str, tuple[Array, Points]]) -> TorqueSignals:

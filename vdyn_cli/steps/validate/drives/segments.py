@@ -16,7 +16,14 @@ from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.failure import no_runs
-from vdyn_cli.steps.validate.drives.complete_inputs import FEWEST_SAMPLES, INPUTS, OUTPUTS, completed, unusable
+from vdyn_cli.steps.validate.drives.complete_inputs import (
+    DRIVE_TORQUES,
+    FEWEST_SAMPLES,
+    INPUTS,
+    OUTPUTS,
+    completed,
+    unusable,
+)
 from vdyn_cli.steps.validate.drives.driven_samples import Driven
 from vdyn_cli.steps.validate.drives.end_speed import end_speed
 from vdyn_cli.steps.validate.drives.power_limit import power_limits
@@ -277,7 +284,7 @@ def total_drive_torque(signals: Mapping[str, Array]) -> Array:
 def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
     part = slice(a, b + 1)
     time = log.time[part]
-    names = [n for n in ("drive_torque", "drive_torque_left", "drive_torque_right", SENSED_SLOPE, *INPUTS) if n in log]
+    names = [n for n in (*DRIVE_TORQUES, SENSED_SLOPE, *INPUTS) if n in log]
     inputs = {n: log[n][part] for n in names}
     outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
     name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name

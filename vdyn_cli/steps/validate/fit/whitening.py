@@ -15,7 +15,8 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps.validate import noise
 from vdyn_cli.steps.validate.car.simulation import SimulatedSegment, SimulationSetup
 from vdyn_cli.steps.validate.car.start_speeds import with_read_starts
-from vdyn_cli.steps.validate.drives.input_torque import LEAST_TORQUE, TORQUES
+from vdyn_cli.steps.validate.drives.complete_inputs import DRIVE_TORQUES
+from vdyn_cli.steps.validate.drives.input_torque import LEAST_TORQUE
 from vdyn_cli.steps.validate.drives.segments import DriveSegment
 from vdyn_cli.steps.validate.fit.residual_rows import FINEST, Prewhitener, RowLayout, prewhitener, row_layout
 from vdyn_cli.steps.validate.fit.shaft_oscillation import ShaftOscillation, shaft_oscillation
@@ -213,7 +214,7 @@ def whiten_drives(setup: SimulationSetup, averaged: bool = False, steady_apart: 
         factor = np.asarray(np.linalg.cholesky(covariance + RIDGE * np.eye(slow.push.size)))
         steady = np.array([sizes[n] * response for n, response in lasting.items()]).reshape(-1, slow.push.size).T
         sample = p.fast({n: v[:, None] for n, v in perturbed[k].items()})[:, :, 0]
-        torques = setup.point.car.inputs.torques[k].denoised.values
+        torques = setup.point.car.inputs.torques[k][0].values
         oscillation = shaft_oscillation(s, p, torques, perturbed[k], level) if oscillating else None
         whitenings.append(
             SegmentWhitening(p, level, factor, prewhitener(sample, lags), oscillation, caution, steady, tuple(lasting))
@@ -223,7 +224,7 @@ def whiten_drives(setup: SimulationSetup, averaged: bool = False, steady_apart: 
 
 def _torque_level(s: DriveSegment) -> float:
     """White noise of a sample of the drive torque, N m."""
-    names = [n for n in TORQUES if n in s.inputs]
+    names = [n for n in DRIVE_TORQUES if n in s.inputs]
     return max(float(np.hypot.reduce([s.noise_levels[n] for n in names])), LEAST_TORQUE)
 
 
