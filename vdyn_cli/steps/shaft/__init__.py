@@ -21,7 +21,8 @@ is reported with both numbers, and the compliance in series if the log is the so
 24 to 28 mm has 2 900 to 8 000 N m/rad; SAE 2017-01-1574 publishes two to four times that.
 
 A torque that is logged late by d lowers c by k d. Where the fit leaves a residual above the noise and a delay explains
-it, the torque is shifted by the delay; c is then determined only if the delay is measured and stated.
+it, the torque is shifted by the delay; c is then determined only if the delay is measured and stated. Where a low-pass
+filter of the torque (one pole, or a Butterworth filter with two) explains it, twist and rate are filtered likewise.
 
 Assumes no free play, constant k and c, one shear modulus (79.3 +- 0.8 GPa, steel, where none is given).
 Sources: SAE 2017-01-1574, equation (26); any text on torsion of round bars for J.

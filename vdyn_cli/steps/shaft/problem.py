@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
+import numpy as np
+
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression
@@ -30,6 +32,7 @@ from vdyn_cli.steps.shaft.shaft_side import ShaftSide
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 from vdyn_cli.steps.shaft.stiffness_comparison import compared_stiffness
 from vdyn_cli.steps.shaft.torque_clock import UNKNOWN, torque_delay
+from vdyn_cli.steps.shaft.torque_filter import torque_filter
 
 FREE_TORQUE = 50.0  # N m, plausible amplitude of a free profile
 TWIST, TWIST_RATE = 0.05, 1.0  # rad, rad/s: twist of a half-shaft in a tip-in, and its rate
@@ -128,10 +131,13 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     """
     read = cache(lambda seconds: readings_of(spec, logs, seconds))
     delay, clocks = torque_delay(read, spec.settings.torque_delay)
-    readings = read(delay.value)
+    # Damping is confounded with the filter's time constant as with a delay.
+    lag, lag_std, filters = torque_filter(read(delay.value))
+    delay = Given(delay.value, float(np.hypot(delay.std, lag_std)))
     # A physical damping bounds the delay, however uncertain the stated one is.
     within = min(delay.std, UNKNOWN)
-    near = [read(delay.value + d) for d in (-within, within)] if within else []
+    taken = [read(delay.value + d) for d in ((0.0, -within, within) if within else (0.0,))]
+    readings, *near = taken if lag is None else [lag.through(one) for one in taken]
     modulus, findings = _shear_modulus(spec, known)
     sides = []
     for name in SIDES:
@@ -145,7 +151,7 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))
-    log_findings = (*clocks, *(f for log in logs for f in log.findings))
+    log_findings = (*clocks, *filters, *(f for log in logs for f in log.findings))
     return ShaftProblem(tuple(sides), findings, log_findings)
 
 

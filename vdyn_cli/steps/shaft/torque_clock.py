@@ -30,12 +30,18 @@ DAMPING_TIME, UNKNOWN = 5e-3, 3e-3
 
 
 @dataclass(frozen=True)
-class _Fits:
-    """The fits to all logged sides with one delay of the torque."""
+class ShaftFits:
+    """The fits to all logged sides with one delay or filter of the torque.
+
+    Parameters
+    ----------
+    excess : of the residuals, times the sensors' noise.
+    physical : no damping is significantly negative, or that of friction.
+    """
 
     solutions: tuple[Solution, ...]
-    excess: float  # of the residuals, times the sensors' noise
-    physical: bool  # no damping is significantly negative, or that of friction
+    excess: float
+    physical: bool
 
     @property
     def damping_time(self) -> float:
@@ -51,7 +57,7 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
     read : the readings with a delay of the torque in s compensated.
     stated : the delay of the description, s; it stands where the logs do not contradict it.
     """
-    before = _fits(read(stated.value))
+    before = shaft_fits(read(stated.value))
     if before is None or before.excess <= STEP_POLICY.shaft_excess:
         return stated, ()
     near = stated.value + _start([run for runs in read(stated.value).values() for run in runs])
@@ -72,8 +78,8 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
     return found, (Finding("channel 'shaft_torque'", what, got, remedy, fault=True, doubt=True),)
 
 
-def _fits(readings: Readings) -> _Fits | None:
-    """The fits without effects; None if one of them fails."""
+def shaft_fits(readings: Readings) -> ShaftFits | None:
+    """The fits to the readings of each side without effects; None if one of them fails, or nothing was read."""
     sides = [runs for runs in readings.values() if runs]
     if not sides:
         return None
@@ -83,12 +89,12 @@ def _fits(readings: Readings) -> _Fits | None:
         return None
     squares = sum(float(np.sum(r**2)) for s in solutions for r in s.residuals)
     conditions = sum(run.conditions_per_sample * run.time.size for runs in sides for run in runs)
-    return _Fits(tuple(solutions), (squares / conditions) ** 0.5, all(_physical(s) for s in solutions))
+    return ShaftFits(tuple(solutions), (squares / conditions) ** 0.5, all(_physical(s) for s in solutions))
 
 
-def _tried(read: Callable[[float], Readings], delay: float) -> _Fits | None:
+def _tried(read: Callable[[float], Readings], delay: float) -> ShaftFits | None:
     try:
-        return _fits(read(delay))
+        return shaft_fits(read(delay))
     except InputError:
         return None
 
