@@ -19,7 +19,7 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.project.inputs import Inputs
 from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.diagnosis import Diagnosis
-from vdyn_cli.quantities.errors import Finding, merge_similar
+from vdyn_cli.quantities.errors import BEFORE_REMEDY, Finding, merge_similar
 from vdyn_cli.quantities.parameter_json import read_document
 from vdyn_cli.quantities.parameters import FORMAT, to_document
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -69,7 +69,8 @@ class StepRecord:
     @property
     def to_read(self) -> tuple[Finding, ...]:
         """The warnings and findings to read before the result is used."""
-        warnings = [Finding(self.result.step, text) for text in self.result.fit.warnings]
+        texts = [text.partition(BEFORE_REMEDY) for text in self.result.fit.warnings]
+        warnings = [Finding(self.result.step, what, remedy=remedy) for what, _, remedy in texts]
         return (*warnings, *(f for f in merge_similar(self.result.findings) if not (f.minor or f.doubt)))
 
     @cached_property

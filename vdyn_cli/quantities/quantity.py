@@ -182,7 +182,9 @@ def from_si(values: Values, unit: str, si_unit: str) -> Values:
 
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_MEASURED = re.compile(rf"^\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER}))?\s*(.*?)\s*$")
+_PLUS_MINUS = r"(?:\+-|\+/-|±)"
+_MEASURED = re.compile(rf"^\s*({_NUMBER})\s*(?:{_PLUS_MINUS}\s*({_NUMBER}))?\s*(.*?)\s*$")
+_DEVIATION = re.compile(rf"^(.*?)\s*{_PLUS_MINUS}\s*({_NUMBER})\s*(.*)$")  # behind a number: its unit, +- 1 %
 
 
 @dataclass(frozen=True)
@@ -194,7 +196,7 @@ class Given:
 
 
 def parse(text: str | float, si_unit: str) -> Given:
-    """Read ``70 km/h``, ``1588 +- 5 kg`` or a plain SI number, and convert it to ``si_unit``.
+    """Read ``70 km/h``, ``1588 +- 5 kg``, ``1588 kg +- 0.3 %`` or a plain SI number, and convert it to ``si_unit``.
 
     Raises
     ------
@@ -209,12 +211,25 @@ def parse(text: str | float, si_unit: str) -> Given:
         raise UnitError(f"'{text[:40]}' is not a number with a unit, such as '1 {si_unit}'")
     number, spread, unit = match.groups()
     if re.match(r",\d", unit) and not spread:
-        raise UnitError(f"'{text[:40]}' has a decimal comma: write {number}.{unit[1:][:30]}")
+        raise UnitError(f"'{text[:40]}' has a {_without_comma(number, unit[1:])}")
+    if not spread and (behind := _DEVIATION.match(unit)):
+        unit, spread, own = behind.groups()
+        relative = own == "%" and unit != "%"
+        spread = float(spread) * (abs(float(number)) / 100.0 if relative else 1.0)
+        if own and not relative:
+            spread *= _scale(own, si_unit)[0] / _scale(unit or si_unit, si_unit)[0]
     if spread and float(spread) < 0.0:
-        right = f"{number} +- {spread[1:]} {unit}".rstrip()
+        right = f"{number} +- {str(spread)[1:]} {unit}".rstrip()
         raise UnitError(f"'{text[:40]}' has a negative standard deviation: write {right[:60]}")
     factor, offset = _scale(unit or si_unit, si_unit)
     return _finite(float(number) * factor + offset, float(spread) * factor if spread else 0.0, text)
+
+
+def _without_comma(number: str, rest: str) -> str:
+    """How to write a number with a comma: three digits behind it may be thousands."""
+    if re.match(r"\d{3}(?!\d)", rest):
+        return f"comma: write {number}{rest[:30]}, or {number}.{rest[:30]} if it is a decimal comma"
+    return f"decimal comma: write {number}.{rest[:30]}"
 
 
 def _finite(value: float, std: float, text: str) -> Given:
