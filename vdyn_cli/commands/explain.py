@@ -149,15 +149,14 @@ def _ranges(effect: Effect) -> list[str]:
 
 def _range(quantity: Quantity, nominal: float | None) -> str:
     usual = f", nominal {nominal:g}" if nominal is not None else ""
-    span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".rstrip()
-    return f"  {quantity.name}: {quantity.meaning}, {span}{usual}"
+    return f"  {quantity.name}: {quantity.meaning}, {quantity.range_text}{usual}"
 
 
 def _quantity(quantity: Quantity) -> str:
     kind = "parameter" if quantity.name in PARAMETERS else "channel"
     symbol = f" ({quantity.symbol})" if quantity.symbol else ""
     lines = [f"{quantity.name}, a {kind}{symbol}: {quantity.meaning}", f"unit: {quantity.unit or '1'}"]
-    lines.append(f"accepted: {quantity.lower:g} to {quantity.upper:g} {quantity.unit}")
+    lines.append(f"accepted: {quantity.range_text}")
     if quantity.name in ESTIMATED_BY:
         lines.append(f"estimated by: vdyn {ESTIMATED_BY[quantity.name]}")
     return "\n".join(lines)

@@ -225,8 +225,7 @@ def _wrong_numbers(estimate: Estimate, quantity: Quantity | None, place: str) ->
     elif low > high:
         yield Finding(place, "has an interval whose lower end lies above the upper one", f"{low:g} to {high:g}", _AGAIN)
     elif quantity is not None and not quantity.allows(estimate.value):
-        span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
-        yield Finding(place, f"lies outside {span}", f"{estimate.value:g}", _AGAIN)
+        yield Finding(place, f"lies outside {quantity.range_text}", f"{estimate.value:g}", _AGAIN)
 
 
 def _correlation(rows: Mapping[str, Any], where: str, problems: list[Finding]) -> dict[str, dict[str, float]]:

@@ -42,6 +42,11 @@ class Quantity:
         """Whether a value in the SI unit lies within the range, including its ends."""
         return self.lower <= value <= self.upper
 
+    @property
+    def range_text(self) -> str:
+        """The physical range as text: ``0 to 3 kg``."""
+        return f"{self.lower:g} to {self.upper:g} {self.unit}".strip()
+
 
 # Spellings that test benches use and that pint reads otherwise ("Nm" is its number-meter) or not at all.
 _SPELLINGS = (

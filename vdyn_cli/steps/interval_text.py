@@ -20,6 +20,13 @@ def with_interval(estimate: Estimate | Budget, unit: str = "") -> str:
     return " ".join(filter(None, (number(estimate.value, estimate.std), unit, f"(95 %: {low} to {high})")))
 
 
+def ends(interval: tuple[float, float], scale: float = 1.0) -> str:
+    """``0.0092 to 0.0098``, with the digits that are significant by half the interval; ``scale`` converts its unit."""
+    low, high = interval
+    half = 0.5 * scale * (high - low)
+    return f"{number(scale * low, half)} to {number(scale * high, half)}"
+
+
 def with_wider_intervals(result: Result, parameters: Parameters, note: str = "") -> Result:
     """The result with wider intervals of its parameters, and its sentence with these intervals.
 
@@ -62,8 +69,8 @@ def _without_impossible(result: Result) -> Result:
         return result
     withheld = dict(result.withheld)
     for name, q in outside.items():
-        span = f"{q.lower:g} to {q.upper:g} {q.unit}".strip()
-        withheld[name] = f"its estimate of {result.parameters[name].value:.3g} is outside the physical range, {span}"
+        value = result.parameters[name].value
+        withheld[name] = f"its estimate of {value:.3g} is outside the physical range, {q.range_text}"
     return replace(result, parameters=result.parameters.without(outside), withheld=withheld)
 
 

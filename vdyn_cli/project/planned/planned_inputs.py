@@ -177,6 +177,6 @@ def _settings(
             problems.append(Finding(where, f"'plan.{name}' {error}", "", example))
             continue
         if not quantity.allows(found[name]):
-            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
-            problems.append(Finding(where, f"'plan.{name}' lies outside {span}", str(spec.plan[name]), example))
+            what = f"'plan.{name}' lies outside {quantity.range_text}"
+            problems.append(Finding(where, what, str(spec.plan[name]), example))
     return found

@@ -99,9 +99,8 @@ def known_channels(step: Step, spec: Description, source: YamlSource, problems: 
                 problems.append(Finding(where, str(error), "", f"write it as '{example}'"))
                 continue
             if not quantity.allows(value):
-                span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
                 got, remedy = str(stated.constant), "check its unit and sign"
-                problems.append(Finding(where, f"channel '{name}' lies outside {span}", got, remedy))
+                problems.append(Finding(where, f"channel '{name}' lies outside {quantity.range_text}", got, remedy))
                 continue
             found[name] = value
     return found

@@ -231,7 +231,6 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
         outside = (values < quantity.lower) | (values > quantity.upper)
         if np.mean(outside) > 0.01 or np.nanmax(np.abs(values)) > 1e12:
             worst = values[np.nanargmax(np.abs(values))]
-            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             got = f"{worst:.4g} {quantity.unit}".strip()
             negated = np.mean((-values < quantity.lower) | (-values > quantity.upper)) <= 0.01
             sign = f"the sign ('signs: {{{name}: -1}}' at the run), " if negated else ""
@@ -239,7 +238,7 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
             most = step.any_gain.get(name, 1.0)
             far = np.mean((values < most * quantity.lower) | (values > most * quantity.upper)) > 0.01
             found = problems if far or most == 1.0 else doubts
-            where, what = f"{log.name}, channel '{name}'", f"lies outside {span}"
+            where, what = f"{log.name}, channel '{name}'", f"lies outside {quantity.range_text}"
             unit = next((f for f in wrong_units(log.findings) if f.channel == name), None)
             one = Finding(where, what, got, remedy, doubt=found is doubts)
             found.append(one if unit is None else replace(unit, what=f"{unit.what}; so read, it {what}", got=got))

@@ -21,6 +21,7 @@ from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
 from vdyn_cli.steps.bump.known_car import ENDS, KnownCar, static_loads
 from vdyn_cli.steps.bump.noise import MISFIT
 from vdyn_cli.steps.bump.replay import Replay
+from vdyn_cli.steps.interval_text import ends
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 TIRE = "tire_vertical_stiffness"
@@ -68,9 +69,7 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any], modes
 
     def kilo(name: str, unit: str) -> str:
         e = estimates[name]
-        half = 1e-3 * e.half_width
-        low, high = (number(1e-3 * end, half) for end in e.interval95)
-        return f"{number(1e-3 * e.value, half)} {unit} ({low} to {high})"
+        return f"{number(1e-3 * e.value, 1e-3 * e.half_width)} {unit} ({ends(e.interval95, 1e-3)})"
 
     axles = [
         f"springs {kilo(f'suspension_stiffness_{end}', 'kN/m')}, dampers {kilo(f'suspension_damping_{end}', 'kN s/m')}"

@@ -10,6 +10,7 @@ from vdyn_cli.physics.models.load_transfer import SOUGHT
 from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.interval_text import ends
 
 METHODS = (
     "Moment balance about the rear contact, integrated over windows of some 20 ms by Simpson's rule; the pitch "
@@ -31,9 +32,7 @@ def sentence(estimates: Mapping[str, Estimate], _extra: Mapping[str, Any]) -> st
 
     def shown(name: str, unit: str) -> tuple[str, str]:
         e = estimates[name]
-        low, high = e.interval95
-        value, lower, upper = (number(x, (high - low) / 2) for x in (e.value, low, high))
-        return f"{value} {unit}", f"(95 %: {lower} to {upper})"
+        return f"{number(e.value, e.half_width)} {unit}", f"(95 %: {ends(e.interval95)})"
 
     (height, of_height), (rear, of_rear) = shown("cg_height", "m"), shown("cg_to_rear", "m")
     where = f"The center of gravity is {height} high {of_height} and {rear} ahead of the rear axle {of_rear}"

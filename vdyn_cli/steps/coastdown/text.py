@@ -21,6 +21,7 @@ from vdyn_cli.steps.coastdown.fit.reference_conditions import (
     RoadLoad,
 )
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
+from vdyn_cli.steps.interval_text import ends
 
 UNITS = ("N", "N/(km/h)", "N/(km/h)^2", "lbf", "lbf/mph", "lbf/mph^2")
 FITTED = {
@@ -49,13 +50,13 @@ def sentence(
         if name in fixed:
             parts.append(f"{label} fixed at {e.value:.4g}{unit}")
         else:
-            parts.append(f"{label} {number(e.value, e.half_width)}{unit} (95 %: {_interval(e.interval95)})")
+            parts.append(f"{label} {number(e.value, e.half_width)}{unit} (95 %: {ends(e.interval95)})")
     row = min(extra["road_load"]["force"], key=lambda row: abs(row["speed_kmh"] - 3.6 * speed))
     low, high = row["interval95"]
     force = number(row["force_N"], 0.5 * (high - low))
     return (
         f"{capitalized(parts[0])} and {parts[1]}: the road load is {force} N at "
-        f"{3.6 * speed:.0f} km/h (95 %: {_interval((low, high))}), from {logs}."
+        f"{3.6 * speed:.0f} km/h (95 %: {ends((low, high))}), from {logs}."
     )
 
 
@@ -219,10 +220,4 @@ def rejections(rejected: Sequence[RejectedSegment]) -> Table:
 def _with_interval(value: float, interval: tuple[float, float]) -> str:
     """``148.2 (146.9 to 149.5)``; the value alone where its interval is empty."""
     half = 0.5 * (interval[1] - interval[0])
-    return f"{number(value, half)} ({_interval(interval)})" if half > 0 else f"{value:.5g}"
-
-
-def _interval(interval: tuple[float, float]) -> str:
-    """``0.0092 to 0.0098``"""
-    half = 0.5 * (interval[1] - interval[0])
-    return f"{number(interval[0], half)} to {number(interval[1], half)}"
+    return f"{number(value, half)} ({ends(interval)})" if half > 0 else f"{value:.5g}"

@@ -225,9 +225,9 @@ def _refuse_unphysical(known: Parameters) -> None:
             what = "is not a finite number with a standard deviation"
             problems.append(Finding(where, what, f"{e.value} +- {e.std}", "correct it in its source"))
         elif quantity is not None and not quantity.allows(e.value):
-            span = f"{quantity.lower:g} to {quantity.upper:g} {quantity.unit}".strip()
             got = f"{e.value:.4g} {quantity.unit}".strip()
-            problems.append(Finding(where, f"is outside the physical range ({span})", got, "check its unit and source"))
+            what = f"is outside the physical range ({quantity.range_text})"
+            problems.append(Finding(where, what, got, "check its unit and source"))
     raise_all(problems)
     parts = {"wheelbase", "cg_to_front", "cg_to_rear"}
     if parts <= set(known):
