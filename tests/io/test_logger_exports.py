@@ -335,3 +335,12 @@ def test_a_count_of_records_above_the_names_is_no_header(tmp_path: Path) -> None
     found = {f.column: f for f in survey(path)}
     assert list(found) == ["ms", "speed", "watts", "rpm", "hr", "KM"]
     assert (found["ms"].state, found["ms"].info.unit, found["ms"].info.span) == ("clock", "ms", (0.0, 29.95))
+
+
+def test_the_time_of_a_receiver_in_its_own_rows_is_not_the_clock(tmp_path: Path) -> None:
+    """RaceCapture: the interval in every row, UTC in those of the satellite receiver."""
+    path = tmp_path / "rc.log"
+    rows = [f"{402 + 40 * k},{1777843842000 + 40 * k if k % 5 == 0 else ''},{60 - 0.1 * k}" for k in range(300)]
+    head = '"Interval"|"ms"|0|0|1,"Utc"|"ms"|0|0|1,"Speed"|"mph"|0.0|150.0|25\n'
+    path.write_text(head + "\n".join(rows) + "\n")
+    assert [one.column for one in survey(path) if one.state == "clock"] == ["Interval"]

@@ -44,6 +44,10 @@ from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log, LogSource
 
+# Share of the rows with a time of the most complete clock, below which another one is that of some channels only, such
+# as the receiver's time in its own rows.
+_COMPLETE = 0.5
+
 
 class CsvReader:
     """Comma, semicolon, tab, bar or blank separated text, plain or gzip, in any common encoding."""
@@ -78,9 +82,13 @@ class CsvReader:
                 numbers.columns[i], units[i] = since_first(of_day), "s"
                 begins[i] = float(of_day[np.isfinite(of_day)][0])
         columns = numbers.columns
+        most = max((_written(columns[i]) for i in timed), default=0)
         order = sorted(
             timed,
-            key=lambda i: (not has_usual_rate(columns[i], units[i]), not is_clock(names[i]), _is_coarse(columns[i])),
+            key=lambda i: (
+                *(not has_usual_rate(columns[i], units[i]), _written(columns[i]) < _COMPLETE * most),
+                *(not is_clock(names[i]), _is_coarse(columns[i])),
+            ),
         )
         beside = separate_clocks(layout.header, {i: numbers.columns[i] for i in timed})
         if beside and are_complete(beside, numbers.columns):
@@ -184,6 +192,10 @@ def _repeated(columns: Iterable[Array]) -> Mask:
     """Which rows have the same numbers as the previous one, which are left out without a key."""
     same = [np.r_[False, (x[1:] == x[:-1]) | (np.isnan(x[1:]) & np.isnan(x[:-1]))] for x in columns]
     return np.asarray(np.all(same, axis=0))
+
+
+def _written(time: Array) -> int:
+    return int(np.count_nonzero(np.isfinite(time)))
 
 
 def _is_coarse(time: Array) -> bool:
