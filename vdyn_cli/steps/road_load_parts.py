@@ -11,7 +11,8 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.free_part import Arguments, Part
 
 FORCE = 100.0  # N, plausible size: two thirds of a car's rolling resistance
-RESISTANCES = ("air", "gust_drag", "rolling", "brake")  # laws that are forces over speed and time as well
+# Laws that are forces over speed and time as well, and what they are computed from.
+RESISTANCES = ("air", "gust_drag", "rolling", "stated_rolling", "brake")
 ROAD_LOAD = ("rolling_resistance", "rolling_speed", "drag_area")
 
 

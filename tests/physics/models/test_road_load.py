@@ -136,6 +136,19 @@ def test_a_load_adds_rolling_resistance_only_to_a_road_load_in_newtons() -> None
     assert np.diff(speed)[0] / 1e-3 == pytest.approx(rate, rel=1e-4)
 
 
+@pytest.mark.parametrize("resistances", ["coefficients", "forces", "coasted"])
+def test_a_wrong_rolling_resistance_changes_its_force_only(resistances) -> None:
+    """(M + mr) V' = -(1 + e) Rr - Fd."""
+    (effect,) = [one for one in candidates() if one.name == "rolling_error"]
+    values = {**PAPER, **NOTHING, "rotating_mass": 40.0, "rolling_error": -0.3}
+    inputs, context = {"grade": 0.0, "wind_speed": 0.0, "elapsed": 0.0}, {"heading": 0.0, "temperature": 293.15}
+    drive = Drive(np.linspace(0.0, 1e-3, 2), inputs, {"speed": 20.0}, context=context)
+    speed = Simulator(road_load(resistances=resistances), values, effects=(effect,))(drive).outputs["speed"]
+    air = 0.5 * PAPER["air_density"] * PAPER["drag_area"] * 400.0
+    rate = -(0.7 * PAPER["rolling_resistance"] * PAPER["mass"] * GRAVITY + air) / (PAPER["mass"] + 40.0)
+    assert np.diff(speed)[0] / 1e-3 == pytest.approx(rate, rel=1e-4)
+
+
 LBF, MPH = 4.4482216152605, 0.44704  # N, m/s
 EPA = RoadLoad(22.883 * LBF, -0.15919 * LBF / MPH, 0.020143 * LBF / MPH**2)  # the paper's car on the EPA's list
 MASS = 1587.6

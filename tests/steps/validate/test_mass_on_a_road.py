@@ -149,6 +149,17 @@ def test_a_small_zero_of_the_accelerometer_is_no_finding(tmp_path: Path) -> None
     assert diagnosed(tmp_path, CAR, drives(CAR, 7), seed=7, zero=0.02).verdict == "adequate"
 
 
+@pytest.mark.thorough
+@pytest.mark.slow  # a diagnosis of 3 s
+@pytest.mark.parametrize("share", [0.7, 1.4])
+def test_a_wrong_rolling_resistance_is_an_answer(tmp_path: Path, share: float) -> None:
+    """The torque's zero and, where the resistance is larger than stated, drags cause the same force."""
+    found = diagnosed(tmp_path, (car := replace(CAR, rolling=share * CAR.rolling)), drives(car, 3))
+    (answers,) = found.ambiguous
+    assert {"rolling_error", "torque_offset"} <= set(answers)
+    assert ("brake_drag" in answers) == (share > 1.0)
+
+
 @pytest.mark.slow  # a diagnosis of 3 s
 def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)

@@ -145,7 +145,7 @@ def _resistance(e: ModelBuilder, u: Signals, motion: tuple[Number, Number, Numbe
     drag = drag + e(gust_drag, air_density=p.air_density, drag_area=drag_area, wind_variance=p.wind_variance)
     tires = e(
         rolling,
-        rolling_resistance=p.rolling_resistance,
+        rolling_resistance=e("stated_rolling", value=p.rolling_resistance),
         rolling_speed=p.rolling_speed,
         load=mass * GRAVITY / sqrt(1.0 + grade**2),
         **day,
