@@ -49,6 +49,14 @@ def test_a_load_or_another_unit_in_two_of_six_drives_is_found(mass: float, scale
         assert ("larger" if share > 0 else "smaller") in finding.what
 
 
+@pytest.mark.parametrize("odd", [0, 1])
+def test_of_two_drives_the_stated_car_shows_which_has_the_load(odd: int) -> None:
+    masses = [1.2 * MASS if k == odd else MASS for k in range(2)]
+    drives = [drive(k, mass) for k, mass in enumerate(masses)]
+    assert list(unequal_drives(["0.csv", "1.csv"], drives, 1.0 / (RADIUS * MASS))) == [odd]
+    assert not unequal_drives(["0.csv", "1.csv"], drives, 1.0 / (RADIUS * 2.0 * MASS))
+
+
 def test_two_drives_or_a_coarse_log_are_not_compared() -> None:
     time, channels, torque = drive(1)
     coarse = time[::10], {n: v[::10] for n, v in channels.items()}, torque[::10]

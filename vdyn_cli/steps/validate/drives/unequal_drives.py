@@ -19,7 +19,7 @@ from vdyn_cli.steps.validate.drives.span_averages import SPAN
 
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
 LEAST_DRIVEN = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
-FEWEST_OTHERS = 2  # fewest other drives, so that the usual value is not that of a single one
+FEWEST_OTHERS = 2  # fewest drives that show the usual value; one is enough if it agrees with the stated value
 MEDIAN = np.pi / 2.0  # variance of a median over that of a mean, of a normal distribution
 
 
@@ -31,9 +31,7 @@ def unequal_drives(names: Sequence[str], drives: Sequence[Driven], stated: float
     names : of the logs. drives : of one car. stated : acceleration per drive torque of the car, 1/(kg m).
     """
     known = {k: a for k, drive in enumerate(drives) if (a := _acceleration_per_torque(*drive)) is not None}
-    if len(known) <= FEWEST_OTHERS:
-        return {}
-    usual, found = _usual(known, stated), {}
+    usual, found = _usual(known, stated), dict[int, Finding]()
     for k, own in known.items():
         others = np.array([known[j] for j in usual if j != k])
         if not len(others):
@@ -51,12 +49,17 @@ def unequal_drives(names: Sequence[str], drives: Sequence[Driven], stated: float
 
 
 def _usual(known: Mapping[int, tuple[float, float]], stated: float | None) -> list[int]:
-    """The drives that agree on an acceleration per torque: on the stated one if several do, else most of them."""
+    """The drives that agree on an acceleration per torque: on the stated one if several do, else most of them.
+
+    Of two drives, the one that agrees with the stated value if the other does not; else none.
+    """
 
     def alike(a: float) -> list[int]:
         return [k for k, one in known.items() if abs(one[0] / a - 1.0) <= STEP_POLICY.unequal_share]
 
     as_stated = alike(stated) if stated else []
+    if len(known) <= FEWEST_OTHERS:
+        return as_stated if len(as_stated) == 1 else []
     return as_stated if len(as_stated) >= FEWEST_OTHERS else max((alike(a) for a, _ in known.values()), key=len)
 
 
