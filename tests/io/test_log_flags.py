@@ -201,6 +201,19 @@ def test_a_stop_that_a_slow_receiver_sees_as_one_step_is_no_fault(held: int, whe
     assert "level_step" in failed_tests(changed / radius, held, wheel)
 
 
+@pytest.mark.parametrize("step", [0.1, 1.0])
+def test_a_coarse_speed_that_rests_and_then_jumps_was_frozen(step: float) -> None:
+    """A bus signal in steps of 0.1 or 1 km/h at 50 Hz repeats most values: rests alone are no fault in it."""
+    time = np.arange(0.0, 120.0, 0.02)
+    speed = np.round((60.0 + 25.0 * np.sin(time / 9.0)) / step) * step / 3.6
+    frozen = (time > 30.0) & (time < 45.0)
+    log = Log("run.csv", time, {"speed": np.where(frozen, speed[np.argmax(frozen)], speed)})
+    (fault,) = flags(log, {"speed": "km/h"}).faults
+    assert fault.test == "frozen"
+    assert (time[fault.first], time[fault.stop]) == pytest.approx((30.0, 45.0), abs=0.3)
+    assert not flags(Log("run.csv", time, {"speed": speed})).faults
+
+
 def test_a_speed_that_falls_while_the_log_has_a_gap_has_no_jump() -> None:
     rng, time = np.random.default_rng(3), np.arange(0.0, 120.0, 0.05)
     speed = 30.0 - 0.2 * time + rng.normal(0.0, 0.01, time.size)

@@ -1,4 +1,4 @@
-"""A permanent jump of a speed or a load, after which its gain or zero differs."""
+"""A permanent jump of a speed or a load: its gain or zero differs after it, or it was frozen before it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vdyn_cli.io.quality.quality_policy import QUALITY
+from vdyn_cli.io.quality.regular_faults import longest_rest
 from vdyn_cli.io.quality.sampled_channel import RADIUS, SPEEDS, SampledChannel
 from vdyn_cli.io.quality.spikes import level_step
 from vdyn_cli.quantities.arrays import Mask
@@ -21,7 +22,8 @@ _AT_REST = 0.05  # share of the step, largest speed at standstill
 def level_step_fault(channel: SampledChannel, taken: Mask) -> Iterator[Fault]:
     """A speed or load after a permanent jump; the channel does not show which side of the jump is wrong.
 
-    A change across a gap of the clock is no jump within one sample.
+    But a coarse speed that rests and then jumps was frozen. A change across a gap of the clock is no jump within one
+    sample.
     """
     if channel.name not in (*SPEEDS, *_LOADS) or taken[channel.rows].any():
         return
@@ -30,7 +32,14 @@ def level_step_fault(channel: SampledChannel, taken: Mask) -> Iterator[Fault]:
         return
     if at is not None and channel.moving[at - 1 : at + 1].all() and not _stop_or_start(channel, at):
         jump = channel.values[at] - channel.values[at - 1]
-        why = f"jumps by {channel.text(jump, 3, step=True)} within one sample and stays: its gain or zero changed"
+        size = f"jumps by {channel.text(jump, 3, step=True)} within one sample"
+        first = at - 1 - int(np.argmin(channel.equal[at - 1 :: -1]))
+        held = float(channel.time[at - 1] - channel.time[first])
+        if held > QUALITY.varying_rest_ratio * longest_rest(channel, channel.moving, first, at) > 0.0:
+            why = f"is constant at {channel.text(channel.values[first])} for {held:.3g} s and then {size}"
+            yield Fault(channel.name, int(channel.rows[first]), int(channel.rows[at - 1]) + 1, "frozen", why)
+            return
+        why = f"{size} and stays: its gain or zero changed"
         yield Fault(channel.name, int(channel.rows[at]), int(channel.rows[-1]) + 1, "level_step", why, Flag.SUSPECT)
 
 

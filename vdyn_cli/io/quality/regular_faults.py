@@ -82,7 +82,7 @@ def regular_faults(channel: SampledChannel, marked: Mask) -> Found:
                 a,
                 b,
                 "frozen",
-                f"{what}, elsewhere for at most {_longest_rest(channel, judged & ~marked, a, b):.2g} s",
+                f"{what}, elsewhere for at most {longest_rest(channel, judged & ~marked, a, b):.2g} s",
             )
     # A constant line is a frozen channel, or no fault.
     lines = (channel.straight if channel.varies else channel.straight & ~channel.still) & ~marked
@@ -100,7 +100,7 @@ def regular_faults(channel: SampledChannel, marked: Mask) -> Found:
             yield a, b, "straight_line", f"follows a straight line for {time[b - 1] - time[a]:.3g} s"
 
 
-def _longest_rest(channel: SampledChannel, judged: Mask, first: int, stop: int) -> float:
+def longest_rest(channel: SampledChannel, judged: Mask, first: int, stop: int) -> float:
     """Duration, s, of the longest rest of the judged samples outside of a segment."""
     other = channel.equal & judged
     other[first:stop] = False
