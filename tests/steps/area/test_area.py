@@ -60,6 +60,28 @@ def test_perspective_is_corrected_from_distance_and_depth(tmp_path: Path) -> Non
     assert any("perspective is not corrected" in f.what for f in wrong.findings)
 
 
+def test_a_depth_that_is_not_stated_is_a_doubt_where_the_camera_is_near(tmp_path: Path) -> None:
+    photo = plant.photo(REFERENCE, 1, distance=8.0, depth=1.0)
+    result = run(photo, tmp_path, settings={"camera_distance": "8 m"})
+    assert any(f.doubt and f.where == "settings.vehicle_depth" and "2.5 %" in f.got for f in result.findings)
+    stated = run(photo, tmp_path, settings={"camera_distance": "8 m", "vehicle_depth": "1 m"})
+    assert not stated.findings
+
+
+def test_a_scale_bar_above_the_car_is_no_ground(tmp_path: Path) -> None:
+    """The car below it is neither shadow nor floor, and no mirror that extends beyond the box."""
+    photo = plant.photo(REFERENCE, 1)
+    left, top, right, bottom = photo.box
+    size = {"width": f"{photo.box_width} m", "height": f"{photo.box_height * 0.1} m"}
+    bar = dict(zip(("left", "top", "right", "bottom"), (left, top, right, top + 0.1 * (bottom - top)), strict=True))
+    result = run(photo, tmp_path, box=size | bar, settings={"camera_distance": "30 m"})
+    area = result.parameters["frontal_area"]
+    assert area.interval95[0] < REFERENCE.frontal_area < area.interval95[1]
+    assert area.std < 0.03 * area.value
+    assert not result.findings
+    assert "times the box" in result.sentence
+
+
 def test_mirrors_are_left_out_or_masked_and_said(tmp_path: Path) -> None:
     photo = plant.photo(REFERENCE, 2, effects={"mirrors": 1.0})
     seen = run(photo, tmp_path, settings={"camera_distance": "30 m"})
@@ -203,6 +225,22 @@ def test_a_box_outside_the_picture_and_an_area_of_no_car(tmp_path: Path) -> None
         run(photo, tmp_path, box={"width": "1.7 m", "height": "1.5 m", "left": 600, "right": 100})
     with pytest.raises(ResultError, match="not that of a road vehicle"):
         run(photo, tmp_path, box={"width": "17 m", "height": "15 m"})
+
+
+def test_a_noisy_picture_of_little_contrast_succeeds_at_half_its_size(tmp_path: Path) -> None:
+    """The remedy of the refusal is true."""
+    photo = plant.photo(REFERENCE, 1)
+    gray = np.array(Image.open(io.BytesIO(photo.png)), dtype=float)
+    faint = np.random.default_rng(3).normal(110 + 60 * gray / 255, 14.0)[
+        : gray.shape[0] // 2 * 2, : gray.shape[1] // 2 * 2
+    ]
+    faint = np.clip(faint, 0, 255)
+    with pytest.raises(ResultError, match="halve the picture"):
+        run(replace(photo, png=_png(faint.astype(np.uint8))), tmp_path)
+    half = faint.reshape(faint.shape[0] // 2, 2, -1, 2).mean(axis=(1, 3))
+    smaller = replace(photo, png=_png(half.astype(np.uint8)), box=tuple(edge / 2 for edge in photo.box))
+    area = run(smaller, tmp_path, settings={"camera_distance": "30 m"}).parameters["frontal_area"]
+    assert area.value == pytest.approx(REFERENCE.frontal_area, rel=0.01)
 
 
 def test_otsu_separates_two_greys() -> None:

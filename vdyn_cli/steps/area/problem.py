@@ -13,7 +13,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.area.pictures import BoxEdges, Pictures, box_edges
 from vdyn_cli.steps.area.result import area_budget, nearer_box, result_of, shadow_pixels
-from vdyn_cli.steps.area.silhouette import Silhouette, find_silhouette
+from vdyn_cli.steps.area.silhouette import LowContrastError, Silhouette, find_silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
 from vdyn_cli.steps.contract import Problem
 
@@ -60,6 +60,8 @@ class AreaProblem(Problem):
             return find_silhouette(self.pictures.photo, threshold, settings.car == "dark", self.exclude)
         except ValueError as error:
             remedy = "set 'car: dark' or 'car: bright', a threshold, or give a mask"
+            if isinstance(error, LowContrastError):
+                remedy = "give a mask, or average the noise: halve the picture's width and height, and the box's edges"
             raise ResultError(Finding(self.spec.image, str(error), remedy=remedy)) from None
 
 

@@ -20,6 +20,7 @@ SKEWED = 0.02  # relative difference of the scales that a camera turned by 10 de
 DROPPED = 0.001  # share of the area in small pieces above which they are reported
 CLEARANCE, TIRES = 0.3, 0.5  # m: of a car's underbody at most, and the width of two tires, which alone reach below it
 NO_SHADOW = Given(0.0)
+DEPTH, DEPTH_MATTERS = 0.1, 0.01  # m, share: a depth is measured to 0.1 m without care, and 1 % is an area's accuracy
 BEYOND = 3  # pixels by which the silhouette may extend beyond the box: the blur of its edge
 
 
@@ -28,22 +29,29 @@ def shadow_pixels(shape: Silhouette, spec: AreaSpec, edges: BoxEdges) -> Given:
 
     Where the silhouette extends below the box, the ground is as dark as the car. It then also closes the gap between
     the wheels, whose height is unknown. The pixels that may be ground are those below the box, and above its lower edge
-    those beyond the width of two tires, up to the first row in which the gap is open.
+    those beyond the width of two tires, up to the first row in which the gap is open. The lower edge of a scale
+    bar beside the car is not the ground.
 
     Parameters
     ----------
     edges : of the box where the car's widest section would appear.
     """
+    if not _around(shape, edges) or not _below(shape, edges) > BEYOND:
+        return NO_SHADOW
     covered = shape.inside.sum(axis=1).astype(float)
     row = np.arange(covered.size) + 0.5
-    if not _below(shape, edges) > BEYOND:
-        return NO_SHADOW
     tires = TIRES * edges.across / spec.box.width.value
     gap = (row > edges.bottom - CLEARANCE * edges.down / spec.box.height.value) & (row < edges.bottom)
     closed = np.maximum(covered[gap] - tires, 0.0)[::-1]
     closed = closed[np.logical_and.accumulate(closed > 0.0)]
     most = float(covered[row > edges.bottom].sum() + closed.sum())
     return Given(most / 2, most / 12**0.5)
+
+
+def _around(shape: Silhouette, edges: BoxEdges) -> bool:
+    """Whether the box stands around the car: most of the silhouette is inside it."""
+    left, top, right, bottom = (max(round(edge), 0) for edge in edges)
+    return bool(2 * np.count_nonzero(shape.inside[top:bottom, left:right]) > np.count_nonzero(shape.inside))
 
 
 def _below(shape: Silhouette, edges: BoxEdges) -> float:
@@ -129,12 +137,12 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
     around = nearer_box(spec, edges)
     left, top, right, _ = around
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
-    if (below := _below(shape, around)) > BEYOND:
+    if _around(shape, around) and (below := _below(shape, around)) > BEYOND:
         shadow = 200 * shadow_pixels(shape, spec, around).value / shape.pixels
         what = f"the silhouette extends below the box: 0 to {shadow:.0f} % of it may be a shadow or the floor"
-        remedy = "exclude the shadow under the car, or check the box"
+        remedy = "exclude the shadow under the car, turn the picture until the ground is level, or check the box"
         found.append(Finding(spec.image, what, f"{below:.0f} pixels", remedy, doubt=True))
-    if across or rows.min() < top - BEYOND:
+    if _around(shape, around) and (across or rows.min() < top - BEYOND):
         remedy = "exclude mirrors and antennas; otherwise check the box's edges"
         found.append(Finding(spec.image, "the silhouette extends beyond the box", remedy=remedy))
     across, down = spec.box.width.value / edges.across, spec.box.height.value / edges.down
@@ -144,12 +152,24 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
         got = f"{1000 * across:.4g} mm per pixel across, {1000 * down:.4g} mm down"
         remedy = "pixels are square: check width, height and edges of the box"
         found.append(Finding(spec.image, "the scales across and down differ", got, remedy, doubt=True))
-    if spec.settings.camera_distance is None:
-        remedy = "give camera_distance and vehicle_depth: 0.3 m of depth at 30 m is 2 % of area"
-        found.append(Finding(spec.image, "perspective is not corrected", remedy=remedy))
+    found.extend(_perspective(spec))
     if shape.dropped > DROPPED:
         got = f"{100 * shape.dropped:.2f} % of the area"
         found.append(Finding(spec.image, "small pieces beside the car are left out", got, "check the outline"))
     if shape.pieces > 1:
         found.append(Finding(spec.image, "the silhouette has several pieces", str(shape.pieces), "check the outline"))
     return tuple(found)
+
+
+def _perspective(spec: AreaSpec) -> tuple[Finding, ...]:
+    """Findings about distances that are not stated and change the area."""
+    distance = spec.settings.camera_distance
+    if distance is None:
+        remedy = "give camera_distance and vehicle_depth: 0.3 m of depth at 30 m is 2 % of area"
+        return (Finding(spec.image, "perspective is not corrected", remedy=remedy),)
+    change = 2 * DEPTH / distance.value
+    if "vehicle_depth" in spec.settings.model_fields_set or change < DEPTH_MATTERS:
+        return ()
+    got = f"each {DEPTH:g} m of it changes the area by {100 * change:.1f} %"
+    remedy = "measure how far the car's widest section stands behind the box, and state it, such as 0.8 +- 0.05 m"
+    return (Finding("settings.vehicle_depth", "is not stated, and taken as 0", got, remedy, doubt=True),)

@@ -18,6 +18,10 @@ UNCHANGED = 1e-3  # share of the car's pixels that may still change
 MOST_FITTED = 40_000  # pixels of a surface fit: more cost time and change nothing
 
 
+class LowContrastError(ValueError):
+    """Car and background differ by little more than the noise of the gray levels."""
+
+
 @dataclass(frozen=True)
 class Silhouette:
     """The silhouette of a car in a picture.
@@ -70,7 +74,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
 
     Raises
     ------
-    ValueError : car and background cannot be separated, or no silhouette is found.
+    ValueError : no silhouette is found. LowContrastError : car and background cannot be separated.
     """
     from scipy.ndimage import binary_dilation, binary_erosion
 
@@ -94,7 +98,7 @@ def find_silhouette(gray: Array, threshold: float | None, dark: bool, exclude: M
     step = car - wall
     contrast = float(np.median(np.abs(step))) / max(noise, 1e-4)
     if contrast < LEAST_CONTRAST:
-        raise ValueError("the gray levels of car and background are too similar")
+        raise LowContrastError("the gray levels of car and background are too similar")
     share = np.clip((gray - wall) / np.where(np.abs(step) > 1e-3, step, 1e-3), 0.0, 1.0)
     zone = ~core & ~around
     cover = np.where(core, 1.0, np.where(zone, share, 0.0))

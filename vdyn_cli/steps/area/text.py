@@ -19,9 +19,10 @@ METHODS = (
 def sentence(budget: Budget, share: float, box_area: float) -> str:
     """The headline: the area, and the share of the box (``box_area`` m^2) that the silhouette fills."""
     low, high = budget.interval95
+    fills = f"fills {100 * share:.1f} % of" if share <= 1.0 else f"is {share:.2f} times"
     return (
-        f"The frontal area is {budget.value:.3f} m^2 (95 %: {low:.3f} to {high:.3f}): the silhouette fills "
-        f"{100 * share:.1f} % of the box of {box_area:.3f} m^2."
+        f"The frontal area is {budget.value:.3f} m^2 (95 %: {low:.3f} to {high:.3f}): the silhouette {fills} "
+        f"the box of {box_area:.3f} m^2."
     )
 
 
