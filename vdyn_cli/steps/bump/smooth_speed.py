@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array
 
 SPACING = 0.04  # s between knots: a bump brakes an axle within a tenth of a second
 LEAST_BRAKED = 1e-4  # of the mean speed: changes below move the car by less than 0.1 mm on a bump of 1 m
 GAP_PENALTY = 1e-8  # on curvature where there is no sample: bridges gaps, and is below any of STIFFNESSES
+BRAKING_STD = 0.1  # of the ratio of the true braking by the slopes to the computed one: the wheels' inertia, soft hubs
 STIFFNESSES = 10.0 ** np.arange(6.0, -2.1, -0.5)  # grid of the curvature penalty, relative to the samples per knot
 
 
@@ -38,13 +40,14 @@ def smooth_speed(time: Array, speed: Array, braked: Array | None = None) -> Smoo
     bump by some hundred newtons. The speed of a car is smoother than that, but the bump brakes it. So a linear spline
     with knots 40 ms apart is fitted with a penalty on its curvature. The penalty, up to infinity (a straight line),
     minimizes n ln(mean square) + freedom ln n (Schwarz; freedom is the trace of the smoother). The part of the change
-    that the bump causes is known but for a factor, which costs one degree of freedom instead of one per knot: without
-    it the noise of the knots at the bump looks like another shape of the bump.
+    that the bump causes is known but for a factor near 1, which costs at most one degree of freedom instead of one per
+    knot: without it the noise of the knots at the bump looks like another shape of the bump.
 
     Parameters
     ----------
     time, speed : (n,) s, m/s; NaN are skipped, and at least eight must be finite.
-    braked : (n,) m/s, change of the speed by the slopes of the bump; its factor is fitted. None: unknown.
+    braked : (n,) m/s, change of the speed by the slopes of the bump; its factor is fitted with the prior 1 +-
+        ``BRAKING_STD``. None: unknown.
 
     Source: Eilers and Marx, Statistical Science 11 (1996) 89-121, with straight pieces.
     """
@@ -55,7 +58,11 @@ def smooth_speed(time: Array, speed: Array, braked: Array | None = None) -> Smoo
     pieces, free = _pieces(time), 2
     if braked is not None and float(np.std(braked[good])) > LEAST_BRAKED * abs(mean):
         pieces, free = np.column_stack([pieces, braked - np.mean(braked)]), 3
+    total = float(known @ known)
     normal, right = pieces[good].T @ pieces[good], pieces[good].T @ known
+    if free == 3:
+        weight = (white_level(speed, time) / BRAKING_STD) ** 2
+        normal[-1, -1], right[-1], total = normal[-1, -1] + weight, right[-1] + weight, total + weight
     bends = np.diff(np.eye(pieces.shape[1] + 2 - free, pieces.shape[1]), 2, axis=0)
     bending = bends.T @ bends * n / pieces.shape[1]
     # In coordinates that diagonalize the normal matrix and the penalty, each penalty only scales the coefficients.
@@ -64,7 +71,6 @@ def smooth_speed(time: Array, speed: Array, braked: Array | None = None) -> Smoo
     way = root.T @ axes
     part = way.T @ right
     resistance[:free] = 0.0  # a straight line does not bend, nor does the effect of the bump
-    total = float(known @ known)
     best, freedom, square, score = part, 0.0, 0.0, np.inf
     for stiffness in (np.inf, *STIFFNESSES):
         with np.errstate(invalid="ignore"):
