@@ -36,6 +36,7 @@ HIDDEN = (
     Hidden("progressive_spring", 2.0),
     Hidden("bump_stop", 400.0),
     Hidden("tire_damping", 300.0),
+    Hidden("rear_tire_stiffness", 0.2),
     Hidden("tire_enveloping", 0.12),
     Hidden("wheel_circle", 1.0),
     Hidden("bump_height_error", 0.04),

@@ -25,6 +25,7 @@ EFFECTS = {
     "progressive_spring": "1/m: spring force K x (1 + q x), x > 0 in compression",
     "bump_stop": "N: force q ((compression - 20 mm) / 10 mm)^2 beyond that compression",
     "tire_damping": "N s/m per axle",
+    "rear_tire_stiffness": "1: the rear tires are (1 + q) times as stiff as the front tires",
     "tire_enveloping": "m of contact patch over which the tire averages the road",
     "speed_error": "1: the speed channel reads (1 + q) times the speed",
     "clock_offset": "s by which acceleration and pitch rate are read late",
@@ -44,7 +45,7 @@ SMALL |= {"tire_enveloping": 0.08, "speed_error": 1e-4, "clock_offset": 1e-4, "r
 SMALL |= {"bump_height_error": 1e-3, "bump_stop": 4.0}
 SMALL |= {"front_load_gain": 1e-3, "rear_load_gain": 1e-3, "logger_filter": 0.004}
 SMALL |= {"bump_width_error": 1e-3, "bump_trapezoid": 1e-3, "wheel_circle": 1e-3}
-SMALL |= {"degressive_damping": 1e-3}
+SMALL |= {"degressive_damping": 1e-3, "rear_tire_stiffness": 1e-3}
 ONE_SIDED = ("suspension_friction", "tire_enveloping", "logger_filter")
 PARAMETERS = (
     "suspension_stiffness_front",
@@ -210,7 +211,8 @@ def _cars(vehicles: list[Vehicle], effects: Mapping[str, float]) -> HalfCars:
         levers=pair("cg_to_front", "cg_to_rear"),
         stiffness=pair("suspension_stiffness_front", "suspension_stiffness_rear"),
         damping=pair("suspension_damping_front", "suspension_damping_rear"),
-        tire_stiffness=column("tire_vertical_stiffness"),
+        tire_stiffness=column("tire_vertical_stiffness")[:, None]
+        * (1.0 + np.array([0.0, effects.get("rear_tire_stiffness", 0.0)])),
         tire_damping=column("tire_damping") + effects.get("tire_damping", 0.0),
         static_load=pair("front_load", "rear_load"),
         asymmetry=flat * effects.get("asymmetric_damping", 0.0),

@@ -33,7 +33,7 @@ class HalfCars:
     levers: Array  # (n, 2), from the sprung body's center to the axles, both positive
     stiffness: Array  # (n, 2)
     damping: Array  # (n, 2)
-    tire_stiffness: Array
+    tire_stiffness: Array  # (n, 2)
     tire_damping: Array
     static_load: Array  # (n, 2)
     asymmetry: Array  # damper force C (v + asymmetry |v|), v > 0 in rebound
@@ -60,7 +60,9 @@ class HalfCars:
         turned = np.swapaxes(E, 1, 2)
         mass = np.column_stack([self.sprung_mass, self.pitch_inertia, self.unsprung_mass])
         wheels = np.array([0.0, 0.0, 1.0, 1.0])
-        stiffness = turned @ (self.stiffness[:, :, None] * E) + self.tire_stiffness[:, None, None] * np.diag(wheels)
+        stiffness = turned @ (self.stiffness[:, :, None] * E)
+        stiffness[:, 2, 2] += self.tire_stiffness[:, 0]
+        stiffness[:, 3, 3] += self.tire_stiffness[:, 1]
         damping = turned @ (self.damping[:, :, None] * E) + self.tire_damping[:, None, None] * np.diag(wheels)
         A, B = np.zeros((n, 8, 8)), np.zeros((n, 8, 4))
         A[:, :4, 4:] = np.eye(4)
@@ -96,7 +98,7 @@ def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
     """From rest over ``road`` (n, 2 steps + 1, 2), the height under each tire each half step; ``slope`` is its rate."""
     A, B = cars.matrices()
     onward, level, ramp, bow = _holds(A, B, step)
-    halves = cars.tire_stiffness[:, None, None] * road + cars.tire_damping[:, None, None] * slope
+    halves = cars.tire_stiffness[:, None, :] * road + cars.tire_damping[:, None, None] * slope
     start, middle, end = halves[:, :-1:2], halves[:, 1::2], halves[:, 2::2]
     parabola = (start, 4 * middle - 3 * start - end, 2 * (start + end - 2 * middle))
     shares = (part @ hold.transpose(0, 2, 1)[:, 2:] for hold, part in zip((level, ramp, bow), parabola, strict=True))
@@ -130,7 +132,7 @@ def ride(cars: HalfCars, road: Array, slope: Array, step: float) -> Ride:
 
 def tire_load(cars: HalfCars, state: Array, road: Array, slope: Array) -> Array:
     """Load (..., 2) on the road under each axle; never below zero. One car per leading index."""
-    press = cars.tire_stiffness[..., None] * (road - state[..., 2:4])
+    press = cars.tire_stiffness * (road - state[..., 2:4])
     press += cars.tire_damping[..., None] * (slope - state[..., 6:8])
     return np.maximum(0.0, cars.static_load + press)
 
@@ -159,7 +161,7 @@ def _holds(A: Array, B: Array, step: float) -> tuple[Array, Array, Array, Array]
 
 
 def _lift(cars: HalfCars, pushed: Array, x: Array) -> Array:
-    load = pushed - cars.tire_stiffness[:, None] * x[:, 2:4, 0] - cars.tire_damping[:, None] * x[:, 6:8, 0]
+    load = pushed - cars.tire_stiffness * x[:, 2:4, 0] - cars.tire_damping[:, None] * x[:, 6:8, 0]
     return np.maximum(0.0, -load)
 
 

@@ -15,7 +15,8 @@ def tire_vertical(s: Signals) -> Number:
     ----------
     s : static_load N (F0, at rest), stiffness N/m and damping N s/m of both tires, compression m (u - z: road height
         minus wheel height, relative to rest), compression_rate m/s, share (of the axle's two tires that this call
-        represents: 1, or 1/2 for one wheel with half of the axle's values).
+        represents: 1, or 1/2 for one wheel with half of the axle's values), rear (1 for the rear axle, 0 for the front
+        one; absent in a model of one axle).
 
     Notes
     -----

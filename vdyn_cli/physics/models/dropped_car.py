@@ -97,6 +97,7 @@ def _axle(
     ``struts`` : further signals of the laws of spring and damper.
     """
     p, at, (y, v) = e.p, f"_{end}", wheel
+    which = {} if struts["alone"] else {"rear": float(end == "rear")}
     load = e(
         tire_vertical,
         at,
@@ -106,6 +107,7 @@ def _axle(
         compression=-y,
         compression_rate=-v,
         share=1.0,
+        **which,
     )
     strut = e(spring, at, stiffness=getattr(p, f"suspension_stiffness{at}"), stroke=body[0] - y, **struts)
     strut = strut + e(damper, at, damping=getattr(p, f"suspension_damping{at}"), stroke_rate=body[1] - v, **struts)

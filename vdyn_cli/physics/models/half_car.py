@@ -165,6 +165,7 @@ def _axle(
         compression=level(past) - y,
         compression_rate=slope * speed - v,
         share=1.0,
+        rear=float(end == "rear"),
     )
     strut = e(spring, at, stiffness=stiffness, stroke=body[0] - y, share=1.0)
     strut = strut + e(damper, at, damping=damping, stroke_rate=body[1] - v, share=1.0)

@@ -79,6 +79,7 @@ def _suspension(
         compression=road - height,
         compression_rate=rise - rate,
         share=0.5,
+        rear=float(at.axle == "rear"),
     )
     mass = getattr(p, f"unsprung_mass_{at.axle}") / 2
     e.integrate(
