@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,37 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 INTENSITIES = 1e-8 * 2.0 ** np.arange(13)
 LONGEST_WAVE = 0.02  # cycles/m, below which the road has no unevenness: a car follows longer waves without a load
 ISO_8608 = 2.0 / (2 * np.pi * 0.1) ** 2  # Gd(0.1 cycles/m), m^3, per m of intensity: c = (2 pi n0)^2 Gd(n0) / 2
+BLOCK = 8  # samples whitened at once: larger matrices multiply more zeros, smaller ones cost more calls
 PATCH = 0.3  # m before the near edge of the bump, where the tires' contact patch may already meet it
+
+
+@dataclass(frozen=True, eq=False)
+class _Filter:
+    """Kalman filter of n samples: the transition (s, s), the outputs (channels, s), the gains (n, s, channels), and the
+    inverse roots (n, channels, channels) of the innovations' covariance.
+    """
+
+    forward: Array
+    read: Array
+    gains: Array
+    roots: Array
+
+    @cached_property
+    def blocks(self) -> Array:
+        """For each ``BLOCK`` samples, the matrix from the state and their errors to the next state and innovations.
+
+        One product per block costs a fraction of the products per sample.
+        """
+        (size, channels), count = self.gains.shape[1:], -(-len(self.gains) // BLOCK)
+        missing = ((0, count * BLOCK - len(self.gains)), (0, 0), (0, 0))
+        gains, roots = np.pad(self.gains, missing), np.pad(self.roots, missing)
+        unit = np.eye(size + BLOCK * channels)
+        state, errors, rows = np.tile(unit[:size], (count, 1, 1)), unit[size:].reshape(BLOCK, channels, -1), []
+        for k in range(BLOCK):
+            innovation = errors[k] - self.read @ state
+            rows.append(roots[k::BLOCK] @ innovation)
+            state = self.forward @ state + gains[k::BLOCK] @ innovation
+        return np.concatenate([state, *rows], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +68,7 @@ class RoadNoise:
 
     values: Mapping[str, float]
     intensity: float
-    _filters: dict[tuple[str, int, tuple[float, ...]], tuple[Array, Array, Array]] = field(
-        default_factory=dict, init=False, repr=False
-    )
+    _filters: dict[tuple[str, int, tuple[float, ...]], _Filter] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def roughness(self) -> float:
@@ -55,14 +84,19 @@ class RoadNoise:
         ----------
         deviation : standard deviation of the white noise of each channel, in the order of the errors.
         """
-        forward, gains, roots = self._filter_of(crossing, deviation, len(errors))
-        read = _output_matrix(self.values, tuple(deviation))
-        state, result = np.zeros((forward.shape[0], errors.shape[2])), np.empty_like(errors)
-        for k, error in enumerate(errors):
-            innovation = error - read @ state
-            result[k] = roots[k] @ innovation
-            state = forward @ state + gains[k] @ innovation
-        return result
+        blocks = self._filter_of(crossing, deviation, len(errors)).blocks
+        count, channels, columns = errors.shape
+        padded = np.zeros((len(blocks) * BLOCK, channels, columns))
+        padded[:count] = errors
+        inputs, result = padded.reshape(len(blocks), BLOCK * channels, columns), np.empty_like(padded)
+        state = np.zeros((blocks.shape[1] - BLOCK * channels, columns))
+        for k, block in enumerate(blocks):
+            after = block @ np.concatenate([state, inputs[k]])
+            state, result[k * BLOCK : (k + 1) * BLOCK] = (
+                after[: len(state)],
+                after[len(state) :].reshape(BLOCK, channels, columns),
+            )
+        return result[:count]
 
     def level(self, crossing: Crossing, channel: str) -> float:
         """Standard deviation of a channel on this road, without its sensor's noise, in the channel's unit."""
@@ -73,17 +107,16 @@ class RoadNoise:
         """Of the channels' first samples about their medians, up to a constant."""
         errors = np.column_stack([crossing.channels[n] - np.nanmedian(crossing.channels[n][:first]) for n in deviation])
         whitened = self.whitened(crossing, np.nan_to_num(errors[:first, :, None]), deviation)
-        diagonal = np.diagonal(self._filter_of(crossing, deviation, first)[2], axis1=1, axis2=2)
+        diagonal = np.diagonal(self._filter_of(crossing, deviation, first).roots, axis1=1, axis2=2)
         return float(np.sum(np.log(diagonal[np.isfinite(errors[:first])]))) - float(np.sum(whitened**2)) / 2
 
-    def _filter_of(self, crossing: Crossing, deviation: Mapping[str, float], count: int) -> tuple[Array, Array, Array]:
+    def _filter_of(self, crossing: Crossing, deviation: Mapping[str, float], count: int) -> _Filter:
         key = crossing.run, count, tuple(deviation.values())
         if key not in self._filters:
             self._filters[key] = self._filter(crossing, deviation, count)
         return self._filters[key]
 
-    def _filter(self, crossing: Crossing, deviation: Mapping[str, float], count: int) -> tuple[Array, Array, Array]:
-        """The transition (s, s), the gains (n, s, channels), and the inverse roots (n, channels, channels)."""
+    def _filter(self, crossing: Crossing, deviation: Mapping[str, float], count: int) -> _Filter:
         step = float(np.median(np.diff(crossing.time)))
         forward, driven, covariance = self._motion(step, crossing.pace)
         read = _output_matrix(self.values, tuple(deviation))
@@ -98,7 +131,7 @@ class RoadNoise:
             known = root @ cross
             gains[k], roots[k] = forward @ known.T @ root, root
             covariance = forward @ (covariance - known.T @ known) @ forward.T + driven
-        return forward, gains, roots
+        return _Filter(forward, read, gains, roots)
 
     def _motion(self, step: float, pace: float) -> tuple[Array, Array, Array]:
         """Transition and added covariance of a step (s), and the stationary covariance, of the state (s, s).
