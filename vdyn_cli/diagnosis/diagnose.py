@@ -82,7 +82,6 @@ def _diagnosed(
     prepared: PreparedStep, base: Result, level: float, faults: Sequence[Finding], doubts: Sequence[Finding]
 ) -> Result:
     requested, problem = prepared.spec.diagnose, prepared.simulated
-    assert prepared.step.diagnosable is not None
     setup = setup_of(prepared, level)
     strategy = open_strategy(setup)
     limits = limits_of(base, _metric(prepared)[1], requested.matters)
@@ -121,7 +120,6 @@ def _described(
 ) -> Diagnosis:
     """The diagnosis, without its reasons for doubt."""
     model, setup, found = strategy.model, strategy.model.setup, judgment.detection
-    assert prepared.step.diagnosable is not None
     # An effect of the extension has another amplitude than in the judgment if the other effects beside it differ.
     as_named = any(set(answer.effects) == set(extension.effects) for answer in judgment.answers)
     amplitudes = open_amplitudes(strategy, judgment, _fitted(judgment, setup))

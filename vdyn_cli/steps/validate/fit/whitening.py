@@ -124,7 +124,6 @@ class WhitenedDrives:
             first[0, place] = 1.0 / std
         if root is not None and rows.plain is not None and rows.plain[1].size:
             root = np.column_stack([root, std * rows.plain[1][:, place]])  # the measured start's own noise
-        assert rows.time is not None
         return Rows(
             np.r_[rows.residual, off / std],
             np.vstack([rows.jacobian, first]),
