@@ -15,6 +15,15 @@ class CoastdownPolicy:
         0.5, "m/s", "of median speed backward, beyond which the sign of the speed is wrong",
         "The noise of a speed at standstill is smaller.",
     )  # fmt: skip
+    idle_drive: float = threshold(
+        4.0, "standard errors", "of a measured drive's mean over 10 s, up to which it is zero",
+        "A test day has some 150 such means, of which one is above by chance once in 100 days.",
+    )  # fmt: skip
+    sign_force: float = threshold(
+        0.25, "", "least ratio of a drive's force over inertia to the change of the speed that would be due to it",
+        "1 for a drive that moves the car; 0.25 allows for a wrong gear ratio or mass and for losses. The noise of a "
+        "motor's torque in neutral, 1 N m, reached 0.02 on a car of 2.7 t.",
+    )  # fmt: skip
     least_window: float = threshold(
         1.0, "m/s", "that a speed window must span",
         "Below, the noise of the speed decides where the window begins.",

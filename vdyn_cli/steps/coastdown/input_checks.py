@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import net_change
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.coastdown.coasts.idle_drive import per_inertia
 from vdyn_cli.steps.coastdown.coasts.segments import FEWEST_SAMPLES, CoastSegment
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse
 from vdyn_cli.steps.coastdown.road.road_position import contradicting_position
@@ -21,11 +23,16 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 INTERVAL = 2.0  # s, over which rates are taken
 
 
-def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
+def sign_findings(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> list[Finding]:
     """Channels of a log whose signs contradict physics, with the line of the description that corrects them.
 
     A median speed below -``backward_speed``, or a cosine of acceleration, torque or force with V' below
-    -``sign_correlation``.
+    -``sign_correlation``; a torque or force F only where it can be the cause, rms(F)/m_e >= ``sign_force`` of the
+    part of V' that is in proportion to it.
+
+    Parameters
+    ----------
+    drive : the evaluated one. known : mass and rotating_mass, for a torque also gear_ratio and wheel_radius; SI.
     """
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST_SAMPLES:
@@ -33,9 +40,10 @@ def sign_findings(log: Log, drive: DriveSignal) -> list[Finding]:
     if np.median(log["speed"][good]) < -STEP_POLICY.backward_speed:
         return [wrong_sign(log.name, "speed", "speed is negative: the car drives backward")]
     found = []
-    for name in ("acceleration", *(() if drive == "coasting" else ("drive_torque", "drive_force"))):
-        alike = _cosine_with_rate(log, name) if name in log else 0.0
-        if alike < -STEP_POLICY.sign_correlation:
+    for name in ("acceleration", *(() if drive == "coasting" else (f"drive_{drive}",))):
+        alike, ratio = _likeness_to_rate(log, name) if name in log else (0.0, 0.0)
+        possible = name == "acceleration" or ratio * per_inertia(drive, known) >= -STEP_POLICY.sign_force * alike
+        if alike < -STEP_POLICY.sign_correlation and possible:
             what = f"{name} falls when the car speeds up and rises when it slows down"
             found.append(wrong_sign(log.name, name, what, f"correlation {alike:.2f}"))
     return found
@@ -90,19 +98,19 @@ def position_direction_findings(runs: Sequence[Run], logs: Sequence[Log]) -> tup
     return tuple(found)
 
 
-def _cosine_with_rate(log: Log, name: str) -> float:
-    """Cosine of the channel and the rate of the speed; 0 where there are too few samples."""
+def _likeness_to_rate(log: Log, name: str) -> tuple[float, float]:
+    """Cosine of the channel and the rate of the speed, and its norm over that of the rate; 0 for too few samples."""
     good = np.isfinite(log["speed"]) & np.isfinite(log[name])
     if good.sum() < FEWEST_SAMPLES:
-        return 0.0
+        return 0.0, 0.0
     bins = cut(log.time[good], INTERVAL)
     if bins.time.size < 4:
-        return 0.0
+        return 0.0, 0.0
     speed, value = bins.mean(log["speed"][good]), bins.mean(log[name][good])
     rate, value = np.diff(speed) / np.diff(bins.time), 0.5 * (value[1:] + value[:-1])
     if name != "acceleration":  # a drive also holds the speed: only its changes count
         rate, value = rate - rate.mean(), value - value.mean()
-    return cosine(rate, value)
+    return cosine(rate, value), float(np.linalg.norm(value)) / max(float(np.linalg.norm(rate)), 1e-12)
 
 
 def accelerometer_findings(segments: Sequence[CoastSegment]) -> tuple[Finding, ...]:

@@ -16,8 +16,9 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.coastdown.coasts.idle_drive import idle_finding, is_idle
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, coast_segment, split
-from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, drive_signal, selected, usable
+from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, measured_drive, selected, usable
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse, Campaign, road_of
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.coastdown.input_checks import (
@@ -49,13 +50,14 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     if not logs:
         raise no_runs("coastdown")
     given = known_parameters(spec, logs, known)
-    drive = drive_signal(spec.settings, logs)
-    raise_all(f for log in logs for f in sign_findings(log, drive))
+    drive, idle = _drive(spec, logs, given)
+    raise_all(f for log in logs for f in sign_findings(log, drive, given))
     logs, wrong_acceleration = without_mistaken_acceleration(logs)
     sloped, grades, by_elevation = _with_slopes(spec, _with_winds(spec, logs), drive, given)
-    selection, use, zeros = _segments_and_sensor(spec, sloped, selected(spec, sloped, drive, given))
-    segments = selection.segments
     starts, origins = run_starts(spec.runs, sloped), _origins(sloped)
+    selection, use, zeros = _segments_and_sensor(spec, sloped, selected(spec, sloped, drive, given))
+    segments = tuple(sorted(selection.segments, key=lambda s: starts[s.run]))
+    selection = replace(selection, segments=segments)
     runs = []
     for segment, driven in zip(segments, _driven_before(sloped, segments), strict=True):
         run, k = _road_run(spec, segment, sloped, drive, given), segment.run
@@ -64,12 +66,22 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
             run = replace(run, slope_error=grades[k].error_at(run.time))
         runs.append(_with_accelerometer(run, use, zeros.get(run.name)))
     campaign = _campaign(spec, tuple(runs), drive, given, use)
-    findings = (*wrong_acceleration, *start_findings(spec.runs), *by_elevation, *assumptions(known))
+    findings = (*idle, *wrong_acceleration, *start_findings(spec.runs), *by_elevation, *assumptions(known))
     findings += direction_findings(spec.runs, sloped, segments, use)
     findings += accelerometer_findings(segments)
     if drive == "coasting" and not grades:  # a grade by elevation was compared before
         findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, sloped, known, campaign, selection, zeros, findings)
+
+
+def _drive(
+    spec: CoastdownSpec, logs: Sequence[Log], given: Mapping[str, Given]
+) -> tuple[DriveSignal, tuple[Finding, ...]]:
+    """The measured drive that is evaluated, "coasting" where it stays at zero, and a note of that."""
+    drive = measured_drive(spec.settings, logs)
+    if drive == "coasting" or spec.settings.windows == "powered" or not is_idle(logs, drive, given):
+        return drive, ()
+    return "coasting", (idle_finding(drive, logs),)
 
 
 def _segments_and_sensor(

@@ -12,6 +12,7 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCoasts
+from vdyn_cli.steps.coastdown.coasts.idle_drive import IDLE_DRIVES
 from vdyn_cli.steps.coastdown.coasts.segments import (
     NoSegmentError,
     RejectedSegment,
@@ -71,7 +72,8 @@ def track_check(
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
     coasts = CampaignCoasts(problem, longest_of_runs(kept), tuple(r.direction for r in runs), _starts(runs))
     worst = coasts.outlier()
-    findings = [
+    findings = [f for f in problem.findings if f.where in IDLE_DRIVES]
+    findings += [
         replace(f, what=f"{f.what}{_COMMON}", remedy=_REMOVED, doubt=True)
         for f in partial_coasts(coasts.segments, {k: log.name for k, log in enumerate(whole)})
     ]

@@ -258,8 +258,8 @@ def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:
 
 
 def longest_of_runs(segments: Sequence[CoastSegment]) -> tuple[CoastSegment, ...]:
-    """The longest segment of each run, in the order of the runs."""
-    runs = sorted({s.run for s in segments})
+    """The longest segment of each run, in the order of the segments."""
+    runs = dict.fromkeys(s.run for s in segments)
     return tuple(max((s for s in segments if s.run == run), key=lambda s: s.log.duration) for run in runs)
 
 

@@ -47,8 +47,10 @@ class SegmentSelection:
     rejected: tuple[RejectedSegment, ...]
 
 
-def drive_signal(settings: CoastdownSettings, logs: Sequence[Log]) -> DriveSignal:
+def measured_drive(settings: CoastdownSettings, logs: Sequence[Log]) -> DriveSignal:
     """The drive signal that every log contains; "coasting" if there is none or the description requests coasts.
+
+    Whether it is zero throughout, so that the runs are coast-downs, is decided by ``idle_drive.is_idle``.
 
     Raises
     ------
