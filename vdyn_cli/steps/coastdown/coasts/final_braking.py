@@ -1,8 +1,8 @@
 """A short braking at the very end of a coast, which lasts too little for a mean deceleration to show it.
 
-Drivers brake as soon as the test speed is reached, and loggers stop with the car. The deceleration of the 4 s before is
-continued over the last 2 s: a speed that falls short of it was lost by a brake or a gear. Slope, wind and road load
-change too little in that time.
+Drivers brake as soon as the test speed is reached, and loggers stop with the car. The deceleration of the 4 s before,
+or of six samples at about 1 Hz, is continued over the last 2 s: a speed that falls short of it was lost by a brake or a
+gear. Slope, wind and road load change too little in that time.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LAST, BEFORE = 2.0, 4.0  # s
 FEWEST_IN_LINE = 6  # samples of the line from which the scatter is estimated
+LONGEST_BEFORE = 8.0  # s of a slow log, enough for the line at 1 Hz; in a longer time a slope may change like a brake
 
 
 def without_final_braking(
@@ -47,13 +48,15 @@ def without_final_braking(
 
 
 def _lost_speed(segment: CoastSegment) -> float:
-    """The speed, m/s, by which the last sample falls short of the line through the 4 s before the last 2 s.
+    """The speed, m/s, by which the last sample falls short of the line through the samples before the last 2 s.
 
     Zero where that is below ``brake_loss``, or below ``brake_loss_std`` standard deviations of the line there.
     """
     time, speed = segment.log.time, segment.log["speed"]
     first = time - time[-1]
-    line = (first >= -LAST - BEFORE) & (first < -LAST)
+    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    before = min(max(BEFORE, (FEWEST_IN_LINE + 0.5) * step), LONGEST_BEFORE)
+    line = (first >= -LAST - before) & (first < -LAST)
     last = first >= -LAST
     rest = int(np.count_nonzero(first < -LAST))
     if (
