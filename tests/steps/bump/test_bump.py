@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -21,17 +23,19 @@ from vdyn_cli.effects.tire_damping import tire_damping
 from vdyn_cli.inference import Unknown, solve
 from vdyn_cli.physics.models.half_car import SOUGHT
 from vdyn_cli.project.inputs import gather
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import AddedEffects
-from vdyn_cli.steps.bump.half_car_fit import BumpRows
+from vdyn_cli.steps.bump.half_car_fit import BumpFit, BumpRows
 from vdyn_cli.steps.bump.known_car import car_numbers
 from vdyn_cli.steps.bump.measured_profile import BumpData
 from vdyn_cli.steps.bump.problem import prepare
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.bump.step import STEP
+from vdyn_cli.steps.bump.text import changing_speed
 
 BODY = ("vertical_acceleration", "pitch_rate")
 SPEC = BumpSpec(test="bump", bump={"height": "70 mm", "width": "480 mm"})  # type: ignore[arg-type]
@@ -104,6 +108,26 @@ def test_springs_dampers_and_tires_are_recovered_near_the_bound(bound: dict[str,
 def test_other_cars_are_recovered(seed: int) -> None:
     vehicle = random_vehicle(seed)
     assert not missed(run(logs(vehicle, seed), vehicle=vehicle), vehicle)
+
+
+def test_a_car_that_brakes_on_the_bump_is_a_doubt() -> None:
+    """1.2 m/s^2 move 0.2 m / 2.5 m of the inertia force, 125 N; 2 % of the rear axle's load are 112 N."""
+    time = np.arange(0.0, 3.0, 0.01)
+    values = {"mass": 1300.0, "cg_to_front": 1.1, "wheelbase": 2.5, "longitudinal_lever": 0.2}
+    ground = np.array([0.0, 0.25, 0.5]), np.array([0.0, 0.06, 0.0])
+
+    def doubts(rate: float, road: tuple[np.ndarray, np.ndarray] = ground) -> tuple[Finding, ...]:
+        speed = SimpleNamespace(value=5.0 + rate * time)
+        crossing = SimpleNamespace(run="run.csv", time=time, origin=0.0, distance=3.0, speed=speed)
+        fit = SimpleNamespace(known=SimpleNamespace(values=values), crossings=(crossing,))
+        return tuple(changing_speed(cast(BumpFit, fit), road))
+
+    (found,) = doubts(-1.2)
+    assert found.doubt
+    assert "slows down by 1.2 m/s^2" in found.what
+    assert "125 N" in found.got
+    assert not doubts(-1.0)
+    assert not doubts(-1.2, (ground[0], np.array([0.0, 0.06, 0.05])))
 
 
 @pytest.mark.slow

@@ -116,7 +116,8 @@ def prepare(spec: BumpSpec, data: BumpData, known: Parameters) -> BumpProblem:
     weights = ChannelWeights(dict.fromkeys(channels, 1.0), rear_weight.value if rear_weight else None)
     of_logs = (f for log in data.runs for f in log.findings)
     fit = with_soft_hubs(on_its_road(BumpFit(crossings, model, car, weights)), rolling)
-    findings = (*doubtful_car, *data.findings, *doubtful_runs, *of_logs, *text.uneven_road(fit))
+    of_speed = text.changing_speed(fit, path.ground)
+    findings = (*doubtful_car, *data.findings, *doubtful_runs, *of_logs, *of_speed, *text.uneven_road(fit))
     return BumpProblem(fit, width, findings, path)
 
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.half_car import SOUGHT
-from vdyn_cli.quantities.arrays import rms
+from vdyn_cli.quantities.arrays import cumulative_integral, rms
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
+from vdyn_cli.steps.bump.crossing import Ground
 from vdyn_cli.steps.bump.figures import UNITS
 from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
@@ -25,6 +26,7 @@ from vdyn_cli.steps.interval_text import ends
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 TIRE = "tire_vertical_stiffness"
+LEVEL = 1e-3  # m, difference of height from which a bump is a curb: it slows a car of 3 m/s by 0.003 m/s
 NO_HOP = (
     "the bump does not excite wheel hop, and without wheel hop only the ratio of tire stiffness to unsprung "
     "mass is determined; cross it faster, or use a shorter or higher bump"
@@ -116,6 +118,31 @@ def uneven_road(fit: BumpFit) -> list[Finding]:
     got = f"{number(density, 0.1 * density)}e-6 m^3 at 0.1 cycles/m (ISO 8608)"
     what = "the road before the bump is uneven; the noise of all channels includes it"
     return [Finding("road", what, got, "cross the bump on a smoother road for narrower intervals", minor=True)]
+
+
+def changing_speed(fit: BumpFit, ground: Ground) -> list[Finding]:
+    """Doubts about crossings with brakes or throttle: the load that this transfers between the axles is not modeled.
+
+    dF = M |dv/dt| s / L at least, with the lever s of a torque that acts on the wheels; brakes have that of the ground.
+
+    Parameters
+    ----------
+    ground : positions and heights (n,) of the road, m, the bump from 0 on; one that ends higher slows the car itself.
+    """
+    along, height = ground
+    values, found = fit.known.values, []
+    if abs(height[-1] - height[0]) > LEVEL:
+        return []
+    for c in fit.crossings:
+        way = c.origin + cumulative_integral(c.time, c.speed.value) - c.distance
+        at = np.interp([along[0], along[-1] + values["wheelbase"]], way, c.time)
+        rate = float(np.diff(np.interp(at, c.time, c.speed.value))[0] / np.diff(at)[0])
+        transfer = abs(rate) * values["mass"] * values["longitudinal_lever"] / values["wheelbase"]
+        if transfer > STEP_POLICY.bump_transfer * min(static_loads(values).values()):
+            what = f"the car {'slows down' if rate < 0 else 'accelerates'} by {abs(rate):.2g} m/s^2 over the bump"
+            got = f"{transfer:.0f} N or more move from one axle to the other, which the model does not have"
+            found.append(Finding(c.run, what, got, "cross at a steady speed, without brakes and throttle", doubt=True))
+    return found
 
 
 def misfit_warnings(inflated: Mapping[str, float]) -> list[str]:
