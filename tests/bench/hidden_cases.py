@@ -77,11 +77,12 @@ COASTDOWN = (
 
 CG = (
     *_each("cg", "", "named", clock_offset=1e-3, acceleration_delay=2e-3),
-    *_each("cg", "", "named", unsprung_mass=60.0, aero_lift=0.6, pitch_axis=0.12),
+    *_each("cg", "", "named", unsprung_mass=60.0, aero_lift=0.6),
     *_each("cg", "", "named", load_crosstalk=0.02),
     Cell("cg", "", {"road_grade": 0.02}, "named", fast=True),
     *_each("cg", "", "not_testable", accelerometer_tilt=0.005, accelerometer_offset=0.05, wheel_force_gain=0.01),
     *_each("cg", "", "not_testable", pitch_rate_gain=0.03, wheel_force_gain_front=0.01),
+    *_each("cg", "", "not_testable", pitch_axis=0.12),  # every car has one: the fit includes it
     *_each("cg", "", "unknown", load_compression=0.06),
     _pair("cg", "", clock_offset=2e-3, road_grade=0.03),
     Cell("cg", "", {}, "nothing"),

@@ -26,6 +26,7 @@ ACCELERATION = sensors.GPS_ACCELERATION
 PITCH_RATE = sensors.GYRO
 SPEED = sensors.GPS_SPEED.but(latency=0.0)
 WHEELS = ("FL", "FR", "RL", "RR")
+AXIS = 0.2  # m, standard deviation of the height of a car's pitch axis
 BRAKE_FRONT = 0.65  # share of the braking force; all of the driving force is at the front
 
 # Sizes at which finite differences are taken.
@@ -160,8 +161,10 @@ def information(
     count: int = 4,
     unknowns: Sequence[str] = (),
 ) -> Information:
-    """About cg_height, cg_to_rear, pitch_inertia, the effects in ``unknowns`` and, under its prior, each run's zero of
-    both axles' load cells.
+    """About cg_height, cg_to_rear, pitch_inertia and the effects in ``unknowns``.
+
+    Under their priors, also about each run's zero of both axles' load cells and the height of the pitch axis, which no
+    tester knows.
 
     Motion and loads being unknown themselves, a log says no more than that the moments balance at each sample, L Ff =
     lr (Ff + Fr) - (M h + 4 J/r) a - Fd hd + I th'', a the antenna's acceleration + (H - h) th'', th'' by the slope of
@@ -170,7 +173,8 @@ def information(
     lever = vehicle.antenna_height - vehicle.cg_height
     per_acceleration = vehicle.mass * vehicle.cg_height + 4 * vehicle.wheel_inertia / vehicle.wheel_radius
     names = ("cg_height", "cg_to_rear", "pitch_inertia")
-    parts = []
+    unknowns = tuple(dict.fromkeys([*unknowns, "pitch_axis"]))
+    parts = [prior({"pitch_axis": AXIS})]
     for k, run in enumerate(manoeuvres(seed, count)):
         true = run.ride(vehicle, effects)
         inner = slice(1, -1)

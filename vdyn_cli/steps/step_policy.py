@@ -126,6 +126,10 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
         10.0, "log-likelihood", "gained by an uneven road before the bump, above which it is part of the noise",
         "Twice that is a chi-square of one unknown: chance exceeds it once in 10^5 crossings on a smooth road.",
     )  # fmt: skip
+    smoothest_road: float = threshold(
+        0.0025, "m/s", "standard deviation of an axle's vertical speed by the road, below which the road is smooth",
+        "At 10 m/s on a road of 6e-8 m^3 (ISO 8608), 1/250 of the mean of class A: a smaller error is the model's.",
+    )  # fmt: skip
     tire_follows: float = threshold(
         0.5, "% per %", "of tire stiffness by unsprung mass, above which only their ratio counts as determined",
         "The middle between 1 without wheel hop and 0 where wheel hop separates the two.",

@@ -46,6 +46,6 @@ def test_one_mass_alone_is_not_used() -> None:
 
 def test_the_tires_stiffness_is_uncertain_unless_given() -> None:
     base = {**plant.known(VEHICLE), **STATED}
-    assert "tire_vertical_stiffness" in known_vehicle(SPEC, given(base)).tires
+    assert "tire_vertical_stiffness" in known_vehicle(SPEC, given(base)).nuisances
     base["tire_vertical_stiffness"] = VEHICLE.tire_vertical_stiffness
-    assert "tire_vertical_stiffness" not in known_vehicle(SPEC, given(base)).tires
+    assert "tire_vertical_stiffness" not in known_vehicle(SPEC, given(base)).nuisances

@@ -28,16 +28,19 @@ def load_moment(s: Signals) -> Number:
 def motion_moment(s: Signals) -> Number:
     """Moment of drive, brakes, slope and drag minus the inertial moment, about the rear contact, N m, nose-up.
 
-    M h a + J (a + vs') + h W + Fd hd - I th'',   a = a_antenna + (H - h) th'' + d th'^2
+    M h a + J (a + vs') + h W + Fd hd - I th'' + M g e th,   a = a_antenna + (H - h) th'' + d th'^2
 
     J = sum of the wheels' inertia over their radius: accelerating wheels reduce the load of the front axle as if the
     center of gravity were higher by J/M (some 10 mm for a car). Where the force changes, the wheels accelerate by vs'
     more than the car, the rate of the sliding speed vs of their tires.
 
+    The body turns about an axis e below its center of gravity, which therefore moves to the rear by e th.
+
     Signals: ``acceleration`` m/s^2 of the antenna, free of gravity; ``pitch`` rad, ``pitch_rate``,
     ``pitch_acceleration`` nose-up, rad/s, rad/s^2; ``climb`` N, the weight along the road (W), positive uphill;
     ``drag`` N at ``drag_height`` m; ``mass``, ``cg_height``, ``pitch_inertia``, ``antenna_height``,
-    ``antenna_offset`` (ahead of the center of gravity), ``spin`` kg m (J), ``sliding_rate`` m/s^2 (vs').
+    ``antenna_offset`` (ahead of the center of gravity), ``spin`` kg m (J), ``sliding_rate`` m/s^2 (vs'),
+    ``pitch_axis`` m (e).
 
     Assumes a rigid body; source: SAE 2017-01-1574, equations (5) to (7), with the wheels' inertia added.
     """
@@ -49,4 +52,5 @@ def motion_moment(s: Signals) -> Number:
         + s.cg_height * s.climb
         + s.drag * s.drag_height
         - s.pitch_inertia * s.pitch_acceleration
+        + s.mass * GRAVITY * s.pitch_axis * s.pitch
     )

@@ -18,7 +18,7 @@ SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (
     *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
     *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", "reads_gravity", "contact_lead"),
-    *("slip_compliance", "tire_relaxation_length", "brake_share_front", EXCESS_GAIN),
+    *("slip_compliance", "tire_relaxation_length", "brake_share_front", "pitch_axis", EXCESS_GAIN),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
@@ -62,6 +62,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
     D)) and the relaxation length sigma: vs' = b / g ((V a)' + sigma a''). Its inputs are ``push_speed_rate`` and
     ``push_bend`` by the logged acceleration, ``swing_speed_rate`` and ``swing_bend`` by the pitch. With all tires alike
     this holds for any distribution of the force, if the axles' loads are equal.
+
+    The body turns about an axis ``pitch_axis`` m below its center of gravity.
     """
     p = e.p
     e.sensor(
@@ -103,6 +105,7 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
         antenna_offset=p.antenna_offset,
         spin=p.spin,
         sliding_rate=pushed + swung,
+        pitch_axis=p.pitch_axis,
     )
     e.sensor(MOMENTS[1], motion - inertial)
     e.sensor(MOMENTS[2], inertial)

@@ -15,14 +15,19 @@ Where the unsprung masses m of both axles are given, the axles move vertically o
 are then the forces on the body, F - m (g + z''), and lr is the distance to the body's center. Without these masses the
 pitch inertia is up to 1 % too high or too low.
 
+The body turns about an axis e below its center: M g e th is added for the pitch angle th. e is the height of a usual
+center above the hubs, with a standard deviation of 9 % of the wheelbase, mainly for the suspension's anti-dive and
+anti-squat; the runs determine it better.
+
 The loads at rest determine lr, the load transfer per acceleration M h, and the load transfer per pitch acceleration
 I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wrong sign turns I into
 2 (M h + J)(H - h) - I without any misfit, so the sign is checked against physics (a car squats when it accelerates).
 
 The balance is integrated over 20 ms, so the pitch rate is never differentiated; noise in loads, acceleration and pitch
 rate all enters the balance (total least squares). Each run has its own zero of the load cells, within ``load_zero``.
-Without rear loads, the heave due to an uneven road is colored noise of the front load, estimated from the residual of
-the balance, and the instruments of the fit are the parts of the channels that follow from the acceleration.
+An uneven road moves the axles: colored noise with the spectrum of the road's slope. Without rear loads, it is the heave
+of the body that is colored noise of the front load. Both are estimated from the residual of the balance, and then the
+instruments of the fit are the parts of the channels that follow from the acceleration.
 
 Assumes a flat road, no lift, rigid body; a road grade acts like an accelerometer offset. Source: SAE 2017-01-1574,
 equations (5) to (7).

@@ -34,6 +34,11 @@ USUAL_COMPLIANCE, COMPLIANCE_STD = 0.05, 0.03
 USUAL_RELAXATION, RELAXATION_STD = 0.3, 0.15  # m; 0.1 to 0.6 m (Pacejka 2012)
 # Share of the brake torque on the front wheels of cars: 0.55 to 0.8 (Limpert, Brake Design and Safety, 3rd ed. 2011).
 USUAL_BRAKE_SHARE, BRAKE_SHARE_STD = 0.67, 0.07
+# Height of the center of gravity as a share of the wheelbase: 0.2 to 0.28, race cars 0.14. Axles that move straight up
+# and down hold the hubs in place, and the body turns about an axis at their height. Anti-dive and anti-squat tilt the
+# paths of the hubs by 0 to 0.15; both axles' tilts move the axis by a quarter of the wheelbase times their sum, up or
+# down (Gillespie, Fundamentals of Vehicle Dynamics, 1992, ch. 7): 0.075 of the wheelbase, with the height 0.09.
+AXIS, USUAL_HEIGHT_SHARE, AXIS_STD = "pitch_axis", 0.23, 0.09
 LEAST_SLIP = 0.1  # relative standard deviation of a stated one: the axles' loads differ by as much from equal ones
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
@@ -46,15 +51,15 @@ class KnownVehicle:
     ----------
     values : by name, SI. std : of the uncertain ones.
     findings : about assumed and neglected values.
-    tires : mean and standard deviation of the tires' slip per friction and relaxation length, and of their vertical
-        stiffness where it is uncertain and matters; the runs may determine them better.
+    nuisances : mean and standard deviation of the height of the pitch axis, the tires' slip per friction and relaxation
+        length, and their vertical stiffness where it is uncertain and matters; the runs may determine them better.
     load_excess : share by which the loads exceed the weight, where they contradict it.
     """
 
     values: Mapping[str, float]
     std: Mapping[str, float]
     findings: tuple[Finding, ...]
-    tires: Mapping[str, tuple[float, float]]
+    nuisances: Mapping[str, tuple[float, float]]
     load_excess: float = 0.0
 
     @property
@@ -126,9 +131,11 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
             f"cg_height by {1e3 * USUAL_SPIN:.0f} +- {1e3 * SPIN_STD:.0f} mm"
         )
         findings.append(Finding("cg", what, "", remedy))
-    tires = {**_slip(known), **({STIFFNESS: (values[STIFFNESS], std.pop(STIFFNESS))} if STIFFNESS in std else {})}
-    values |= {n: mean for n, (mean, _) in tires.items()}
-    return KnownVehicle(values, std, tuple(findings), tires)
+    below = USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)
+    nuisances = {AXIS: (below, AXIS_STD * values["wheelbase"]), **_slip(known)}
+    nuisances |= {STIFFNESS: (values[STIFFNESS], std.pop(STIFFNESS))} if STIFFNESS in std else {}
+    values |= {n: mean for n, (mean, _) in nuisances.items()}
+    return KnownVehicle(values, std, tuple(findings), nuisances)
 
 
 def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:

@@ -41,12 +41,13 @@ from vdyn_cli.steps.cg.load_windows import WINDOW, LoadWindows
 from vdyn_cli.steps.cg.local_derivative import SPAN, TRUE_SPAN, local_derivative
 from vdyn_cli.steps.cg.logged_speed import SpeedChange
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
+from vdyn_cli.steps.cg.uneven_road import uneven_road
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
-HEAVE_ROUNDS = 3  # of the fit, with the heave's noise from the last residuals; then the noise is held
+HEAVE_ROUNDS = 4  # of the fit, with the heave's noise from the last residuals; then the noise is held
 SETTLED = 1e-3  # standard deviations by which an unknown may change in the last round
 SLOW = 0.02  # likewise, of a fit that still changes after all rounds: at a tenth less a round, 0.2 remain in all
 EXACT = 1e-4  # relative standard deviation of a value that is held
@@ -68,7 +69,7 @@ class LoadFit:
     Parameters
     ----------
     known : parameters that are not estimated, by name, SI.
-    tires : mean and standard deviation of the tires' uncertain properties (``KnownVehicle``).
+    nuisances : mean and standard deviation of uncertain properties of the vehicle (``KnownVehicle``).
     speeds : for each run, the speed as a second reading of the acceleration; None where it is not logged throughout.
     carried : for each run, the load of both axles; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
@@ -79,7 +80,7 @@ class LoadFit:
     runs: tuple[LoadWindows, ...]
     known: Mapping[str, float]
     load_zero: float
-    tires: Mapping[str, tuple[float, float]]
+    nuisances: Mapping[str, tuple[float, float]]
     added: AddedEffects = NO_EFFECTS
     speeds: tuple[SpeedChange | None, ...] = ()
     carried: tuple[CarriedWeight | None, ...] = ()
@@ -105,11 +106,11 @@ class LoadFit:
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
         gain = [Unknown(EXCESS_GAIN, 0.0, prior=(0.0, STEP_POLICY.axle_gain), nuisance=True)]
         spins = self.known["spin"] > 0
-        tires = [Unknown(n, p[0], prior=p, nuisance=True) for n, p in self.tires.items() if spins or n not in SLIP]
+        usual = {n: p for n, p in self.nuisances.items() if spins or n not in SLIP}
         return (
             *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, prior=priors.get(n)) for n in SOUGHT),
             *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
-            *tires,
+            *(Unknown(n, p[0], prior=p, nuisance=True) for n, p in usual.items()),
             *(gain if any(self.carried) else ()),
             *self.added.unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
@@ -145,10 +146,18 @@ class LoadFit:
 
     @cached_property
     def first_solution(self) -> Solution:
-        """The fit with true channels at the start values and sensor noise only; raises ResultError as ``solve``."""
+        """The fit with true channels at the start values; raises ResultError as ``solve``.
+
+        Its noise is that of the sensors, and with both axles' loads that of an uneven road.
+        """
         own = [u.start for u in self.unknowns if u.per_run]
         start = np.array([*(u.start for u in self.unknowns if not u.per_run), *own * len(self.runs)])
-        return solve(self.regression(start, heave=NO_HEAVE), tolerance=TOLERANCE)
+        first = solve(self.regression(start, heave=NO_HEAVE), tolerance=TOLERANCE)
+        if not self.both_axles:
+            return first
+        at = self.unknowns_at(first)
+        road = self.heave_noise(at)
+        return solve(self.regression(at, heave=road), tolerance=TOLERANCE) if road.size else first
 
     def solve(self, near: Solution | None = None) -> Solution:
         """Fit, with noise and true channels recomputed until the unknowns converge.
@@ -162,7 +171,8 @@ class LoadFit:
         ResultError : the unknowns are not determined, or do not converge.
         """
 
-        first, heave = near or self.first_solution, NO_HEAVE
+        first = near or self.first_solution
+        heave = self.heave_noise(self.unknowns_at(first)) if self.both_axles else NO_HEAVE
         for _ in range(0 if self.both_axles else HEAVE_ROUNDS):
             heave = self.heave_noise(self.unknowns_at(first))
             first = solve(self.regression(self.unknowns_at(first), heave=heave), tolerance=TOLERANCE)
@@ -215,11 +225,15 @@ class LoadFit:
         return regression.started(at if start is None else start)
 
     def heave_noise(self, at: Array) -> Array:
-        """Autocovariance (m,), N^2, of the road's heave as front load, estimated at ``at``; (0,) with rear loads."""
-        if self.both_axles:
-            return NO_HEAVE
+        """Autocovariance (m,), N^2, of the imbalance that an uneven road causes, as front load, estimated at ``at``.
+
+        Through the body's heave; with rear loads through the axles, and (0,) on a smooth road.
+        """
         found = [self._imbalance(k, _local(self, at, k), NO_HEAVE) for k in range(len(self.runs))]
-        return heave_autocovariance([e for e, _ in found], [band for _, band in found], WINDOW)
+        balances, bands = [e for e, _ in found], [band for _, band in found]
+        if self.both_axles:
+            return uneven_road(balances, bands, WINDOW, self.known["mass"])
+        return heave_autocovariance(balances, bands, WINDOW)
 
     def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
         """Each window's mean imbalance as front axle load (k,), N, and its standard deviation by the noise, (k,) N."""
@@ -295,7 +309,7 @@ def _local(fit: LoadFit, at: Array, run: int) -> Array:
 
 
 def _driven(fit: LoadFit, at: Array, heave: Array) -> Sequence[Mapping[str, Array]]:
-    """For each run, the parts of its channels that the driver causes; empty where the heave is measured."""
+    """For each run, the parts of its channels that the driver causes; empty on a smooth road."""
     if not heave.size:
         return [{}] * len(fit.runs)
     return driven_channels(fit.runs, fit.known["antenna_height"] - float(at[0]))  # the height comes first

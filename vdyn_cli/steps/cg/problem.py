@@ -246,7 +246,9 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
-    fit = _with_plausible_slip(LoadFit(runs, vehicle.values, load_zero, vehicle.tires, speeds=speeds, carried=carried))
+    fit = _with_plausible_slip(
+        LoadFit(runs, vehicle.values, load_zero, vehicle.nuisances, speeds=speeds, carried=carried)
+    )
     return _holding_inertia(CgProblem(tuple(logs), vehicle, fit, tuple(findings)))
 
 
@@ -257,10 +259,12 @@ def _with_plausible_slip(fit: LoadFit) -> LoadFit:
     not judged: the runs show little of it, and held, it leaves a rest beside a small clock offset.
     """
     found = even_if_refused(lambda: fit.first_solution).values
-    mean, std = fit.tires[SLIP[0]]
+    mean, std = fit.nuisances[SLIP[0]]
     if abs(found.get(SLIP[0], mean) - mean) < STEP_POLICY.implausible_slip * std:
         return fit
-    return replace(fit, tires={**fit.tires, **{n: (fit.tires[n][0], EXACT * fit.tires[n][0]) for n in SLIP}})
+    return replace(
+        fit, nuisances={**fit.nuisances, **{n: (fit.nuisances[n][0], EXACT * fit.nuisances[n][0]) for n in SLIP}}
+    )
 
 
 def _holding_inertia(problem: CgProblem) -> CgProblem:
