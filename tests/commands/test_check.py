@@ -227,6 +227,15 @@ def test_a_run_that_decelerates_more_than_the_others_is_to_be_repeated(tmp_path:
     assert "gear, traffic or a gust, or its direction is wrong" in str(repeat)
 
 
+@pytest.mark.slow
+def test_two_successive_runs_that_decelerate_more_are_noted_at_both(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda k, t, v: np.where(k in {4, 5}, 85.0 - 1.2 * (85.0 - v), v))
+    document = checked(path, tmp_path, 0)
+    noted = {r["run"]: r["why"][0] for r in document["runs"] if r["why"]}
+    assert set(noted) == {"coast_4.csv", "coast_5.csv"}
+    assert all("more than the runs before and after them" in why for why in noted.values())
+
+
 def test_a_column_that_is_missing_is_wrong_input(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda k, t, v: v)
     path.write_text(path.read_text().replace("GPS Speed", "GNSS Speed"))

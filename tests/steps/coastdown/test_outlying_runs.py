@@ -12,7 +12,12 @@ from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.coastdown.doubts import changed_runs
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import (
+    OutlyingRun,
+    outlying_pair,
+    outlying_run,
+    resistance_step,
+)
 from vdyn_cli.steps.coastdown.step import STEP
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -30,7 +35,7 @@ def test_a_brake_that_held_in_one_run_is_reported(seed: int, odd: int) -> None:
     runs = list(coast.campaign(REFERENCE, seed, EIGHT))
     runs[odd] = coast.campaign(REFERENCE, seed, EIGHT, {"brake_drag": 90.0})[odd]
     *_, found = reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
-    assert found.startswith(f"run_{odd + 1}.csv resistance is")
+    assert found.startswith(f"run_{odd + 1}.csv ")
     assert 60 < float(found.split("resistance is ")[1].split(" N")[0]) < 120
 
 
@@ -64,6 +69,26 @@ def test_a_step_of_the_force_is_found_at_its_run(step: float) -> None:
     right = [f for f in found if f is not None and f.run == 4]
     assert len(right) > 170
     assert np.mean([f.force for f in right]) == pytest.approx(step, abs=2.0)
+
+
+def test_two_successive_runs_that_hide_each_other_are_found() -> None:
+    """A roof box on the fifth and sixth of eight runs, beside 3 N of scatter, a slope and a trend."""
+    random = np.random.default_rng(5)
+    heading, order = np.tile([1.0, -1.0], 4), np.arange(8)
+    days = [random.normal(0.0, 3.0, 8) + 20 * heading + 2 * order + 40.0 * np.isin(order, (4, 5)) for _ in range(200)]
+    found = [outlying_pair(day, heading) for day in days]
+    assert sum(one is not None and one.run == 4 for one in found) > 150
+    assert sum(outlying_run(day, heading) is not None for day in days) < 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trend", ["none", "warming", "steady rise"])
+def test_no_pair_is_found_where_there_is_none(trend: str) -> None:
+    random = np.random.default_rng(6)
+    heading, order = np.tile([1.0, -1.0], 4), np.arange(8)
+    shape = {"none": 0.0 * order, "warming": 40.0 * np.exp(-order / 1.5), "steady rise": 6.0 * order}[trend]
+    days = [random.normal(0.0, 6.0, 8) + 20 * heading + shape for _ in range(2000)]
+    assert sum(outlying_pair(day, heading) is not None for day in days) / 2000 < 1.5 * STEP_POLICY.outlier_level
 
 
 @pytest.mark.slow

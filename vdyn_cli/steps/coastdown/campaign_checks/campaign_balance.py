@@ -20,15 +20,11 @@ from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.check_schema import CoastBalance, RunDeceleration, TimeAccuracy
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, falling_speed, paired_runs
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, paired_runs
 from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
-from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
-from vdyn_cli.steps.step_policy import STEP_POLICY
-
-LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
 
 
 @dataclass(frozen=True)
@@ -55,88 +51,22 @@ class CampaignCoasts:
     starts: tuple[float, ...] | None
 
     @property
-    def heading(self) -> Array:
-        """Heading (n,) of the runs: +1 out, -1 back."""
-        return np.array([-1.0 if self.directions[s.run] == "back" else 1.0 for s in self.segments])
-
-    @property
     def order(self) -> Array:
         """Order (n,) of the runs from -1/2 (first) to 1/2 (last), by start or by order in the description."""
         at = np.array([self.starts[s.run] if self.starts else float(s.run) for s in self.segments])
         return np.asarray((at - at.min()) / max(float(np.ptp(at)), 1e-12) - 0.5)
 
     @property
-    def common(self) -> tuple[float, float] | None:
-        """Highest and lowest speed that all segments pass, m/s."""
-        falls = [falling_speed(s)[1] for s in self.segments]
-        if not falls:
-            return None
-        top, bottom = min(float(v.max()) for v in falls), max(float(v.min()) for v in falls)
-        return (top, bottom) if top - bottom >= LEAST_SPAN else None
-
-    def decelerations(self, share: float = 1.0) -> Array | None:
-        """Mean decelerations over the common speeds, (n,) m/s^2; None without common speeds.
-
-        Parameters
-        ----------
-        share : upper part of the common speeds over which the mean is taken.
-        """
-        if self.common is None:
-            return None
-        top, bottom = self.common[0], self.common[0] - share * (self.common[0] - self.common[1])
-        times = []
-        for time, falling in map(falling_speed, self.segments):
-            upper, lower = (float(np.interp(-v, -falling, time)) for v in (top, bottom))
-            times.append(lower - upper)
-        return np.asarray((top - bottom) / np.array(times))
-
-    def outlier(self) -> tuple[int, str, bool] | None:
-        """The run whose mean deceleration is an outlier, the fact, and whether it is rejected; None without one.
-
-        It is rejected at ``outlier_level``, and only noted at ``outlying_run``: gusts hide what a calm day shows.
-        """
-        found = self.decelerations()
-        worst = None if found is None else outlying_run(found, self.heading, STEP_POLICY.outlying_run)
-        if found is None or worst is None:
-            return None
-        inertia = self.problem.known["mass"].value + self.problem.known["rotating_mass"].value
-        share, force = worst.force / float(np.mean(found)), inertia * abs(worst.force)
-        rejected = worst.p_value < STEP_POLICY.outlier_level
-        if not rejected and abs(share) < STEP_POLICY.material_run_force:
-            return None
-        way, change = ("more", "higher") if share > 0 else ("less", "lower")
-        why = (
-            f"decelerates {100 * abs(share):.1f} % {way} than predicted from the other runs: resistance is "
-            f"{force:.0f} N {change} (p = {worst.p_value:.2g}): "
-        )
-        other = fits_opposite(found, [self.directions[s.run] for s in self.segments], worst.run)
-        cause = direction_doubt(other) if other else "brake, gear, traffic or a gust, or its direction is wrong"
-        return self.segments[worst.run].run, why + cause, rejected
-
-    def step(self) -> tuple[int, str] | None:
-        """The run from which on the deceleration is another one than before, and the fact; None without one.
-
-        Tested over all common speeds and over their upper third (``doubts.changed_runs``).
-        """
-        common, tested = self.common, {share: self.decelerations(share) for share in (1.0, 1.0 / 3.0)}
-        found = []
-        for share, rates in tested.items():
-            step = None if rates is None else resistance_step(rates, self.heading, len(tested))
-            if rates is not None and step is not None:
-                found.append((step, step.force / float(np.mean(rates)), share))
-        found = [one for one in found if abs(one[1]) > STEP_POLICY.material_run_force]
-        if not found or common is None:
-            return None
-        step, change, share = min(found, key=lambda one: one[0].p_value)
-        way = "higher" if change > 0 else "lower"
-        where = "" if share == 1.0 else f" above {3.6 * (common[0] - share * (common[0] - common[1])):.0f} km/h"
-        fact = f"from this run on the deceleration{where} is {100 * abs(change):.1f} % {way} than before"
-        return self.segments[step.run].run, f"{fact} (p = {step.p_value:.1g})"
+    def rates(self) -> RunDecelerations:
+        """The mean decelerations of the runs."""
+        known = self.problem.known
+        return RunDecelerations(self.segments, self.directions, known["mass"].value + known["rotating_mass"].value)
 
     def balance(self, names: Sequence[str]) -> CoastBalance:
         """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""
-        found, directions = self.decelerations(), self.directions
-        effects = _Effects() if found is None else _effects(found, self.heading, self.order)
+        rates, directions = self.rates, self.directions
+        found = rates.means()
+        effects = _Effects() if found is None else _effects(found, rates.heading, self.order)
         pairs = paired_runs(self.segments, directions)
         partners = {self.segments[k].run for pair in pairs for k in pair}
         ways = [directions[s.run] for s in self.segments]
@@ -147,7 +77,7 @@ class CampaignCoasts:
             TimeAccuracy(speed=3.6 * t.speed, time=t.mean, r83=t.r83, wltp=t.wltp)
             for t in coast_times(self.segments, directions)
         ]
-        speeds, runs = self.common, self._runs(names, found)
+        speeds, runs = rates.common, self._runs(names, found)
         balance = CoastBalance(
             out=ways.count("out"),
             back=ways.count("back"),
@@ -161,11 +91,11 @@ class CampaignCoasts:
             limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
             sentences=[],
         )
-        return balance.model_copy(update={"sentences": [*_sentences(balance, self.step() is not None)]})
+        return balance.model_copy(update={"sentences": [*_sentences(balance, rates.step() is not None)]})
 
     def _runs(self, names: Sequence[str], found: Array | None) -> list[RunDeceleration]:
         place = {s.run: i for i, s in enumerate(self.segments)}
-        shifts = None if found is None else _influence(found, self.heading)
+        shifts = None if found is None else _influence(found, self.rates.heading)
         rows = []
         for k, name in enumerate(names):
             i = place.get(k)
@@ -194,7 +124,7 @@ class CampaignCoasts:
         across = [r.crosswind.value for r in spec.runs if r.crosswind is not None]
         wind = tuple((r.wind_mean, r.wind_peak) for r in runs if r.wind_mean is not None)
         crosswinds = tuple(across) if len(across) == len(spec.runs) else ()
-        return TestDay(tuple(sorted(warm)), density, wind, pairs, self.common, accuracy, crosswinds)
+        return TestDay(tuple(sorted(warm)), density, wind, pairs, self.rates.common, accuracy, crosswinds)
 
 
 def _effects(found: Array, heading: Array, order: Array) -> _Effects:

@@ -14,13 +14,15 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCoasts
 from vdyn_cli.steps.coastdown.coasts.idle_drive import IDLE_DRIVES
 from vdyn_cli.steps.coastdown.coasts.segments import (
+    CoastSegment,
     NoSegmentError,
     RejectedSegment,
     coast_segment,
     longest_of_runs,
 )
 from vdyn_cli.steps.coastdown.doubts.changed_runs import CHANGED
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import INSPECT
+from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED_PAIR, INSPECT
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.preparation import prepare
@@ -71,21 +73,28 @@ def track_check(
         return TrackCheck(rejected, evaluated, left_out=parts)
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
     coasts = CampaignCoasts(problem, longest_of_runs(kept), tuple(r.direction for r in runs), _starts(runs))
-    worst = coasts.outlier()
+    worst = coasts.rates.outlier()
     findings = [f for f in problem.findings if f.where in IDLE_DRIVES]
     findings += [
         replace(f, what=f"{f.what}{_COMMON}", remedy=_REMOVED, doubt=True)
         for f in partial_coasts(coasts.segments, {k: log.name for k, log in enumerate(whole)})
     ]
-    outlying = worst is not None and worst[2]
-    if worst is not None and outlying:
-        rejected[worst[0]] = worst[1]
-    elif worst is not None:
-        findings.append(Finding(whole[worst[0]].name, worst[1], remedy=INSPECT, doubt=True))
-    if not outlying and (step := coasts.step()) is not None:  # an outlier at one end of the day resembles a step
-        findings.append(Finding(whole[step[0]].name, step[1], remedy=CHANGED, doubt=True))
+    if worst is not None and worst[2]:
+        rejected[worst[0].run] = worst[1]
+    else:  # an outlier at one end of the day resembles a step
+        findings += _notes(coasts.rates, worst, whole)
     balance, wrong = coasts.balance([log.name for log in whole]), position_direction_findings(runs, whole)
     return TrackCheck(rejected, evaluated, balance, parts, tuple(findings), wrong)
+
+
+def _notes(
+    rates: RunDecelerations, worst: tuple[CoastSegment, str, bool] | None, whole: Sequence[Log]
+) -> list[Finding]:
+    """Doubts about runs that need not be repeated: an outlying run, a step, two runs that differ from the others."""
+    found = [] if worst is None else [(worst[0], worst[1], INSPECT)]
+    found += [] if (step := rates.step()) is None else [(*step, CHANGED)]
+    found += [] if step or (pair := rates.pair()) is None else [(one, pair[1], CHANGED_PAIR) for one in pair[0]]
+    return [Finding(whole[one.run].name, what, remedy=remedy, doubt=True) for one, what, remedy in found]
 
 
 def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:

@@ -17,6 +17,9 @@ from vdyn_cli.steps.coastdown.fit.run_change import WARMING
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INSPECT = "inspect this run; remove it if traffic, a brake or a gust disturbed it"  # the remedy
+CHANGED_PAIR = (
+    "check what differed in these two runs (load, roof box, windows, tires, rain); if something did, repeat them"
+)
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,34 @@ def resistance_step(force: Array, heading: Array, tests: int = 1) -> OutlyingRun
         t = max(step / np.sqrt(rest / (left - 1) / own) for rest, step, own in beside)
         if float(stdtr(left - 1, t)) > 0.5 * STEP_POLICY.step_beside_warming:
             return None
+    return OutlyingRun(first, size, p_value) if p_value < STEP_POLICY.outlier_level else None
+
+
+def outlying_pair(force: Array, heading: Array, tests: int = 1) -> OutlyingRun | None:
+    """The first of two successive runs that differ by the same force from the runs before and after, if significant.
+
+    An added and removed roof box, or rain, acts on a run out and the run back; two such runs hide each other from the
+    test of one run. A mean, the direction, the order and the pair are fitted, for each pair but the first and the last
+    (a step); the largest t is tested at ``outlier_level`` (Bonferroni).
+
+    Parameters
+    ----------
+    force : (n,) N, of each run, in the order of their starts. heading : (n,) +1 out, -1 back.
+    tests : number of forces that are tested on one day (Bonferroni).
+    """
+    from scipy.special import stdtr
+
+    n = force.size
+    order = np.arange(n, dtype=np.float64)
+    base = np.column_stack([np.ones(n), *([heading] if np.ptp(heading) > 0 else []), order])
+    left = n - base.shape[1] - 1
+    if left < STEP_POLICY.outlier_degrees or np.linalg.matrix_rank(base) < base.shape[1]:
+        return None
+    pairs = {k: _added(base, np.isin(order, (k, k + 1)).astype(np.float64), force) for k in range(1, n - 2)}
+    first = min(pairs, key=lambda k: pairs[k][0])
+    squares, size, leverage = pairs[first]
+    std = np.sqrt(squares / left / leverage)
+    p_value = min(1.0, 2.0 * tests * len(pairs) * float(stdtr(left, -abs(size) / std))) if std > 0.0 else 0.0
     return OutlyingRun(first, size, p_value) if p_value < STEP_POLICY.outlier_level else None
 
 

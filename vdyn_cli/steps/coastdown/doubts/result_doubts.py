@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
-from vdyn_cli.quantities.number_text import two_digits
+from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import INSPECT, outlying_run
+from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED_PAIR, INSPECT, outlying_run
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed
 from vdyn_cli.steps.coastdown.road_load_estimates import RoadLoadEstimates, changing_drag
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
+LEAST_SHIFT = 0.1  # half intervals, of a parameter without a run that are written
 STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
 
 
@@ -95,17 +101,47 @@ def implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
 
 
 def _outlying_runs(estimates: RoadLoadEstimates) -> list[Finding]:
-    """Coasts that are outliers by a share of the road load that matters; on an open road they are not tested."""
+    """Coasts that are outliers by a share of the road load that matters; on an open road they are not tested.
+
+    First those that ``vdyn check`` reports, by their mean decelerations and without the noise model of the fit.
+    """
     if not estimates.coasting:
         return []
-    runs, found = estimates.fit.campaign.runs, []
+    runs, found = estimates.fit.campaign.runs, _contradicting_coasts(estimates)
     forces, headings = run_forces(estimates.fit)[0], np.array([r.heading for r in runs])
     least = STEP_POLICY.material_run_force * float(estimates.load.force(quoted_speed(estimates.fit.speeds)))
     if (outlier := outlying_run(forces, headings, STEP_POLICY.outlying_run)) and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
-        found.append(Finding(runs[outlier.run].name, what, remedy=INSPECT, doubt=True))
+        if runs[outlier.run].name not in {f.where for f in found}:
+            found.append(Finding(runs[outlier.run].name, what, remedy=INSPECT, doubt=True))
     return found
+
+
+def _contradicting_coasts(estimates: RoadLoadEstimates) -> list[Finding]:
+    """The run that ``vdyn check`` rejects for its deceleration, or two successive ones, and what they change."""
+    runs = estimates.fit.campaign.runs
+    coasts = [replace(s, run=r.origin) for s, r in zip(estimates.selection.segments, runs, strict=True)]
+    directions = tuple(run.direction for run in estimates.spec.runs)
+    rates = RunDecelerations(longest_of_runs(coasts), directions, estimates.fit.inertia)
+    if (worst := rates.outlier()) is not None and worst[2]:
+        what = worst[1] + _without(estimates, [worst[0].name])
+        return [Finding(worst[0].name, what, remedy=INSPECT, doubt=True)]
+    if rates.step() is None and (pair := rates.pair()) is not None:
+        what = pair[1] + _without(estimates, [one.name for one in pair[0]])
+        return [Finding(pair[0][0].name, what, remedy=CHANGED_PAIR, doubt=True)]
+    return []
+
+
+def _without(estimates: RoadLoadEstimates, runs: Sequence[str]) -> str:
+    """The changes of the main parameters without these runs, to first order, by more than ``LEAST_SHIFT``."""
+    quality, each = estimates.quality, []
+    for name in MAIN:
+        shift = sum(quality.shifts.get(run, {}).get(name, 0.0) for run in runs)
+        half = quality.fit.solution.half_width(name) if shift else 0.0
+        if abs(shift) > LEAST_SHIFT * half:
+            each.append(f"{name} is {number(abs(shift), 0.1 * abs(shift))} {'higher' if shift > 0 else 'lower'}")
+    return f"; without {'it' if len(runs) == 1 else 'both'} {' and '.join(each)}" if each else ""
 
 
 def _contradicted_givens(estimates: RoadLoadEstimates) -> list[Finding]:

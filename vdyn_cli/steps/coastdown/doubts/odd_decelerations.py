@@ -1,0 +1,123 @@
+"""Runs whose mean deceleration between two common speeds contradicts the others: one run, two in succession, a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import falling_speed
+from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, outlying_pair, outlying_run, resistance_step
+from vdyn_cli.steps.step_policy import STEP_POLICY
+
+LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
+SHARES = (1.0, 1.0 / 3.0)  # upper parts of the common speeds, tested for changes (``changed_runs``)
+
+
+@dataclass(frozen=True)
+class RunDecelerations:
+    """The longest usable segment of each usable run, in the order of their starts.
+
+    Parameters
+    ----------
+    directions : of all runs of the description, by ``segments[i].run``. inertia : kg.
+    """
+
+    segments: tuple[CoastSegment, ...]
+    directions: tuple[str | None, ...]
+    inertia: float
+
+    @property
+    def heading(self) -> Array:
+        """Heading (n,) of the runs: +1 out, -1 back."""
+        return np.array([-1.0 if self.directions[s.run] == "back" else 1.0 for s in self.segments])
+
+    @property
+    def common(self) -> tuple[float, float] | None:
+        """Highest and lowest speed that all segments pass, m/s."""
+        falls = [falling_speed(s)[1] for s in self.segments]
+        if not falls:
+            return None
+        top, bottom = min(float(v.max()) for v in falls), max(float(v.min()) for v in falls)
+        return (top, bottom) if top - bottom >= LEAST_SPAN else None
+
+    def means(self, share: float = 1.0) -> Array | None:
+        """Mean decelerations over the common speeds, (n,) m/s^2; None without common speeds.
+
+        Parameters
+        ----------
+        share : upper part of the common speeds over which the mean is taken.
+        """
+        if self.common is None:
+            return None
+        top, bottom = self.common[0], self.common[0] - share * (self.common[0] - self.common[1])
+        times = []
+        for time, falling in map(falling_speed, self.segments):
+            upper, lower = (float(np.interp(-v, -falling, time)) for v in (top, bottom))
+            times.append(lower - upper)
+        return np.asarray((top - bottom) / np.array(times))
+
+    def outlier(self) -> tuple[CoastSegment, str, bool] | None:
+        """The run whose mean deceleration is an outlier, the fact, and whether it is rejected; None without one.
+
+        It is rejected at ``outlier_level``, and only noted at ``outlying_run``: gusts hide what a calm day shows.
+        """
+        found = self.means()
+        worst = None if found is None else outlying_run(found, self.heading, STEP_POLICY.outlying_run)
+        if found is None or worst is None:
+            return None
+        share, force = worst.force / float(np.mean(found)), self.inertia * abs(worst.force)
+        rejected = worst.p_value < STEP_POLICY.outlier_level
+        if not rejected and abs(share) < STEP_POLICY.material_run_force:
+            return None
+        way, change = ("more", "higher") if share > 0 else ("less", "lower")
+        why = (
+            f"decelerates {100 * abs(share):.1f} % {way} than predicted from the other runs: resistance is "
+            f"{force:.0f} N {change} (p = {worst.p_value:.2g}): "
+        )
+        other = fits_opposite(found, [self.directions[s.run] for s in self.segments], worst.run)
+        cause = direction_doubt(other) if other else "brake, gear, traffic or a gust, or its direction is wrong"
+        return self.segments[worst.run], why + cause, rejected
+
+    def step(self) -> tuple[CoastSegment, str] | None:
+        """The run from which on the deceleration is another one than before, and the fact; None without one."""
+        found = self._changed(resistance_step)
+        if found is None:
+            return None
+        first, change, where, p_value = found
+        way = "higher" if change > 0 else "lower"
+        fact = f"from this run on the deceleration{where} is {100 * abs(change):.1f} % {way} than before"
+        return self.segments[first], f"{fact} (p = {p_value:.1g})"
+
+    def pair(self) -> tuple[tuple[CoastSegment, CoastSegment], str] | None:
+        """Two successive runs whose deceleration differs from that of the runs before and after, and the fact."""
+        found = self._changed(outlying_pair)
+        if found is None:
+            return None
+        first, change, where, p_value = found
+        way = "more" if change > 0 else "less"
+        two = self.segments[first], self.segments[first + 1]
+        fact = (
+            f"{two[0].name} and {two[1].name} decelerate {100 * abs(change):.1f} % {way}{where} than the runs before "
+            f"and after them (p = {p_value:.1g})"
+        )
+        return two, fact
+
+    def _changed(self, test: Callable[[Array, Array, int], OutlyingRun | None]) -> tuple[int, float, str, float] | None:
+        """Run, relative change, speeds in words and p value of the most significant change that is material."""
+        common, tested = self.common, {share: self.means(share) for share in SHARES}
+        found = []
+        for share, rates in tested.items():
+            one = None if rates is None else test(rates, self.heading, len(tested))
+            if rates is not None and one is not None:
+                found.append((one, one.force / float(np.mean(rates)), share))
+        found = [one for one in found if abs(one[1]) > STEP_POLICY.material_run_force]
+        if not found or common is None:
+            return None
+        best, change, share = min(found, key=lambda one: one[0].p_value)
+        where = "" if share == 1.0 else f" above {3.6 * (common[0] - share * (common[0] - common[1])):.0f} km/h"
+        return best.run, change, where, best.p_value
