@@ -63,7 +63,7 @@ def test_only_a_contradicted_prior_that_is_given_is_told(stated: bool) -> None:
     data = np.random.default_rng(5).standard_normal(60)
     zero = Unknown("zero", 0.0, prior=(3.0, 0.1), nuisance=True, prior_stated=stated)
     regression = Regression((zero,), ("a",), lambda _, x: Rows(x[0] - data, np.ones((60, 1))))
-    assert any("from the given 3" in w for w in solve(regression).warnings) == stated
+    assert any("from 3, the given or usual value" in w for w in solve(regression).warnings) == stated
 
 
 def test_priors_that_belong_together_are_weighed_together() -> None:

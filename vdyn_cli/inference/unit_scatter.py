@@ -27,7 +27,7 @@ LARGEST_PULL = 4.5  # standard deviations from a prior above which it is reporte
 
 
 def _contradicted_priors(solved: Solved) -> list[str]:
-    """Sentences about given values that the data contradict; a prior that the program estimated is not given."""
+    """Sentences about given or usual values that the data contradict, without priors that the program estimated."""
     regression, x = solved.regression, solved.point.x
     every = regression.shared + regression.own * len(regression.runs)
     found = []
@@ -36,9 +36,9 @@ def _contradicted_priors(solved: Solved) -> list[str]:
             mean, std = unknown.prior
             off = (x[i] - mean) / std
             if abs(off) > LARGEST_PULL:
-                value, given = (f"{number:.4g} {unknown.unit}".strip() for number in (x[i], mean))
-                what = f"{regression.label(i)} is estimated at {value}, {abs(off):.0f} standard deviations from the "
-                found.append(f"{what}given {given}: correct the given value, or state its uncertainty with '+-'")
+                value, prior = (f"{number:.4g} {unknown.unit}".strip() for number in (x[i], mean))
+                what = f"{regression.label(i)} is estimated at {value}, {abs(off):.0f} standard deviations from "
+                found.append(f"{what}{prior}, the given or usual value: correct it, or state its uncertainty with '+-'")
     return found
 
 

@@ -118,9 +118,9 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
         0.1, "share of the value", "half a 95 % interval above which a value is called poorly determined",
         "With a wider one a ride simulation is not useful.",
     )  # fmt: skip
-    implausible_slip: float = threshold(
-        3.0, "standard deviations", "of the tires' slip from its usual value in a launch, beyond which it is held",
-        "Chance exceeds it once in 370 cars; beyond, the slip is negative, or that of a tire on ice.",
+    implausible_tire: float = threshold(
+        3.0, "standard deviations", "of the tires' slip or compliance from its usual value, beyond which it is held",
+        "Chance exceeds it once in 370 cars; beyond, the slip or the deflection is negative, or that of a tire on ice.",
     )  # fmt: skip
     uneven_road: float = threshold(
         10.0, "log-likelihood", "gained by an uneven road before the bump, above which it is part of the noise",

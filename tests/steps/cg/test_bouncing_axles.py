@@ -10,6 +10,7 @@ from tests.plant.vehicle import random_vehicle
 from tests.steps.cg.test_cg import logs
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.cg.known_vehicle import UNSPRUNG, known_vehicle
+from vdyn_cli.steps.cg.problem import prepare
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
 from vdyn_cli.steps.cg.step import STEP
 
@@ -46,6 +47,20 @@ def test_one_mass_alone_is_not_used() -> None:
 
 def test_the_tires_stiffness_is_uncertain_unless_given() -> None:
     base = {**plant.known(VEHICLE), **STATED}
-    assert "tire_vertical_stiffness" in known_vehicle(SPEC, given(base)).nuisances
+    assert "tire_vertical_compliance" in known_vehicle(SPEC, given(base)).nuisances
     base["tire_vertical_stiffness"] = VEHICLE.tire_vertical_stiffness
-    assert "tire_vertical_stiffness" not in known_vehicle(SPEC, given(base)).nuisances
+    assert "tire_vertical_compliance" not in known_vehicle(SPEC, given(base)).nuisances
+
+
+def test_soft_tires_and_an_assumed_drag_height_stay_physical() -> None:
+    soft = replace(VEHICLE, tire_vertical_stiffness=VEHICLE.mass * 9.81 / 2 / 0.025)
+    stated = {n: e for n, e in plant.known(soft).items() if n != "drag_height"}
+    fit = prepare(SPEC, logs(soft, 4, effects={"own_axles": 1.0}), given({**stated, **STATED})).fit
+    found = fit.solve()
+    assert {"tire_vertical_compliance", "drag_height"} <= set(fit.nuisances)
+    for name, (mean, std) in fit.nuisances.items():
+        assert std > 0.01 * mean, name  # it is not held
+        assert abs(found.values[name] - mean) < 3 * std, name
+    for name in ("cg_height", "pitch_inertia"):
+        low, high = found.interval95[name]
+        assert low < plant.truth(soft)[name] < high, name

@@ -17,7 +17,7 @@ EXCESS_GAIN = "front_excess_gain"
 SOUGHT = ("cg_height", "cg_to_rear", "pitch_inertia")
 GIVEN = (
     *("mass", "wheelbase", "antenna_height", "antenna_offset", "drag_area", "drag_height", "air_density", "spin"),
-    *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_stiffness", "reads_gravity", "contact_lead"),
+    *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_compliance", "reads_gravity", "contact_lead"),
     *("slip_compliance", "tire_relaxation_length", "brake_share_front", "pitch_axis", EXCESS_GAIN),
 )
 ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
@@ -72,8 +72,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
             load_moment,
             front_load=front,
             rear_load=rear,
-            front_axle_acceleration=-front_bend / p.tire_vertical_stiffness,
-            rear_axle_acceleration=-rear_bend / p.tire_vertical_stiffness,
+            front_axle_acceleration=-front_bend * p.tire_vertical_compliance,
+            rear_axle_acceleration=-rear_bend * p.tire_vertical_compliance,
             mass=p.mass,
             unsprung_front=p.unsprung_mass_front,
             unsprung_rear=p.unsprung_mass_rear,

@@ -12,10 +12,10 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.cg.spec import CgSpec
 
 # Deflection of the tires under the weight of the vehicle, m, where their stiffness is not known: 17 to 25 mm on cars,
-# 9 mm on light vehicles with hard tires; and the standard deviation of the stiffness, a share. It matters for the
+# 9 mm on light vehicles with hard tires; and its standard deviation, a share. It matters for the
 # axles' motion only, in which the runs show it.
-TIRE_DEFLECTION, STIFFNESS_STD = 0.017, 0.4
-STIFFNESS = "tire_vertical_stiffness"
+TIRE_DEFLECTION, DEFLECTION_STD = 0.017, 0.4
+STIFFNESS, COMPLIANCE = "tire_vertical_stiffness", "tire_vertical_compliance"
 UNSPRUNG = ("unsprung_mass_front", "unsprung_mass_rear")
 # Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without drag, the aerodynamic moment about the
 # road would be a model error that the diagnosis detects and cannot name.
@@ -34,6 +34,7 @@ USUAL_COMPLIANCE, COMPLIANCE_STD = 0.05, 0.03
 USUAL_RELAXATION, RELAXATION_STD = 0.3, 0.15  # m; 0.1 to 0.6 m (Pacejka 2012)
 # Share of the brake torque on the front wheels of cars: 0.55 to 0.8 (Limpert, Brake Design and Safety, 3rd ed. 2011).
 USUAL_BRAKE_SHARE, BRAKE_SHARE_STD = 0.67, 0.07
+DRAG_HEIGHT_STD = 0.15  # m, of the drag's line of action, which is near the center of gravity: 0.45 to 0.75 m
 # Height of the center of gravity as a share of the wheelbase: 0.2 to 0.28, race cars 0.14. Axles that move straight up
 # and down hold the hubs in place, and the body turns about an axis at their height. Anti-dive and anti-squat tilt the
 # paths of the hubs by 0 to 0.15; both axles' tilts move the axis by a quarter of the wheelbase times their sum, up or
@@ -51,8 +52,9 @@ class KnownVehicle:
     ----------
     values : by name, SI. std : of the uncertain ones.
     findings : about assumed and neglected values.
-    nuisances : mean and standard deviation of the height of the pitch axis, the tires' slip per friction and relaxation
-        length, and their vertical stiffness where it is uncertain and matters; the runs may determine them better.
+    nuisances : mean and standard deviation of the height of the pitch axis, of the tires' slip per friction and
+        relaxation length, of their vertical compliance where it is uncertain and matters, and of an assumed drag
+        height, whose error the slip would imitate; the runs may determine them better.
     load_excess : share by which the loads exceed the weight, where they contradict it.
     """
 
@@ -133,7 +135,8 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         findings.append(Finding("cg", what, "", remedy))
     below = USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)
     nuisances = {AXIS: (below, AXIS_STD * values["wheelbase"]), **_slip(known)}
-    nuisances |= {STIFFNESS: (values[STIFFNESS], std.pop(STIFFNESS))} if STIFFNESS in std else {}
+    nuisances |= {COMPLIANCE: (values[COMPLIANCE], std.pop(COMPLIANCE))} if COMPLIANCE in std else {}
+    nuisances |= {} if "drag_height" in known else {"drag_height": (values["drag_height"], DRAG_HEIGHT_STD)}
     values |= {n: mean for n, (mean, _) in nuisances.items()}
     return KnownVehicle(values, std, tuple(findings), nuisances)
 
@@ -151,17 +154,21 @@ def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
 
 
 def _unsprung(known: Parameters, mass: float) -> tuple[dict[str, float], dict[str, float]]:
-    """Unsprung masses, kg, zero unless both are given, and the tires' stiffness, N/m; the second: std of the uncertain.
+    """Unsprung masses, kg, zero unless both are given, and the tires' compliance, m/N; second: std of the uncertain.
 
-    Without unsprung masses the stiffness does not matter.
+    The axles' motion is proportional to the compliance, so that a fit of it is linear. Without unsprung masses it does
+    not matter.
     """
-    usual = mass * GRAVITY / 2 / TIRE_DEFLECTION
-    values = {STIFFNESS: known.value(STIFFNESS, usual), **dict.fromkeys(UNSPRUNG, 0.0)}
+    compliance = TIRE_DEFLECTION / (mass * GRAVITY / 2)
+    spread = DEFLECTION_STD * compliance
+    if STIFFNESS in known:
+        compliance = 1 / known[STIFFNESS].value
+        spread = known[STIFFNESS].std * compliance**2
+    values = {COMPLIANCE: compliance, **dict.fromkeys(UNSPRUNG, 0.0)}
     if not all(n in known for n in UNSPRUNG):
         return values, {}
-    std = {n: known[n].std for n in (*UNSPRUNG, STIFFNESS) if n in known and known[n].std > 0}
-    if STIFFNESS not in known:
-        std[STIFFNESS] = STIFFNESS_STD * usual
+    std = {n: known[n].std for n in UNSPRUNG if known[n].std > 0}
+    std |= {COMPLIANCE: spread} if spread > 0 else {}
     return {**values, **{n: known[n].value for n in UNSPRUNG}}, std
 
 

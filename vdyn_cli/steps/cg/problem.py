@@ -23,7 +23,7 @@ from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.cg.balance_rows import BalanceRows
 from vdyn_cli.steps.cg.carried_weight import carried_weight
 from vdyn_cli.steps.cg.input_checks import gentle_doubts, ready_runs, weight_contradiction
-from vdyn_cli.steps.cg.known_vehicle import KnownVehicle, known_vehicle, with_free_heave
+from vdyn_cli.steps.cg.known_vehicle import COMPLIANCE, KnownVehicle, known_vehicle, with_free_heave
 from vdyn_cli.steps.cg.load_fit import EXACT, LoadFit
 from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
 from vdyn_cli.steps.cg.logged_speed import gps_zero, speed_change
@@ -246,25 +246,33 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     findings += gps_zero(logs) if spec.settings.accelerometer == "gps" else []
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
-    fit = _with_plausible_slip(
+    fit = _with_plausible_tires(
         LoadFit(runs, vehicle.values, load_zero, vehicle.nuisances, speeds=speeds, carried=carried)
     )
     return _holding_inertia(CgProblem(tuple(logs), vehicle, fit, tuple(findings)))
 
 
-def _with_plausible_slip(fit: LoadFit) -> LoadFit:
-    """The fit with the tires' slip held at its usual values, if its amplitude is estimated outside of plausible values.
+def _with_plausible_tires(fit: LoadFit) -> LoadFit:
+    """The fit with the tires' slip or compliance held at usual values, if it is estimated outside of plausible ones.
 
     It then imitates another error of the balance, such as a clock offset, and hides it. A relaxation length alone is
-    not judged: the runs show little of it, and held, it leaves a rest beside a small clock offset.
+    not judged: the runs show little of it, and held, it leaves a rest beside a small clock offset. The first solution
+    has the true channels of a usual car, so that what is implausible there is judged by the converged fit.
     """
-    found = even_if_refused(lambda: fit.first_solution).values
-    mean, std = fit.nuisances[SLIP[0]]
-    if abs(found.get(SLIP[0], mean) - mean) < STEP_POLICY.implausible_slip * std:
-        return fit
+    doubtful = _implausible_tires(fit, even_if_refused(lambda: fit.first_solution))
+    if doubtful:
+        doubtful = _implausible_tires(fit, even_if_refused(fit.solve))
+    held = {n for first in doubtful for n in (SLIP if first == SLIP[0] else (first,))}
     return replace(
-        fit, nuisances={**fit.nuisances, **{n: (fit.nuisances[n][0], EXACT * fit.nuisances[n][0]) for n in SLIP}}
+        fit, nuisances={n: (m, EXACT * m) if n in held else (m, std) for n, (m, std) in fit.nuisances.items()}
     )
+
+
+def _implausible_tires(fit: LoadFit, found: Solution) -> list[str]:
+    """The tires' properties whose estimates are not those of a tire."""
+    judged = {n: fit.nuisances[n] for n in (SLIP[0], COMPLIANCE) if n in fit.nuisances}
+    limit = STEP_POLICY.implausible_tire
+    return [n for n, (mean, std) in judged.items() if abs(found.values.get(n, mean) - mean) >= limit * std]
 
 
 def _holding_inertia(problem: CgProblem) -> CgProblem:
