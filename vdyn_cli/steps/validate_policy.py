@@ -137,6 +137,15 @@ class ValidatePolicy:
         0.003, "", "standard deviation of the mean slope of drives whose directions are not stated",
         "As the default of settings.drives.slope.",
     )  # fmt: skip
+    odd_drive_chance: float = threshold(
+        0.02, "", "probability of a drive as far beyond the scatter of the others, below which it is left out",
+        "Of drives drawn alike, one campaign in 50 has such a drive, and fewer with the next condition; of 29 days "
+        "over hills and in wind the least was 0.46.",
+    )  # fmt: skip
+    odd_drive_others: float = threshold(
+        0.25, "", "times its difference from the others, by which these may differ from the description",
+        "In drives of two directions over one slope the usual ones differ by half of it: that is no fault of one.",
+    )  # fmt: skip
     ratio_evidence: float = threshold(
         9.0, "log likelihood", "for each change of the acceleration per torque over a change of force, to be a gear or "
         "a gain",

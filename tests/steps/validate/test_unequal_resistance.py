@@ -46,6 +46,27 @@ def test_what_all_drives_share_is_left_to_the_diagnosis(drag: float, slope: floa
     assert other_resistance(drives, HEADINGS, -ROLLING / MASS) is None
 
 
+def test_a_torque_that_one_drive_alone_loses_is_found_without_directions() -> None:
+    """80 N is less than slopes of unknown direction usually add, but ten times what these drives differ by."""
+    drives = [drive(40 + k, 80.0 if k == 2 else 0.0) for k in range(4)]
+    found = other_resistance(drives, (0.0,) * 4, -ROLLING / MASS)
+    assert found is not None
+    assert found.drive == 2
+    assert abs(found.force * MASS - 80.0) < 2.5 * found.error * MASS
+
+
+def test_the_one_drive_in_the_other_direction_is_not_accused() -> None:
+    drives = [drive(50 + k, slope=-0.005 if k == 1 else 0.005) for k in range(4)]
+    assert other_resistance(drives, (0.0,) * 4, -ROLLING / MASS) is None
+
+
+def test_drives_that_scatter_by_their_weather_and_road_are_not_accused() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        drives = [drive(60 + k, slope=0.001 * rng.standard_normal(), wind=rng.standard_normal()) for k in range(4)]
+        assert other_resistance(drives, (0.0,) * 4, -ROLLING / MASS) is None
+
+
 def test_three_drives_are_not_compared() -> None:
     drives = [drive(20, 200.0), drive(21), drive(22)]
     assert other_resistance(drives, HEADINGS[:3], -ROLLING / MASS) is None
