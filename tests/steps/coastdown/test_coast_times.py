@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, paired_runs
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, listed_by_start, paired_runs
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 
 
@@ -52,6 +52,13 @@ def test_a_rejected_run_shifts_no_pair_across_directions() -> None:
     kept = [segment(k, 0.2) for k in (0, 1, 2, 4, 5)]  # run 3, a back run, was rejected
     directions = ["out", "back", "out", "back", "out", "back"]
     assert paired_runs(kept, directions) == [(0, 1), (3, 4)]
+
+
+def test_runs_are_paired_by_their_starts_where_all_runs_out_are_listed_first() -> None:
+    """The second run back is lost: the second run out has no partner, and the others keep theirs."""
+    directions, starts = ["out"] * 4 + ["back"] * 3, [0.0, 600.0, 1200.0, 1800.0, 300.0, 1500.0, 2100.0]
+    kept = [segment(k, 0.2) for k in (0, 1, 2, 3, 4, 5, 6)]
+    assert paired_runs(*listed_by_start(kept, directions, starts)) == [(0, 4), (2, 5), (3, 6)]
 
 
 def test_without_directions_there_are_no_times() -> None:

@@ -12,7 +12,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.parameters import Estimate
-from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes, coast_times
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import CoastTimes, coast_times, listed_by_start, stated_starts
 from vdyn_cli.steps.coastdown.campaign_checks.expected_accuracy import (
     SEPARATED,
     CoastSetup,
@@ -130,8 +130,9 @@ class RoadLoadEstimates:
     @cached_property
     def times(self) -> list[CoastTimes]:
         """Coast-down times of pairs of coasts."""
-        longest = longest_of_runs(self.selection.segments)
-        return coast_times(longest, [r.direction for r in self.spec.runs]) if self.coasting else []
+        longest, runs = longest_of_runs(self.selection.segments), self.spec.runs
+        listed = listed_by_start(longest, [r.direction for r in runs], stated_starts(runs))
+        return coast_times(*listed) if self.coasting else []
 
     @cached_property
     def main(self) -> dict[str, Estimate]:

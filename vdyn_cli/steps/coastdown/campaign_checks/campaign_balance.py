@@ -20,7 +20,7 @@ from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.check_schema import CoastBalance, RunDeceleration, TimeAccuracy
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, paired_runs
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import coast_times, listed_by_start, paired_runs
 from vdyn_cli.steps.coastdown.campaign_checks.regulation_limits import TestDay, regulation_limits
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
@@ -67,15 +67,15 @@ class CampaignCoasts:
         rates, directions = self.rates, self.directions
         found = rates.means()
         effects = _Effects() if found is None else _effects(found, rates.heading, self.order)
-        pairs = paired_runs(self.segments, directions)
+        listed = listed_by_start(self.segments, directions, self.starts)
+        pairs = paired_runs(*listed)
         partners = {self.segments[k].run for pair in pairs for k in pair}
         ways = [directions[s.run] for s in self.segments]
         known = len(ways) > 1 and all(w in ("out", "back") for w in ways)
         driven = [ways[i] for i in np.argsort(self.order, kind="stable")] if known else []
         alternating = all(a != b for a, b in pairwise(driven)) if known else None
         accuracy = [
-            TimeAccuracy(speed=3.6 * t.speed, time=t.mean, r83=t.r83, wltp=t.wltp)
-            for t in coast_times(self.segments, directions)
+            TimeAccuracy(speed=3.6 * t.speed, time=t.mean, r83=t.r83, wltp=t.wltp) for t in coast_times(*listed)
         ]
         speeds, runs = rates.common, self._runs(names, found)
         balance = CoastBalance(

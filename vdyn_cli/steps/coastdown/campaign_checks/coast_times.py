@@ -13,10 +13,11 @@ freedom (2.26 for ten pairs, where Regulation 83 prints 2.2 and WLTP 2.3).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vdyn_cli.description.description_model import Run
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
@@ -70,13 +71,13 @@ class CoastTimes:
 def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[tuple[int, int]]:
     """Pairs of segment indices: the k-th run out of the description with the k-th run back, where both are kept.
 
-    Where runs are left out, runs that follow each other in the description are paired first, so that a missing log
-    does not shift the other pairs.
+    Where runs are left out, or one direction has more of them, runs that follow each other in the description are
+    paired first, so that a missing log does not shift the other pairs.
     """
     at = {s.run: k for k, s in reversed(list(enumerate(segments)))}
     out, back = ([i for i, way in enumerate(directions) if way == wanted] for wanted in ("out", "back"))
     planned = [pair for pair in zip(out, back, strict=False) if at.keys() >= set(pair)]
-    if at.keys() >= {*out, *back}:
+    if at.keys() >= {*out, *back} and len(out) == len(back):
         return [(at[a], at[b]) for a, b in planned]
     pairs = [(a, b) for a, b in planned if abs(a - b) == 1]
     free = set(at) - {run for pair in pairs for run in pair}
@@ -86,6 +87,21 @@ def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | Non
             free -= {run, run + 1}
     pairs += [pair for pair in planned if free >= set(pair)]
     return [(at[a], at[b]) for a, b in sorted(pairs, key=min)]
+
+
+def listed_by_start(
+    segments: Sequence[CoastSegment], directions: Sequence[str | None], starts: Sequence[float] | None
+) -> tuple[list[CoastSegment], list[str | None]]:
+    """Segments and directions as if the description listed its runs by their ``starts``; None: it does."""
+    order = range(len(directions)) if starts is None else sorted(range(len(directions)), key=lambda k: starts[k])
+    place = {run: k for k, run in enumerate(order)}
+    return [replace(s, run=place[s.run]) for s in segments], [directions[run] for run in order]
+
+
+def stated_starts(runs: Sequence[Run]) -> tuple[float, ...] | None:
+    """Start times of the runs, s since the first one; None unless every run states one and they differ."""
+    found = [r.start.value for r in runs if r.start is not None]
+    return tuple(found) if len(found) == len(runs) and np.ptp(found) > 0 else None
 
 
 def coast_times(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[CoastTimes]:

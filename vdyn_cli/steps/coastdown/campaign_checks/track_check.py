@@ -12,6 +12,7 @@ from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCoasts
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import stated_starts
 from vdyn_cli.steps.coastdown.coasts.idle_drive import IDLE_DRIVES
 from vdyn_cli.steps.coastdown.coasts.segments import (
     CoastSegment,
@@ -72,7 +73,7 @@ def track_check(
     if problem.campaign.drive != "coasting":
         return TrackCheck(rejected, evaluated, left_out=parts)
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
-    coasts = CampaignCoasts(problem, longest_of_runs(kept), tuple(r.direction for r in runs), _starts(runs))
+    coasts = CampaignCoasts(problem, longest_of_runs(kept), tuple(r.direction for r in runs), stated_starts(runs))
     worst = coasts.rates.outlier()
     findings = [f for f in problem.findings if f.where in IDLE_DRIVES]
     findings += [
@@ -95,12 +96,6 @@ def _notes(
     found += [] if (step := rates.step()) is None else [(*step, CHANGED)]
     found += [] if step or (pair := rates.pair()) is None else [(one, pair[1], CHANGED_PAIR) for one in pair[0]]
     return [Finding(whole[one.run].name, what, remedy=remedy, doubt=True) for one, what, remedy in found]
-
-
-def _starts(runs: Sequence[Any]) -> tuple[float, ...] | None:
-    """Start times of the runs, s since the first one; None unless every run states one."""
-    found = [r.start.value for r in runs if r.start is not None]
-    return tuple(found) if len(found) == len(runs) and np.ptp(found) > 0 else None
 
 
 def _evaluated(spec: CoastdownSpec, whole: Sequence[Log]) -> dict[int, tuple[float, float]]:
