@@ -233,7 +233,7 @@ def test_two_successive_runs_that_decelerate_more_are_noted_at_both(tmp_path: Pa
     document = checked(path, tmp_path, 0)
     noted = {r["run"]: r["why"][0] for r in document["runs"] if r["why"]}
     assert set(noted) == {"coast_4.csv", "coast_5.csv"}
-    assert all("more than the runs before and after them" in why for why in noted.values())
+    assert all("more than the runs before and after both" in why for why in noted.values())
 
 
 def test_a_column_that_is_missing_is_wrong_input(tmp_path: Path) -> None:

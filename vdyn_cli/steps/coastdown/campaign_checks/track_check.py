@@ -94,7 +94,7 @@ def _notes(
     """Doubts about runs that need not be repeated: an outlying run, a step, two runs that differ from the others."""
     found = [] if worst is None else [(worst[0], worst[1], INSPECT)]
     found += [] if (step := rates.step()) is None else [(*step, CHANGED)]
-    found += [] if step or (pair := rates.pair()) is None else [(one, pair[1], CHANGED_PAIR) for one in pair[0]]
+    found += [] if step else [(*one, CHANGED_PAIR) for one in rates.pair()]
     return [Finding(whole[one.run].name, what, remedy=remedy, doubt=True) for one, what, remedy in found]
 
 

@@ -93,19 +93,18 @@ class RunDecelerations:
         fact = f"from this run on the deceleration{where} is {100 * abs(change):.1f} % {way} than before"
         return self.segments[first], f"{fact} (p = {p_value:.1g})"
 
-    def pair(self) -> tuple[tuple[CoastSegment, CoastSegment], str] | None:
-        """Two successive runs whose deceleration differs from that of the runs before and after, and the fact."""
+    def pair(self) -> tuple[tuple[CoastSegment, str], ...]:
+        """Two successive runs that differ from the runs before and after, each with the fact; empty without them."""
         found = self._changed(outlying_pair)
         if found is None:
-            return None
+            return ()
         first, change, where, p_value = found
-        way = "more" if change > 0 else "less"
-        two = self.segments[first], self.segments[first + 1]
-        fact = (
-            f"{two[0].name} and {two[1].name} decelerate {100 * abs(change):.1f} % {way}{where} than the runs before "
-            f"and after them (p = {p_value:.1g})"
+        size = f"{100 * abs(change):.1f} % {'more' if change > 0 else 'less'}{where}"
+        one, two = self.segments[first], self.segments[first + 1]
+        return tuple(
+            (run, f"decelerates, like {other.name}, {size} than the runs before and after both (p = {p_value:.1g})")
+            for run, other in ((one, two), (two, one))
         )
-        return two, fact
 
     def _changed(self, test: Callable[[Array, Array, int], OutlyingRun | None]) -> tuple[int, float, str, float] | None:
         """Run, relative change, speeds in words and p value of the most significant change that is material."""

@@ -127,8 +127,8 @@ def _contradicting_coasts(estimates: RoadLoadEstimates) -> list[Finding]:
     if (worst := rates.outlier()) is not None and worst[2]:
         what = worst[1] + _without(estimates, [worst[0].name])
         return [Finding(worst[0].name, what, remedy=INSPECT, doubt=True)]
-    if rates.step() is None and (pair := rates.pair()) is not None:
-        what = pair[1] + _without(estimates, [one.name for one in pair[0]])
+    if rates.step() is None and (pair := rates.pair()):
+        what = pair[0][1] + _without(estimates, [run.name for run, _ in pair])
         return [Finding(pair[0][0].name, what, remedy=CHANGED_PAIR, doubt=True)]
     return []
 
