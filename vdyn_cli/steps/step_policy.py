@@ -118,6 +118,11 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
         0.1, "share of the value", "half a 95 % interval above which a value is called poorly determined",
         "With a wider one a ride simulation is not useful.",
     )  # fmt: skip
+    gravity_left: float = threshold(
+        0.5, "share of the squares", "of the speed that an acceleration may leave without gravity, over those that it "
+        "leaves as it is, to be that of a sensor on the body",
+        "A sensor that does not read gravity leaves more without it: 34 times as much on a van, and 1 without pitch.",
+    )  # fmt: skip
     implausible_tire: float = threshold(
         3.0, "standard deviations", "of the tires' slip or compliance from its usual value, beyond which it is held",
         "Chance exceeds it once in 370 cars; beyond, the slip or the deflection is negative, or that of a tire on ice.",

@@ -9,10 +9,12 @@ from tests.plant.vehicle import random_vehicle
 from tests.steps.cg.test_cg import known, logs
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import published
-from vdyn_cli.steps.cg.logged_speed import LEAST_SLOPE, gps_zero, speed_change
+from vdyn_cli.steps.cg.load_windows import pitch_angle
+from vdyn_cli.steps.cg.logged_speed import LEAST_SLOPE, gps_zero, read_gravity, speed_change
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
 from vdyn_cli.steps.cg.step import STEP
 
@@ -94,3 +96,11 @@ def test_an_acceleration_that_is_the_speeds_own_rate_is_none() -> None:
 
 def test_without_a_speed_nothing_is_said() -> None:
     assert not gps_zero([accelerated_run(1, 0.5, ("acceleration",))])
+
+
+def test_a_sensor_on_the_body_that_is_taken_for_an_antenna_is_reported() -> None:
+    runs = logs(random_vehicle(4), 4)
+    assert not read_gravity(runs)
+    leaning = [r.with_channels(acceleration=r["acceleration"] + GRAVITY * pitch_angle(r)) for r in runs]
+    (finding,) = read_gravity(leaning)
+    assert "accelerometer: body" in finding.remedy

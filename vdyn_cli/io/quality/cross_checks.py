@@ -53,7 +53,7 @@ def with_cross_checks(log: Log, refuse: bool = True, tilts: bool = False) -> Log
         what = (
             f"{first} and {second} contradict each other: according to {second}, {first} is {ratio:.3g} times as large"
         )
-        finding = Finding(log.name, what, remedy=_remedy(first, ratio), doubt=True)
+        finding = Finding(log.name, what, remedy=_remedy(first, ratio, "pitch_rate" in log and not tilts), doubt=True)
         if refuse and off > QUALITY.refused_scale:
             raise InputError(*_by_cause(log, (first, second), ratio, finding), *(f for f in log.findings if f.fault))
         findings.append(finding)
@@ -84,17 +84,19 @@ def _by_cause(log: Log, pair: tuple[str, str], ratio: float, contradiction: Find
         yield contradiction
 
 
-def _remedy(first: str, ratio: float) -> str:
-    """What to do about a channel that is ``ratio`` times as large according to another one."""
+def _remedy(first: str, ratio: float, pitched: bool) -> str:
+    """What to do about a channel that is ``ratio`` times as large according to another one.
+
+    ``pitched``: the pitch is logged, so that gravity in the acceleration could be subtracted, but is not.
+    """
     if ratio < 0.0:
         return f"add 'sign: -1' to the channel {first}, or remove it if it is there"
     if first == "acceleration":
         cause = usual_mistake(1.0 / ratio, ACCELERATION_MISTAKES, QUALITY.near_unit_factor)
         if not cause and abs(ratio - 1.0) <= QUALITY.refused_scale:  # no unit
-            return (
-                f"if the accelerometer's gain is wrong, write 'scale: {ratio:.4f}' at the channel; a body that pitches "
-                f"adds up to {100 * QUALITY.reported_tilted_scale:.0f} %"
-            )
+            gravity = f"a body that pitches adds up to {100 * QUALITY.reported_tilted_scale:.0f} %"
+            gravity += ": if the accelerometer is on it, write 'settings: {accelerometer: body}'" if pitched else ""
+            return f"if the accelerometer's gain is wrong, write 'scale: {ratio:.4f}' at the channel; {gravity}"
     else:
         cause = usual_mistake(1.0 / ratio, SPEED_MISTAKES, QUALITY.refused_scale)
     return f"check units and scale of both channels{f' ({cause}?)' if cause else ''}"

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.cg.load_windows import pitch_angle
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 EVERY = 0.5  # s between the compared speeds: half a period of the body's pitch, which moves the antenna
@@ -79,6 +81,39 @@ def speed_change(log: Log) -> SpeedChange | None:
     error = LEAST_SLOPE * duration * (at.size / 12.0) ** 0.5  # a line through m points: std of slope (12 / m)^0.5 / T
     chosen = speed[at]
     return SpeedChange(time, at, chosen - chosen.mean(), max(white_level(speed, time), error))
+
+
+def read_gravity(logs: Sequence[Log]) -> list[Finding]:
+    """A finding where the acceleration follows the speed much better without gravity: its sensor is on the body.
+
+    With the pitch th, the integral of a - g th must leave at most ``gravity_left`` of the squares that the integral of
+    a leaves. Both are without a line over time, which a zero of the acceleration adds.
+    """
+    rows = [one for log in logs if (one := _integrated(log)) is not None]
+    if not rows:
+        return []
+    speed, gained, gravity = np.concatenate(rows).T
+    read, free = (float(np.sqrt(np.mean((speed - by) ** 2))) for by in (gained, gained - gravity))
+    if free**2 > STEP_POLICY.gravity_left * read**2:
+        return []
+    what = "follows the speed better without gravity along the pitching body: the accelerometer seems to be on the body"
+    got = f"{free:.2g} m/s rms instead of {read:.2g} m/s"
+    remedy = "write 'settings: {accelerometer: body}'; if it is not on the body, its gain is wrong"
+    return [Finding("acceleration", what, got, remedy, doubt=True)]
+
+
+def _integrated(log: Log) -> Array | None:
+    """Speed, integral of the acceleration and of gravity along the body, (m, 3) m/s, each without a line over time."""
+    change = speed_change(log)
+    if change is None:
+        return None
+    rate = np.column_stack([log["acceleration"], GRAVITY * pitch_angle(log)])
+    if not np.isfinite(rate).all():
+        return None
+    gained = change.error * change.rows(rate)
+    made = np.column_stack([change.speed, gained[:, 0] + change.speed, gained[:, 1]])
+    line = np.column_stack([np.ones(change.at.size), change.time[change.at] - change.time[change.at[0]]])
+    return np.asarray(made - line @ np.linalg.lstsq(line, made, rcond=None)[0])
 
 
 def gps_zero(logs: Sequence[Log]) -> list[Finding]:
