@@ -39,7 +39,8 @@ def test_an_interval_off_its_value_is_stated_by_its_ends() -> None:
 PLURAL = (
     "accelerometer_slope", "asymmetric_damping", "brake_drag", "brake_drag_fading", "bump_stop", "degressive_damping",
     "front_load_gain", "load_crosstalk", "progressive_spring", "rear_load_delay", "rear_load_gain",
-    "run_warmup", "series_compliance", "tire_enveloping", "tire_warmup", "wheel_circle", "wheel_force_gain",
+    "rear_tire_stiffness", "run_warmup", "series_compliance", "tire_enveloping", "tire_warmup", "wheel_circle",
+    "wheel_force_gain",
 )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
     also={"loads_clock": early, "hub_clock": early, "driven_clock": early},
     unknowns=Quantity("clock_offset", "s", "delay of some channels relative to the others", "tau", -0.2, 0.2),
     reference="latency of inertial and GPS devices: 7 to 160 ms; devices without a common trigger: a sample or more",
-    label="a clock offset between two loggers",
+    label="a delay of some channels relative to the others",
     signature="The residual is proportional to the time derivative of the late channels (loops in plots of "
     "residual over channel).",
     alike=("tire_damping", "tire_relaxation", "pitch inertia"),

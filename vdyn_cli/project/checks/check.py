@@ -254,13 +254,24 @@ def _one_run(one: CutLog, verdict: RunVerdict, why: Sequence[str], lost: float) 
 
 
 def _contradictions(inputs: Inputs, run: str, tied: Sequence[TiedPair]) -> Iterator[str]:
-    """The contradicting pairs of channels of a run; of those in only some runs of several loggers, the likely cause."""
+    """The contradicting pairs of channels of a run.
+
+    Where the ratio of a pair from several loggers differs from that of most runs, the likely cause is added; a ratio
+    that all runs share is a radius or a scale, even if only some exceed the limit.
+    """
     several = any(clock.run == run for clock in inputs.clocks)
     for pair in tied:
         if pair.run == run and pair.good is False:
-            alike = [p.good for p in tied if (p.first, p.second) == (pair.first, pair.second)]
-            mixed = "; its logs are probably not from one run" if several and True in alike else ""
+            alike = [p for p in tied if (p.first, p.second) == (pair.first, pair.second)]
+            odd = several and any(p.good for p in alike) and not _usual_gain(pair, alike)
+            mixed = "; its logs are probably not from one run" if odd else ""
             yield f"{pair.first} contradicts {pair.second}: {pair.what}{mixed}"
+
+
+def _usual_gain(pair: TiedPair, alike: Sequence[TiedPair]) -> bool:
+    """Whether the gain of a pair is the median of all runs, within ``run_ratio``."""
+    gains = [p.gain for p in alike if p.gain is not None]
+    return pair.gain is not None and abs(pair.gain / float(np.median(gains)) - 1.0) <= CHECK.run_ratio
 
 
 def _uneven(one: CutLog) -> Iterator[str]:
