@@ -17,8 +17,8 @@ def delayed_signals() -> Iterator[None]:
     Their handlers raise an exception wherever Python code runs. In a callback of ctypes it would be printed and lost:
     the callback's result is missing, and the signal has no effect. Only the main thread runs handlers.
     """
-    handlers = {number: signal.getsignal(number) for number in _SIGNALS}
-    if threading.current_thread() is not threading.main_thread() or not all(map(callable, handlers.values())):
+    handlers = {number: handler for number in _SIGNALS if callable(handler := signal.getsignal(number))}
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
     received: list[int] = []
