@@ -74,7 +74,9 @@ def test_the_gain_of_the_torque_is_a_scale_of_the_inertia() -> None:
 
 def test_a_drag_below_the_zero_of_the_torque_is_said_to_be_open() -> None:
     """A bearing of 0.12 +- 4.5 N m was published without a word."""
-    said = [f for f in estimated(logs(), torque_zero="20 N m").findings if f.where == "bearing_torque"]
+    found = estimated(logs(), torque_zero="20 N m")
+    said = [f for f in found.findings if f.where == "bearing_torque"]
+    assert ("bearing_torque" in found.withheld, "bearing_torque" in found.parameters) == (True, False)
     assert [(f.doubt, "torque_zero" in f.remedy) for f in said] == [(True, True)]
     assert not [f for f in estimated(logs()).findings if f.where == "bearing_torque"]
 

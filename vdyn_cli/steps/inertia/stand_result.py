@@ -54,7 +54,10 @@ def stand_result(
     for name in DRAG:
         estimates[name] = _with_gain(name, solution, settings)
     torques = spin_torques(balance, solution)
-    assumed = (*_assumed_gain(settings), *_open_drag(estimates["bearing_torque"], settings))
+    open_drag = _open_drag(estimates["bearing_torque"], settings)
+    if open_drag:
+        del estimates["bearing_torque"]
+    assumed = (*_assumed_gain(settings), *open_drag)
     result = Result(
         "inertia",
         _sentence(estimates, settings),
@@ -66,6 +69,7 @@ def stand_result(
         (budget.table("stand_budget", "The uncertainty of the inertia", UNIT, "Slope: change per unit of the input."),),
         tuple(dict.fromkeys((*findings, *_without_stand_inertia(settings), *assumed))),
         amplitudes=effect_amplitudes(solution, unknowns),
+        withheld={f.where: f"it {f.what}: {f.got}" for f in open_drag},
     )
     refuse_zero(result, f"{budget.value:.3g} {UNIT}", "repeat with more spins, and with at least twice the torque")
     return result
@@ -93,9 +97,13 @@ def _with_gain(name: str, solution: Solution, settings: InertiaSettings) -> Esti
 
 
 def _sentence(estimates: dict[str, Estimate], settings: InertiaSettings) -> str:
-    inertia, dry, viscous = (with_interval(e, e.unit) for e in estimates.values())
+    shown = {n: with_interval(e, e.unit) for n, e in estimates.items()}
+    inertia, viscous = shown["wheel_inertia"], shown["bearing_viscous"]
     whole = "" if settings.stand_inertia.value else " of the wheel with the rotating parts of the stand"
-    drag = f"The bearing drag is {dry} at standstill plus {viscous} times the speed."
+    if dry := shown.get("bearing_torque"):
+        drag = f"The bearing drag is {dry} at standstill plus {viscous} times the speed."
+    else:
+        drag = f"The bearing drag grows by {viscous} times the speed; at standstill it is not determined."
     return f"The moment of inertia{whole} is {inertia}. {drag}"
 
 
