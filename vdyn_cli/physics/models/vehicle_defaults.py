@@ -112,7 +112,11 @@ _ASSUMPTIONS = (
     _A("air_density", lambda k: air_density(k["temperature"], k["pressure"]), "dry air of this temperature, pressure"),
     _A("air_density", lambda k: air_density(293.15, 1e5), "20 degC, 100 kPa, reference conditions of a road load"),
     _A("wind_variance", lambda k: 0.0, "no gusts"),
-    _A("driveline_efficiency", lambda k: 1.0, "no loss under load"),
+    _A(
+        "driveline_efficiency",
+        lambda k: 1.0,
+        "no loss under load; it absorbs a wheel radius or torque gain as wrong as its interval",
+    ),
     _A("recuperation_loss", lambda k: 0.0, "between the gears' loss (1) and a torque that holds the efficiency (-1)"),
     _A("driveline_inertia", _beyond_the_wheels, "rotating_mass minus four wheels"),
     _A("driveline_inertia", lambda k: LEAST_DRIVELINE_INERTIA, "gears only: the motor is disconnected from the wheels"),
