@@ -46,6 +46,20 @@ def driven_channels(runs: Sequence[LoadWindows], lever: float) -> tuple[Mapping[
     return tuple(found)
 
 
+def without_driven(runs: Sequence[LoadWindows], imbalances: Sequence[Array], lever: float) -> tuple[Array, ...]:
+    """Each run's mean imbalances of its windows (k,) without the part that follows from lagged accelerations.
+
+    A model error, such as a clock offset, follows from what the driver does. The road does not.
+
+    Parameters
+    ----------
+    lever : m, height of the antenna above the center of gravity.
+    """
+    basis = [run.integral(_regressors(run, lever)) / run.width[:, None] for run in runs]
+    response = np.linalg.lstsq(np.vstack(basis), np.concatenate(imbalances), rcond=None)[0]
+    return tuple(e - b @ response for e, b in zip(imbalances, basis, strict=True))
+
+
 def _regressors(run: LoadWindows, lever: float) -> Array:
     """Regressors (n, r) of a run's channels."""
     from scipy.ndimage import gaussian_filter1d

@@ -35,7 +35,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun, simulated
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
-from vdyn_cli.steps.cg.driven_channels import driven_channels
+from vdyn_cli.steps.cg.driven_channels import driven_channels, without_driven
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
 from vdyn_cli.steps.cg.load_windows import WINDOW, LoadWindows
 from vdyn_cli.steps.cg.local_derivative import SPAN, TRUE_SPAN, local_derivative
@@ -232,7 +232,8 @@ class LoadFit:
         found = [self._imbalance(k, _local(self, at, k), NO_HEAVE) for k in range(len(self.runs))]
         balances, bands = [e for e, _ in found], [band for _, band in found]
         if self.both_axles:
-            return uneven_road(balances, bands, WINDOW, self.known["mass"])
+            ways = without_driven(self.runs, balances, self.known["antenna_height"] - float(at[0]))
+            return uneven_road(ways, bands, WINDOW, self.known["mass"])
         return heave_autocovariance(balances, bands, WINDOW)
 
     def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
