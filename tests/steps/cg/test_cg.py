@@ -118,7 +118,7 @@ def test_the_uncertainty_of_given_numbers_is_carried_over() -> None:
     assert np.hypot(sharp.std, 0.01 * vehicle.cg_height) == pytest.approx(blunt.std, rel=0.1)
 
 
-# Where the rear is not weighed, the heave's noise is held after three rounds: it then depends a little on the start.
+# Where the rear is not weighed, the heave's noise is held after a few rounds: it then depends a little on the start.
 @pytest.mark.slow
 @pytest.mark.parametrize(("loads", "share"), [(("front_load", "rear_load"), 0.01), (("front_load",), 0.1)])
 def test_a_fit_ends_at_the_same_values_wherever_it_begins(loads: tuple[str, ...], share: float) -> None:

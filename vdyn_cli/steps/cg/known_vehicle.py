@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import hypot
 
 from vdyn_cli.physics.models.load_transfer import EXCESS_GAIN, HEAVE_LEVERS
 from vdyn_cli.quantities.constants import GRAVITY, USUAL_WHEELS
@@ -38,7 +39,8 @@ DRAG_HEIGHT_STD = 0.15  # m, of the drag's line of action, which is near the cen
 # Height of the center of gravity as a share of the wheelbase: 0.2 to 0.28, race cars 0.14. Axles that move straight up
 # and down hold the hubs in place, and the body turns about an axis at their height. Anti-dive and anti-squat tilt the
 # paths of the hubs by 0 to 0.15; both axles' tilts move the axis by a quarter of the wheelbase times their sum, up or
-# down (Gillespie, Fundamentals of Vehicle Dynamics, 1992, ch. 7): 0.075 of the wheelbase, with the height 0.09.
+# down (Gillespie, Fundamentals of Vehicle Dynamics, 1992, ch. 7): 0.075 of the wheelbase, with the height 0.09. With
+# much of them the body turns about its center, as textbooks have it: the prior's mean is half-way to it.
 AXIS, USUAL_HEIGHT_SHARE, AXIS_STD = "pitch_axis", 0.23, 0.09
 LEAST_SLIP = 0.1  # relative standard deviation of a stated one: the axles' loads differ by as much from equal ones
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
@@ -133,8 +135,8 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
             f"cg_height by {1e3 * USUAL_SPIN:.0f} +- {1e3 * SPIN_STD:.0f} mm"
         )
         findings.append(Finding("cg", what, "", remedy))
-    below = USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)
-    nuisances = {AXIS: (below, AXIS_STD * values["wheelbase"]), **_slip(known)}
+    half = (USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)) / 2
+    nuisances = {AXIS: (half, hypot(AXIS_STD * values["wheelbase"], half)), **_slip(known)}
     nuisances |= {COMPLIANCE: (values[COMPLIANCE], std.pop(COMPLIANCE))} if COMPLIANCE in std else {}
     nuisances |= {} if "drag_height" in known else {"drag_height": (values["drag_height"], DRAG_HEIGHT_STD)}
     values |= {n: mean for n, (mean, _) in nuisances.items()}

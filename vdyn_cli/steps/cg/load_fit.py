@@ -47,7 +47,7 @@ from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
-HEAVE_ROUNDS = 4  # of the fit, with the heave's noise from the last residuals; then the noise is held
+HEAVE_ROUNDS = 5  # of the fit, with the heave's noise from the last residuals; then the noise is held
 SETTLED = 1e-3  # standard deviations by which an unknown may change in the last round
 SLOW = 0.02  # likewise, of a fit that still changes after all rounds: at a tenth less a round, 0.2 remain in all
 EXACT = 1e-4  # relative standard deviation of a value that is held
