@@ -16,7 +16,8 @@ from vdyn_cli.inference import solve
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
-from vdyn_cli.steps.inertia.problem import WINDOWS, InertiaData, prepare
+from vdyn_cli.steps.inertia.problem import InertiaData, prepare
+from vdyn_cli.steps.inertia.slow_noise import WINDOWS
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 
 pytestmark = pytest.mark.slow  # whole diagnoses or recoveries
