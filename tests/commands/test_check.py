@@ -181,6 +181,7 @@ def test_the_sample_coast_downs_are_all_kept(tmp_path: Path) -> None:
     assert "<svg" in (tmp_path / "check.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_dead_log_leaves_order_and_pairs_of_the_others(tmp_path: Path) -> None:
     """A third run without held speed, in the direction out like the next run."""
     text = (ROOT / "configs" / "coastdown.yaml").read_text(encoding="utf-8")
@@ -299,6 +300,7 @@ def test_a_coast_with_a_long_gap_of_the_clock_is_to_be_repeated(tmp_path: Path) 
     assert coasts["runs"][1]["influence"] is not None
 
 
+@pytest.mark.slow
 def test_runs_that_cannot_be_used_leave_the_others_to_be_judged(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda k, t, v: v * (0.6214 if k == 6 else 1.0))
     text = (tmp_path / "coast_2.csv").read_text()
@@ -343,6 +345,7 @@ def test_one_error_of_many_lines_is_said_once(tmp_path: Path) -> None:
     assert merged.where.endswith("coast.yaml:9, 11, 13, 15")
 
 
+@pytest.mark.slow
 def test_a_wrong_unit_of_the_description_is_no_reason_to_drive_again(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     path.write_text(path.read_text().replace("unit: km/h", "unit: m/s"))

@@ -39,6 +39,7 @@ def refused(gained: Path) -> tuple[Path, RefusedResultError]:
     return folder, caught.value
 
 
+@pytest.mark.slow
 def test_the_effect_makes_the_result_publishable(gained: Path) -> None:
     test = yaml.safe_load(gained.read_text(encoding="utf-8"))
     test["diagnose"] = {"effects": ["hub_torque_gain", "clock_offset"]}

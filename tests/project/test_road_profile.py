@@ -35,6 +35,7 @@ def changed(path: Path, **runs_and_settings: object) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_survey_is_used_and_reported(case: Case, tmp_path: Path) -> None:
     record = execute("coastdown", described(case, SEED, tmp_path, kind="surveyed"), level=None)
     known = record.result.parameters

@@ -107,6 +107,7 @@ def test_a_failed_step_costs_no_other_and_is_said(day: Path) -> None:
     assert "F x [N]" in page
 
 
+@pytest.mark.slow
 def test_a_sensor_that_did_not_measure_is_reported_on_the_console_and_in_the_set(day: Path) -> None:
     told: list[str] = []
 

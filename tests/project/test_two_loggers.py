@@ -111,6 +111,7 @@ def test_a_stated_delay_is_taken_with_its_uncertainty(described: Path) -> None:
     assert page.clocks.rows[0][2] == "stated"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("delay", "problem"),
     [

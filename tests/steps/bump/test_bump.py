@@ -165,6 +165,7 @@ def test_half_sine() -> None:
     assert not missed(run(logs(bump=Bump(0.05, 0.4, "half_sine")), spec(bump=bump)))
 
 
+@pytest.mark.slow
 def test_a_measured_profile_is_read_from_its_file(tmp_path: Path) -> None:
     x = np.linspace(0.0, 0.5, 51)
     height = 0.06 * np.sin(np.pi * x / 0.5) ** 2 + 0.012 * np.sin(4 * np.pi * x / 0.5) * x
@@ -311,6 +312,7 @@ def test_a_gentle_bump_leaves_the_tire_to_the_unsprung_mass() -> None:
     assert tire.std / tire.value > 5 * spring.std / spring.value
 
 
+@pytest.mark.slow
 def test_a_car_that_was_loaded_otherwise_is_noticed() -> None:
     heavier = known().updated(stated({"sprung_mass": VEHICLE.sprung_mass + 60.0}))
     findings = run(given=heavier).findings

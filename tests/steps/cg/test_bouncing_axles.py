@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from tests.effects.recovered import given
 from tests.plant import cg as plant
 from tests.plant.vehicle import random_vehicle
@@ -23,6 +25,7 @@ def known(*stated: str) -> Parameters:
     return given({**plant.known(VEHICLE), **{n: STATED[n] for n in stated}})
 
 
+@pytest.mark.slow
 def test_stated_masses_keep_the_pitch_inertia_unbiased() -> None:
     data = logs(VEHICLE, 4, effects={"own_axles": 1.0})
     found = {n: STEP.estimate(SPEC, data, known(*n)) for n in (UNSPRUNG, ())}

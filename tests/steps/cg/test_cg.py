@@ -63,6 +63,7 @@ def test_sliding_tires_do_not_reduce_the_pitch_inertia() -> None:
     assert found.values["slip_compliance"] == pytest.approx(1 / vehicle.tire_longitudinal_stiffness, rel=0.15)
 
 
+@pytest.mark.slow
 def test_a_car_at_rest_has_no_moment_of_rolling_resistance() -> None:
     vehicle = random_vehicle(7)
     front, rear = (

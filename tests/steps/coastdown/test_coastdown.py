@@ -199,6 +199,7 @@ def test_turning_parts_are_assumed_aloud() -> None:
     assert any("rotating_mass is not given" in f.what for f in problem.findings)
 
 
+@pytest.mark.slow
 def test_the_regression_takes_effects() -> None:
     """What a diagnosis asks for: the same regression with another cause's unknowns in it."""
     from vdyn_cli.effects.headwind import headwind

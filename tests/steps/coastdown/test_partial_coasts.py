@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from vdyn_cli.project.execute import execute
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
 
+@pytest.mark.slow
 def test_a_broken_off_run_is_noted_with_the_speeds_that_it_covers(tmp_path: Path) -> None:
     text = (CONFIGS / "coastdown.yaml").read_text().replace("coast_1.csv,", "coast_1.csv, to_time: 25 s,")
     text = text.replace("../sample_logs", str(CONFIGS.parent / "sample_logs"))

@@ -86,6 +86,7 @@ def test_a_constant_speed_is_no_coast() -> None:
     assert "not a coast-down" in message(lambda: estimate(spec_of(runs), logs, known(REFERENCE)), ResultError)
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(
     st.integers(0, 2**31),

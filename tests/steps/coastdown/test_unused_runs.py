@@ -88,6 +88,7 @@ def test_an_engaged_driveline_is_rejected() -> None:
     assert "engaged driveline" in reason
 
 
+@pytest.mark.slow
 def test_throttle_in_a_coast_is_cut_out() -> None:
     problem = spoilt(lambda log: braked(log, 30.0, 36.0, -0.6))
     (reason,) = why(problem)
