@@ -115,9 +115,10 @@ def _missing(missing: Mask, rows: Rows, where: str, every: _Rows) -> Finding:
         return Finding(where, "is empty")
     runs = spans(missing)
     first, stop = max(runs, key=lambda r: r[1] - r[0])
-    share = (n - rows.size) / n
+    percent = 100 * (n - rows.size) / n
+    share = f"{percent:.0f}" if percent >= 10 else f"{percent:.2g}"
     what = (
-        f"has no value in {n - rows.size} of {n} rows ({100 * share:.2g} %), {_times(len(runs))},"
+        f"has no value in {n - rows.size} of {n} rows ({share} %), {_times(len(runs))},"
         f" longest: {every.span(first, stop - first)}"
     )
     return Finding(where, what)
