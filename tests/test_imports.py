@@ -38,6 +38,7 @@ DOORS = {
     "asammdf": {"io"},
     "pyarrow": {"io"},
     "h5py": {"io"},
+    "nptdms": {"io"},
 }
 
 

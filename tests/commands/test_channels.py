@@ -50,7 +50,7 @@ def test_every_format_says_what_it_holds(kind: str, tmp_path: Path) -> None:
     assert found["speed"]["rate"] == pytest.approx(50.0)
     assert found["speed"]["span"] == [0.0, pytest.approx(59.98)]
     pair = sorted(("speed", "copy"), key=list(found).index)
-    assert found[pair[1]]["same_as"] == ("logger 1." if kind == "mf4" else "") + pair[0]
+    assert found[pair[1]]["same_as"] == ("logger 1." if kind in ("mf4", "tdms") else "") + pair[0]
     assert found["frozen"]["rest"][:2] == [pytest.approx(20.02), pytest.approx(44.98)]  # type: ignore[index]
     assert found["flat"]["lowest"] == 7.5
     assert "constant at" in shown(path)

@@ -1,5 +1,5 @@
-"""Writes columns of numbers as MDF 4, Parquet, MATLAB and LabVIEW files, if possible with other libraries than the
-program's readers use."""
+"""Writes columns of numbers as MDF 4, Parquet, MATLAB, LabVIEW and TDMS files, if possible with other libraries than
+the program's readers use."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Table = Mapping[str, Array]  # of one clock; the first column is the time in s
-FORMATS = ("mf4", "parquet", "mat", "mat73", "lvm")
+FORMATS = ("mf4", "parquet", "mat", "mat73", "lvm", "tdms")
 
 
 def write(kind: str, path: Path, tables: Sequence[Table], units: Mapping[str, str]) -> Path:
@@ -21,7 +21,8 @@ def write(kind: str, path: Path, tables: Sequence[Table], units: Mapping[str, st
     Skips the test if the library that writes the format is not installed.
     """
     path = path.with_suffix({"mat73": ".mat"}.get(kind, f".{kind}"))
-    {"mf4": _mf4, "parquet": _parquet, "mat": _mat, "mat73": _mat73, "lvm": _lvm}[kind](path, tables, units)
+    writers = {"mf4": _mf4, "parquet": _parquet, "mat": _mat, "mat73": _mat73, "lvm": _lvm, "tdms": _tdms}
+    writers[kind](path, tables, units)
     return path
 
 
@@ -94,3 +95,14 @@ def _lvm(path: Path, tables: Sequence[Table], units: Mapping[str, str]) -> None:
         cells = cells if multi else [cells[0], *cells[1::2]]
         lines.append("\t".join(cells))
     path.write_text("\r\n".join([*general, *header, *lines]) + "\r\n")
+
+
+def _tdms(path: Path, tables: Sequence[Table], units: Mapping[str, str]) -> None:
+    nptdms = _library("nptdms", "tdms")
+    objects = []
+    for number, table in enumerate(tables):
+        for name, values in table.items():
+            unit = {"unit_string": units[name]} if name in units else {}
+            objects.append(nptdms.ChannelObject(f"logger {number + 1}", name, values, unit))
+    with nptdms.TdmsWriter(path) as file:
+        file.write_segment(objects)

@@ -167,3 +167,35 @@ def test_an_empty_group_of_an_mdf_file_hides_no_channel(tmp_path: Path) -> None:
     assert np.array_equal(read_log(tmp_path / "run.mf4", mapping)["speed"], SPEED)
     with pytest.raises(InputError, match=r"run\.mf4"):
         read_log(tmp_path / "run.mf4", mapping | {"speed": column("w")})
+
+
+def test_tdms_waveforms_have_the_clock_of_their_properties(tmp_path: Path) -> None:
+    """Two groups that start 0.5 s apart, timestamps, text, and a stale index of another recording beside the file."""
+    nptdms = pytest.importorskip("nptdms", reason="pip install 'vdyn_cli[tdms]'")
+    start, later = (np.datetime64(f"2026-05-04T09:30:00.{ms}", "us") for ms in ("250", "750"))
+    fast = {"wf_start_time": start, "wf_increment": 0.005, "wf_start_offset": 0.1, "unit_string": "km/h"}
+    slow = {"wf_start_time": later, "wf_increment": 0.02, "wf_start_offset": 0.0}
+    stamps = start + (TIME * 1e6).astype("timedelta64[us]")
+    path = tmp_path / "run.tdms"
+    for objects in (
+        [nptdms.ChannelObject("a", "other", TIME)],
+        [
+            nptdms.ChannelObject("a", "speed", 72.0 + FAST, fast),
+            nptdms.ChannelObject("b", "slip speed", TIME, slow),
+            nptdms.ChannelObject("c", "Timestamp", stamps),
+            nptdms.ChannelObject("c", "gps speed", SPEED, slow),
+            nptdms.ChannelObject("c", "note", ["ok"] * N),
+        ],
+    ):
+        with nptdms.TdmsWriter(str(path), index_file=not path.exists()) as file:
+            file.write_segment(objects)
+    wanted = {"time": column("time", "s"), "speed": column("speed", "km/h")}
+    log = read_log(path, wanted)
+    assert np.allclose(log.time, 0.1 + FAST)
+    assert np.allclose(log["speed"] * 3.6, 72.0 + FAST)
+    assert np.allclose(read_log(path, {**wanted, "speed": column("slip speed")}).time, 0.5 + TIME)
+    log = read_log(path, {"time": column("Timestamp", "s"), "speed": column("gps speed")})
+    assert np.allclose(log.time, TIME, atol=2e-6)
+    assert np.array_equal(log["speed"], SPEED)
+    with pytest.raises(InputError, match="'note': contains no numbers"):
+        read_log(path, {"time": column("Timestamp", "s"), "speed": column("note")})

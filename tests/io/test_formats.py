@@ -133,7 +133,7 @@ def test_a_name_in_two_groups_is_refused_with_the_groups(tmp_path: Path) -> None
         read_log(path, mapping)
 
 
-@pytest.mark.parametrize("kind", ["mf4", "parquet", "lvm"])
+@pytest.mark.parametrize("kind", ["mf4", "parquet", "lvm", "tdms"])
 def test_the_unit_of_the_file_is_checked(kind: str, tmp_path: Path) -> None:
     time = np.arange(100) / 50.0
     path = write(kind, tmp_path / "run", [{"time": time, "speed": 20.0 - time}], {"speed": "km/h"})
@@ -147,19 +147,25 @@ def test_the_unit_of_the_file_is_checked(kind: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "library", "extra"),
-    [("mf4", "asammdf", "mdf"), ("parquet", "pyarrow", "parquet"), ("mat73", "h5py", "mat")],
+    [
+        ("mf4", "asammdf", "mdf"),
+        ("parquet", "pyarrow", "parquet"),
+        ("mat73", "h5py", "mat"),
+        ("tdms", "nptdms", "tdms"),
+    ],
 )
 def test_a_missing_library_is_named_with_its_command(
     kind: str, library: str, extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    head = {"mf4": b"MDF     4.10", "parquet": b"PAR1", "mat73": b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF"}[kind]
+    mat73 = b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF"
+    head = {"mf4": b"MDF     4.10", "parquet": b"PAR1", "mat73": mat73, "tdms": b"TDSm"}[kind]
     path = tmp_path / "run.bin"
     path.write_bytes(head)
     for name in (library, f"{library}.parquet"):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(InputError, match=rf"pip install 'vdyn_cli\[{extra}\]'") as error:
         read_log(path, {"time": Column("time", "s", "s")})
-    assert library in str(error.value)
+    assert library in str(error.value).lower()
 
 
 @pytest.mark.parametrize("kind", FORMATS)

@@ -92,9 +92,9 @@ def test_another_reader_is_checked_and_converted_as_csv_is(monkeypatch: pytest.M
 
 
 def test_what_no_reader_matches_is_named(path: Path) -> None:
-    (path.parent / "run.tdms").write_bytes(b"TDSm\x0e\0\0\0")
-    with pytest.raises(InputError, match="is a TDMS measurement, not a text log"):
-        read_log(path.parent / "run.tdms", MAPPING)
+    (path.parent / "run.blf").write_bytes(b"LOGG\x90\0\0\0")
+    with pytest.raises(InputError, match="is a trace of bus frames by Vector"):
+        read_log(path.parent / "run.blf", MAPPING)
 
 
 def test_a_row_that_is_written_twice_is_one_sample() -> None:

@@ -40,7 +40,6 @@ _FORMATS = {
     b"\x89HDF": "an HDF5 or MATLAB 7.3 file",
     b"MATLAB 5.0": "a MATLAB file",
     b"PAR1": "a Parquet file",
-    b"TDSm": "a TDMS measurement",
     b"BZh": "a bzip2 archive",
     b"\xfd7zXZ": "an xz archive",
     b"\x28\xb5\x2f\xfd": "a zstd archive",

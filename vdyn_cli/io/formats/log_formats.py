@@ -14,6 +14,7 @@ from vdyn_cli.io.formats.lvm_reader import READER as LVM
 from vdyn_cli.io.formats.mat_reader import READER as MAT
 from vdyn_cli.io.formats.mdf_reader import READER as MDF
 from vdyn_cli.io.formats.parquet_reader import READER as PARQUET
+from vdyn_cli.io.formats.tdms_reader import READER as TDMS
 from vdyn_cli.io.formats.vbo_reader import READER as VBO
 from vdyn_cli.io.plugins import plugins
 from vdyn_cli.io.quality.log_checks import checked
@@ -24,7 +25,7 @@ from vdyn_cli.quantities.log import Log
 
 GROUP = "vdyn.readers"
 # CSV is not listed: it reads every file that no other reader matches.
-BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, VBO, LONG)
+BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, TDMS, VBO, LONG)
 
 
 def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:
