@@ -36,3 +36,12 @@ def test_a_radius_that_the_speeds_contradict_is_reported(share: float, std: floa
     assert [pair.good for pair in pairs] == [agrees, agrees]
     assert [f.where for f in findings] == ([] if agrees else ["wheel_speed and vehicle_speed"])
     assert all(f"{share:.3f} times vehicle_speed in all 2 runs that show it" in f.what for f in findings)
+
+
+def test_a_radius_is_judged_alike_in_all_runs() -> None:
+    """Of three gains of 2 % the limit lies between, most decide."""
+    pairs = [pair for name in ("a", "bb", "ccc") for pair in tied_pairs(_run(name), _known(0.98, 0.0005))]
+    mixed = [pair.model_copy(update={"good": pair.run == "a"}) for pair in pairs]
+    judged, findings = compared_over_runs(mixed)
+    assert [pair.good for pair in judged] == [False, False, False]
+    assert len(findings) == 1

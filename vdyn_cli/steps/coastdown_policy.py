@@ -34,7 +34,7 @@ class CoastdownPolicy:
     )  # fmt: skip
     least_common_speeds: float = threshold(
         0.8, "share of the median speed range of the other runs", "that a coast covers without a note of 'vdyn check'",
-        "Deceleration and limits are evaluated over the speeds of all runs: a fifth less is one of the about five "
+        "Deceleration and limits are evaluated over the speeds of all other runs: a fifth less is one of about five "
         "reference speeds of a coast-down, whereas manual starts and stops differ by 5 km/h of about 60.",
     )  # fmt: skip
     agreeing_coasts: float = threshold(

@@ -24,14 +24,13 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
 from vdyn_cli.steps.coastdown.doubts.changed_runs import CHANGED
 from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED_PAIR, INSPECT
-from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
+from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts, whole_coasts
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.preparation import prepare
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
 from vdyn_cli.steps.step_definition import TrackCheck
 
-_COMMON = ": deceleration, accuracy and limits are evaluated only over the speeds that all runs cover"
-_REMOVED = "remove the run to evaluate all speeds, or keep it"
+_WITHOUT = ": deceleration, accuracy and limits are evaluated without this run"
 
 
 def track_check(
@@ -73,12 +72,13 @@ def track_check(
     if problem.campaign.drive != "coasting":
         return TrackCheck(rejected, evaluated, left_out=parts)
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
-    coasts = CampaignCoasts(problem, longest_of_runs(kept), tuple(r.direction for r in runs), stated_starts(runs))
+    longest = longest_of_runs(kept)
+    coasts = CampaignCoasts(problem, whole_coasts(longest), tuple(r.direction for r in runs), stated_starts(runs))
     worst = coasts.rates.outlier()
     findings = [f for f in problem.findings if f.where in IDLE_DRIVES]
     findings += [
-        replace(f, what=f"{f.what}{_COMMON}", remedy=_REMOVED, doubt=True)
-        for f in partial_coasts(coasts.segments, {k: log.name for k, log in enumerate(whole)})
+        replace(f, what=f"{f.what}{_WITHOUT}", doubt=True)
+        for f in partial_coasts(longest, {k: log.name for k, log in enumerate(whole)})
     ]
     if worst is not None and worst[2]:
         rejected[worst[0].run] = worst[1]

@@ -16,7 +16,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED_PAIR, INSPECT, outlying_run
-from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts
+from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts, whole_coasts
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed
@@ -123,7 +123,7 @@ def _contradicting_coasts(estimates: RoadLoadEstimates) -> list[Finding]:
     runs = estimates.fit.campaign.runs
     coasts = [replace(s, run=r.origin) for s, r in zip(estimates.selection.segments, runs, strict=True)]
     directions = tuple(run.direction for run in estimates.spec.runs)
-    rates = RunDecelerations(longest_of_runs(coasts), directions, estimates.fit.inertia)
+    rates = RunDecelerations(whole_coasts(longest_of_runs(coasts)), directions, estimates.fit.inertia)
     if (worst := rates.outlier()) is not None and worst[2]:
         what = worst[1] + _without(estimates, [worst[0].name])
         return [Finding(worst[0].name, what, remedy=INSPECT, doubt=True)]
