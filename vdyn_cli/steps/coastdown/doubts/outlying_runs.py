@@ -6,17 +6,20 @@ tests for a step of the force from one run to the next.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtr
 
 from vdyn_cli.inference.intervals import t_quantile
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.run_change import WARMING
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INSPECT = "inspect this run; remove it if traffic, a brake or a gust disturbed it"  # the remedy
+ROUNDING = 1e-12  # share of a sum of squares that counts as zero
 CHANGED_PAIR = (
     "check what differed in these two runs (load, roof box, windows, tires, rain); if something did, repeat them"
 )
@@ -45,25 +48,9 @@ def outlying_run(force: Array, heading: Array, level: float = STEP_POLICY.outlie
 
     Source: Cook and Weisberg, Residuals and Influence in Regression (1982), 2.2.2.
     """
-    from scipy.special import stdtr
-
-    n = force.size
-    order = np.arange(n) - (n - 1) / 2
-    rows = np.column_stack([np.ones(n), *([heading] if np.ptp(heading) > 0 else []), order])
-    left = n - np.linalg.matrix_rank(rows) - 1
-    if left < STEP_POLICY.outlier_degrees:
-        return None
-    hat = rows @ np.linalg.pinv(rows)
-    residual, free = force - hat @ force, 1.0 - np.diag(hat)
-    total = float(residual @ residual)
-    if total <= 0:
-        return None
-    spread = np.sqrt(np.maximum(total - residual**2 / free, 1e-12 * total) / left)
-    far = np.abs(residual) / np.sqrt(free) / spread
-    worst = int(np.argmax(far))
-    p_value = min(1.0, n * 2.0 * float(stdtr(left, -far[worst])))
-    outlying = p_value < level
-    return OutlyingRun(worst, float(residual[worst] / free[worst]), p_value) if outlying else None
+    order = np.arange(force.size, dtype=np.float64)
+    found = _largest(_base(heading, order), {k: order == k for k in range(force.size)}, force)
+    return found[0] if found is not None and found[0].p_value < level else None
 
 
 def resistance_step(force: Array, heading: Array, tests: int = 1) -> OutlyingRun | None:
@@ -79,30 +66,21 @@ def resistance_step(force: Array, heading: Array, tests: int = 1) -> OutlyingRun
     force : (n,) N, of each run beyond the common road load. heading : (n,) +1 out, -1 back.
     tests : number of forces, such as those at all and at high speeds, that are tested on one day (Bonferroni).
     """
-    from scipy.special import stdtr
-
-    n = force.size
-    base = np.column_stack([np.ones(n), *([heading] if np.ptp(heading) > 0 else [])])
-    left = n - base.shape[1] - 1
-    if left < STEP_POLICY.outlier_degrees:
+    order, base = np.arange(force.size, dtype=np.float64), _base(heading)
+    found = _largest(base, {k: order >= k for k in range(2, force.size - 1)}, force, tests)
+    if found is None or found[0].p_value >= STEP_POLICY.outlier_level:
         return None
-    order = np.arange(n, dtype=np.float64)
+    step, squares = found
     changes = (order, *(np.exp(-order / k) for k in WARMING))
-    gradual = min(_added(base, one, force)[0] for one in changes)
-    steps = {k: _added(base, (np.arange(n) >= k).astype(np.float64), force) for k in range(2, n - 1)}
-    first = min(steps, key=lambda k: steps[k][0])
-    squares, size, leverage = steps[first]
-    if gradual < STEP_POLICY.step_ratio * squares:
+    if min(_added(base, one, force)[0] for one in changes) < STEP_POLICY.step_ratio * squares:
         return None
-    std = np.sqrt(squares / left / leverage)
-    p_value = min(1.0, 2.0 * tests * len(steps) * float(stdtr(left, -abs(size) / std))) if std > 0.0 else 0.0
-    if size < 0.0 and left > 1:
-        downward = (order >= first).astype(np.float64)
-        beside = [_added(np.column_stack([base, one]), downward, force) for one in changes]
-        t = max(step / np.sqrt(rest / (left - 1) / own) for rest, step, own in beside)
-        if float(stdtr(left - 1, t)) > 0.5 * STEP_POLICY.step_beside_warming:
+    left = force.size - base.shape[1] - 2
+    if step.force < 0.0:
+        beside = [_added(np.column_stack([base, one]), order >= step.run, force) for one in changes]
+        t = max(size / np.sqrt(rest / left / own) for rest, size, own in beside)
+        if float(stdtr(left, t)) > 0.5 * STEP_POLICY.step_beside_warming:
             return None
-    return OutlyingRun(first, size, p_value) if p_value < STEP_POLICY.outlier_level else None
+    return step
 
 
 def outlying_pair(force: Array, heading: Array, tests: int = 1) -> OutlyingRun | None:
@@ -117,29 +95,51 @@ def outlying_pair(force: Array, heading: Array, tests: int = 1) -> OutlyingRun |
     force : (n,) N, of each run, in the order of their starts. heading : (n,) +1 out, -1 back.
     tests : number of forces that are tested on one day (Bonferroni).
     """
-    from scipy.special import stdtr
+    order = np.arange(force.size, dtype=np.float64)
+    pairs = {k: np.isin(order, (k, k + 1)) for k in range(1, force.size - 2)}
+    found = _largest(_base(heading, order), pairs, force, tests)
+    return found[0] if found is not None and found[0].p_value < STEP_POLICY.outlier_level else None
 
-    n = force.size
-    order = np.arange(n, dtype=np.float64)
-    base = np.column_stack([np.ones(n), *([heading] if np.ptp(heading) > 0 else []), order])
-    left = n - base.shape[1] - 1
-    if left < STEP_POLICY.outlier_degrees or np.linalg.matrix_rank(base) < base.shape[1]:
+
+def _base(heading: Array, *others: Array) -> Array:
+    """Columns (n, c) of what may change from run to run: a mean, the direction where both are driven, and others."""
+    return np.column_stack([np.ones(heading.size), *([heading] if np.ptp(heading) > 0 else []), *others])
+
+
+def _largest(
+    base: Array, changes: Mapping[int, Mask], force: Array, tests: int = 1
+) -> tuple[OutlyingRun, float] | None:
+    """The most significant change of the force beside the base, and its residual sum of squares, N^2.
+
+    None with fewer than ``outlier_degrees`` degrees of freedom, and where the base leaves no residual.
+
+    Parameters
+    ----------
+    changes : by the index of a run, the runs (n,) on which it acts. tests : number of such searches (Bonferroni).
+    """
+    left = force.size - base.shape[1] - 1
+    if left < STEP_POLICY.outlier_degrees:
         return None
-    pairs = {k: _added(base, np.isin(order, (k, k + 1)).astype(np.float64), force) for k in range(1, n - 2)}
-    first = min(pairs, key=lambda k: pairs[k][0])
-    squares, size, leverage = pairs[first]
-    std = np.sqrt(squares / left / leverage)
-    p_value = min(1.0, 2.0 * tests * len(pairs) * float(stdtr(left, -abs(size) / std))) if std > 0.0 else 0.0
-    return OutlyingRun(first, size, p_value) if p_value < STEP_POLICY.outlier_level else None
+    fits = {k: _added(base, runs, force) for k, runs in changes.items()}
+    first = min(fits, key=lambda k: fits[k][0])
+    squares, size, leverage = fits[first]
+    if size == 0.0:
+        return None
+    far = abs(size) / np.sqrt(squares / left / leverage)
+    return OutlyingRun(first, size, min(1.0, 2.0 * tests * len(changes) * float(stdtr(left, -far)))), squares
 
 
-def _added(base: Array, column: Array, force: Array) -> tuple[float, float, float]:
-    """Residual sum of squares of base and column, the column's coefficient, and its squares orthogonal to the base."""
-    own = column - base @ (np.linalg.pinv(base) @ column)
-    rest = force - base @ (np.linalg.pinv(base) @ force)
-    leverage = float(own @ own)
+def _added(base: Array, column: Array | Mask, force: Array) -> tuple[float, float, float]:
+    """Residual sum of squares of base and column, the column's coefficient, and its squares orthogonal to the base.
+
+    The coefficient is zero where the base contains the column, and where it leaves no residual.
+    """
+    own, rest = (one - base @ (np.linalg.pinv(base) @ one) for one in (column, force))
+    leverage, total = float(own @ own), float(rest @ rest)
+    if leverage < ROUNDING or total <= 0.0:
+        return total, 0.0, 1.0
     size = float(own @ rest) / leverage
-    return float(rest @ rest) - size**2 * leverage, size, leverage
+    return max(total - size**2 * leverage, ROUNDING * total), size, leverage
 
 
 def influential_runs(fit: RoadLoadFit, level: float) -> dict[str, tuple[str, ...]]:
