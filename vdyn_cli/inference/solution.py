@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -101,6 +101,18 @@ class Solution:
         degrees = [self.degrees[n] for n, p in zip(self.names, parts, strict=True) if p > 1e-3 * parts.max()]
         half = t_quantile(min(degrees)) * self.std_of(gradient) if degrees else 0.0
         return value - half, value + half
+
+    def including(self, shift: Mapping[str, float]) -> Solution:
+        """The solution with 95 % intervals that also include the values moved by a shift of some shared unknowns.
+
+        C + d d' / t^2, d the shift (s,) and t the 97.5 % quantile of Student's t
+        """
+        quantile = {n: t_quantile(self.degrees[n]) for n in self.names}
+        scaled = np.array([shift.get(n, 0.0) / quantile[n] for n in self.names])
+        covariance = self.covariance + np.outer(scaled, scaled)
+        std = dict(zip(self.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+        interval = {n: (self.values[n] - q * std[n], self.values[n] + q * std[n]) for n, q in quantile.items()}
+        return replace(self, covariance=covariance, std=std, interval95=interval)
 
     def _gradient(self, gradient: Mapping[str, float] | Array) -> Array:
         if isinstance(gradient, Mapping):

@@ -7,13 +7,12 @@ less the known slope of the road. The mean of both directions is compared with t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.special import ndtri
 
-from vdyn_cli.inference import Solution
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
@@ -49,7 +48,20 @@ class LocalForces:
         """
         off = float(np.interp(speed, self.speed, self.measured - self.fitted))
         half = float(np.interp(speed, self.speed, self.half))
-        return (off, half) if abs(off) > bonferroni_factor(self.speed.size) * half else None
+        return (off, half) if abs(off) > self._bonferroni * half else None
+
+    @property
+    def excess(self) -> Array:
+        """Ratio (k,) of difference to half interval, divided by the Bonferroni factor: above 1 the forces disagree."""
+        return np.abs(self.measured - self.fitted) / np.maximum(self.half, 1e-300) / self._bonferroni
+
+    @property
+    def _bonferroni(self) -> float:
+        """Factor by which each interval widens so that those of k classes jointly keep the significance level.
+
+        z(1 - level/(2 k)) / z(0.975) with the normal quantile z
+        """
+        return -float(ndtri(STEP_POLICY.disagreement_level / 2 / self.speed.size)) / NORMAL95
 
 
 def local_forces(fit: RoadLoadFit) -> LocalForces | None:
@@ -64,9 +76,7 @@ def local_forces(fit: RoadLoadFit) -> LocalForces | None:
     low, high = fit.speeds
     edges = np.linspace(low, high, CLASSES + 1)
     headings = np.array([r.heading for r in fit.campaign.runs])
-    level = {**fit.at, **dict.fromkeys(fit.rows.road, 0.0)}
-    fitted = fit.solution.per_run["start.speed"]
-    simulated = [fit.simulate_with(k, level, float(fitted[k])).outputs["speed"] for k in range(headings.size)]
+    simulated = [fit.simulate(k, level=True).outputs["speed"] for k in range(headings.size)]
     rows = []
     for a, b in pairwise(edges):
         seen = np.array([_forces(fit, k, simulated[k], float(a), float(b)) for k in range(headings.size)])
@@ -123,52 +133,15 @@ def _road_force(fit: RoadLoadFit, low: float, high: float) -> float:
     return fit.at["mass"] * GRAVITY * fit.sizes[ROUGHNESS] * float(np.linalg.norm(way @ layout.factor))
 
 
-def disagreement(found: LocalForces | None) -> float:
-    """Largest ratio of difference to half interval over the k classes, divided by ``bonferroni_factor(k)``.
-
-    Above 1 measured and fitted forces disagree; 0 where no comparison was possible.
-    """
-    if found is None:
-        return 0.0
-    worst = float(np.max(np.abs(found.measured - found.fitted) / np.maximum(found.half, 1e-300)))
-    return worst / bonferroni_factor(found.speed.size)
-
-
-def bonferroni_factor(classes: int) -> float:
-    """Factor by which each interval widens so that those of k classes jointly keep the significance level.
-
-    z(1 - level/(2 k)) / z(0.975) with the normal quantile z
-    """
-    return -float(ndtri(STEP_POLICY.disagreement_level / 2 / classes)) / NORMAL95
-
-
-def alternative(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
-    """Rolling resistance and drag area (m^2) that fit the local forces; those of the two that are estimated.
+def shift_to(fit: RoadLoadFit, found: LocalForces) -> dict[str, float]:
+    """Shift of rolling resistance and drag area (m^2) to the local forces, of those of the two that are estimated.
 
     Least squares of measured minus fitted force, weighted by the intervals.
     """
     per_unit = fit.main_forces(found.speed)
     matrix = np.column_stack([*per_unit.values()]) / found.half[:, None]
     step = np.linalg.lstsq(matrix, (found.measured - found.fitted) / found.half, rcond=None)[0]
-    return {n: fit.solution.values[n] + float(d) for n, d in zip(per_unit, step, strict=True)}
-
-
-def widened_to_include(solution: Solution, other: Mapping[str, float]) -> Solution:
-    """The solution with 95 % intervals that include other values.
-
-    C + d d' / t^2, d the shift (s,) to the other values and t the 97.5 % quantile of Student's t
-
-    Parameters
-    ----------
-    other : values of some of the shared unknowns.
-    """
-    shift = np.array([other.get(n, solution.values[n]) - solution.values[n] for n in solution.names])
-    quantile = np.array([t_quantile(solution.degrees[n]) for n in solution.names])
-    covariance = solution.covariance + np.outer(shift / quantile, shift / quantile)
-    std = dict(zip(solution.names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    half = {n: q * std[n] for n, q in zip(solution.names, quantile.tolist(), strict=True)}
-    interval = {n: (solution.values[n] - h, solution.values[n] + h) for n, h in half.items()}
-    return replace(solution, covariance=covariance, std=std, interval95=interval)
+    return dict(zip(per_unit, step.tolist(), strict=True))
 
 
 def influence(fit: RoadLoadFit) -> dict[str, dict[str, float]]:
@@ -193,15 +166,12 @@ def shared_force(fit: RoadLoadFit) -> Mapping[float, tuple[float, float]]:
     By heading (+1, -1, 0), for directions with at least two runs. The residual force is the inertia times the rate of
     change of the binned speed residuals on a level road, as a function of the distance driven.
     """
-    level = {**fit.at, **dict.fromkeys(fit.rows.road, 0.0)}
-    starts = fit.solution.per_run.get("start.speed")
-    if starts is None:
+    if not fit.campaign.speed_fitted:
         return {}
     traces: dict[float, list[tuple[Array, Array]]] = {}
     for k, run in enumerate(fit.campaign.runs):
         bins = fit.campaign.bins[k]
-        seen = fit.simulate_with(k, level, float(starts[k])).outputs["speed"]
-        left = bins.mean(run.speed - seen)
+        left = bins.mean(run.speed - fit.simulate(k, level=True).outputs["speed"])
         place = bins.mean(run.along)
         force = -fit.inertia * np.diff(left) / np.diff(bins.time)
         traces.setdefault(run.heading, []).append((0.5 * (place[1:] + place[:-1]), force))

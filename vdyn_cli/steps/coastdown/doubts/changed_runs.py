@@ -9,7 +9,6 @@ as rolling resistance, so that the deceleration at low speeds hardly changes, wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +16,9 @@ import numpy as np
 from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
-from vdyn_cli.quantities.errors import Finding, ResultError
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.number_text import number
-from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, resistance_step
 from vdyn_cli.steps.coastdown.fit.residuals import fast_forces, fitted_to, run_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
@@ -67,12 +65,14 @@ class ChangedRuns:
             )
         return Finding(run, what, remedy=CHANGED, doubt=True)
 
-    def widened(self, solution: Solution) -> Solution:
-        """The solution with 95 % intervals that include the estimates from either side of the change."""
-        for found in (self.before, self.after):
-            if found is not None:
-                solution = widened_to_include(solution, {n: found.values[n] for n in UNITS if n in solution.names})
-        return solution
+    def shifts(self, fit: RoadLoadFit) -> list[dict[str, float]]:
+        """Shifts from the fit to the estimates from either side of the change."""
+        values = fit.solution.values
+        return [
+            {n: side.values[n] - values[n] for n in UNITS if n in values}
+            for side in (self.before, self.after)
+            if side is not None
+        ]
 
 
 def changed_runs(fit: RoadLoadFit) -> ChangedRuns | None:
@@ -102,9 +102,7 @@ def values_after(fit: RoadLoadFit) -> tuple[Finding, ...]:
     given = []
     for name in (n for n in UNITS if n in solution.names):
         value, change = solution.values[name], solution.values[AFTER[name]]
-        at = [solution.names.index(n) for n in (name, AFTER[name])]
-        slope = np.array([1.0 + change, value])
-        std = float(np.sqrt(slope @ solution.covariance[np.ix_(at, at)] @ slope))
+        std = solution.std_of({name: 1.0 + change, AFTER[name]: value})
         given.append(f"{name} is {number(value * (1.0 + change), std)} (+- {number(NORMAL95 * std, std)}){UNITS[name]}")
     what = f"from this run on {' and '.join(given)}, with the stated mass; the result is that of the earlier runs"
     return (Finding(fit.campaign.runs[first].name, what, remedy=CHANGED, doubt=True),)
@@ -127,7 +125,7 @@ def _sides(fit: RoadLoadFit, first: int) -> tuple[Solution | None, Solution | No
     """The estimates of the runs before and after a change, where these have the directions of all."""
     heading = np.array([r.heading for r in fit.campaign.runs])
     sides = range(first), range(first, heading.size)
-    before, after = (_solution(fit, side) if set(heading[list(side)]) == set(heading) else None for side in sides)
+    before, after = (fitted_to(fit, side) if set(heading[list(side)]) == set(heading) else None for side in sides)
     return before, after
 
 
@@ -135,14 +133,6 @@ def _middle_load(fit: RoadLoadFit) -> float:
     """The fitted road load in the middle of the speeds, N."""
     at, speed = fit.at, float(np.mean(fit.speeds))
     return at["mass"] * GRAVITY * at["rolling_resistance"] + 0.5 * at["air_density"] * at["drag_area"] * speed**2
-
-
-def _solution(fit: RoadLoadFit, runs: Sequence[int]) -> Solution | None:
-    """The unknowns fitted to these runs; None where they do not determine them."""
-    try:
-        return fitted_to(fit, runs)
-    except ResultError:
-        return None
 
 
 def _listed(found: Solution) -> str:

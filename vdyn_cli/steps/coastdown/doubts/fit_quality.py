@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,15 +13,13 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.steps.coastdown.doubts.agreement import (
     LocalForces,
-    alternative,
-    disagreement,
     influence,
     local_forces,
     shared_force,
-    widened_to_include,
+    shift_to,
 )
-from vdyn_cli.steps.coastdown.doubts.changed_runs import ChangedRuns, changed_runs, values_after
-from vdyn_cli.steps.coastdown.doubts.one_way import unbalanced_finding, widened_if_one_way, widened_if_unbalanced
+from vdyn_cli.steps.coastdown.doubts.changed_runs import changed_runs, values_after
+from vdyn_cli.steps.coastdown.doubts.one_way import one_way_shifts, unbalanced_finding, unbalanced_shift
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import influential_runs
 from vdyn_cli.steps.coastdown.doubts.sheltered_wind import sheltered_wind_finding, sheltered_wind_shift
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
@@ -47,19 +45,21 @@ class FitQuality:
     Parameters
     ----------
     fit : with intervals that include the local forces where they disagree.
-    local : force from decelerations and fitted force. disagreement : of the two, above 1 where significant.
+    local : force from decelerations and fitted force.
     shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
-    change : from one run on, of the resistance, if the runs show one that the fit does not contain.
-    sheltered : a note on a wind that differs along the track, if it matters.
+    notes : on a change between two runs, directions, and a wind that differs along the track.
     """
 
     fit: RoadLoadFit
     local: LocalForces | None
-    disagreement: float
     shared: Mapping[float, tuple[float, float]]
     shifts: Mapping[str, Mapping[str, float]]
-    change: ChangedRuns | None = None
-    sheltered: tuple[Finding, ...] = ()
+    notes: tuple[Finding, ...] = ()
+
+    @property
+    def disagreement(self) -> float:
+        """Largest ``LocalForces.excess``: above 1 the forces disagree; 0 where no comparison was possible."""
+        return 0.0 if self.local is None else float(np.max(self.local.excess))
 
     def document(self) -> dict[str, Any]:
         """The numbers for the JSON, under ``quality``."""
@@ -83,15 +83,12 @@ class FitQuality:
 
     def findings(self) -> tuple[Finding, ...]:
         """What the user should know, each with a number and a remedy."""
-        changed = () if self.change is None else (self.change.finding(self.fit.campaign.runs[self.change.run].name),)
         return (
             *self._noise(),
             *self._road(),
             *self._disagreement(),
-            *changed,
             *values_after(self.fit),
-            *unbalanced_finding(self.fit),
-            *self.sheltered,
+            *self.notes,
             *self._runs(),
         )
 
@@ -128,16 +125,15 @@ class FitQuality:
         return [Finding("runs", what, remedy=remedy)]
 
     def _disagreement(self) -> list[Finding]:
-        if self.local is None or self.disagreement <= 1.0:
+        local = self.local
+        if local is None or self.disagreement <= 1.0:
             return []
-        off = np.abs(self.local.measured - self.local.fitted) / self.local.half
-        k = int(np.argmax(off))
+        k = int(np.argmax(local.excess))
         measured, fitted, half = (
-            number(float(x[k]), float(self.local.half[k]))
-            for x in (self.local.measured, self.local.fitted, self.local.half)
+            number(float(x[k]), float(local.half[k])) for x in (local.measured, local.fitted, local.half)
         )
         what = (
-            f"at {3.6 * self.local.speed[k]:.0f} km/h the force from the logged decelerations is {measured} N "
+            f"at {3.6 * local.speed[k]:.0f} km/h the force from the logged decelerations is {measured} N "
             f"(+- {half}), the fitted force {fitted} N; the intervals are widened"
         )
         remedy = "inspect the residual force over speed; narrow speed_window, or log the force that acts there"
@@ -168,23 +164,21 @@ class FitQuality:
 
 
 def quality_of(fit: RoadLoadFit) -> FitQuality:
-    """The quality of a fit; its intervals are widened where local forces disagree or all runs have one direction.
+    """The quality of a fit; its intervals include the answers of every doubt that it cannot exclude.
 
-    They also include what the runs before and after a change of the resistance give by themselves.
+    Those are local forces that disagree with it, the runs before and after a change of the resistance, a slope and a
+    wind where all or most runs have one direction, and a wind that differs along the track.
     """
-    local = local_forces(fit)
-    ratio = disagreement(local)
-    if local is not None and ratio > 1.0:
-        fit = replace(fit, solution=widened_to_include(fit.solution, alternative(fit, local)))
-    if (change := changed_runs(fit)) is not None:
-        fit = replace(fit, solution=change.widened(fit.solution))
-    fit = replace(fit, solution=widened_if_one_way(fit))
-    fit = replace(fit, solution=widened_if_unbalanced(fit))
-    shift = sheltered_wind_shift(fit)
-    sheltered = sheltered_wind_finding(fit, shift)
-    other = {n: fit.solution.values[n] + s for n, s in shift.items()}
-    fit = replace(fit, solution=widened_to_include(fit.solution, other))
-    return FitQuality(fit, local, ratio, shared_force(fit), influence(fit), change, sheltered)
+    local, change, sheltered = local_forces(fit), changed_runs(fit), sheltered_wind_shift(fit)
+    shifts = [*one_way_shifts(fit), unbalanced_shift(fit)]
+    shifts += [] if change is None else change.shifts(fit)
+    shifts += [shift_to(fit, local)] if local is not None and np.any(local.excess > 1.0) else []
+    wider = fit
+    for shift in shifts:
+        wider = wider.including(shift)
+    changed = () if change is None else (change.finding(fit.campaign.runs[change.run].name),)
+    notes = (*changed, *unbalanced_finding(fit), *sheltered_wind_finding(wider, sheltered))
+    return FitQuality(wider.including(sheltered), local, shared_force(fit), influence(fit), notes)
 
 
 def unphysical(fit: RoadLoadFit) -> dict[str, tuple[float, float, str]]:

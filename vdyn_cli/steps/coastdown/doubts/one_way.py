@@ -15,10 +15,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.constants import NORMAL95
-from vdyn_cli.quantities.errors import Finding, ResultError
-from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
+from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.doubts.crosswind import parameter_shift
 from vdyn_cli.steps.coastdown.fit.residuals import fitted_to
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
@@ -32,23 +30,24 @@ def is_one_way(fit: RoadLoadFit) -> bool:
     return len({r.heading for r in fit.campaign.runs}) == 1
 
 
-def widened_if_one_way(fit: RoadLoadFit) -> Solution:
-    """The solution with 95 % intervals that include an unmeasured slope and wind; unchanged with both directions.
+def one_way_shifts(fit: RoadLoadFit) -> list[Mapping[str, float]]:
+    """Shifts of rolling resistance and drag area by an unmeasured slope and wind; none with both directions.
 
     The slope is ``one_way_slope``, the wind ``one_way_wind``, either way. A measured wind, and a slope that is logged,
     surveyed or measured by the accelerometer, need no widening. A roughness that the description states is used as the
     slope's standard deviation.
     """
-    campaign, solution = fit.campaign, fit.solution
+    campaign, found = fit.campaign, list[Mapping[str, float]]()
     if not is_one_way(fit):
-        return solution
+        return found
     known = {n: all(isinstance(r.inputs[n], np.ndarray) for r in campaign.runs) for n in ("grade", "wind_speed")}
     if campaign.accelerometer == "none" and not known["grade"]:
         slope = STEP_POLICY.one_way_slope if campaign.roughness is None else NORMAL95 * campaign.roughness
-        solution = _moved(solution, {"rolling_resistance": slope})
+        found.append({"rolling_resistance": slope})
     if campaign.accelerometer != "alone" and not known["wind_speed"]:
-        solution = _moved(solution, _by_wind(fit))
-    return solution
+        wind, density = STEP_POLICY.one_way_wind, 0.5 * fit.at["air_density"] * fit.at["drag_area"]
+        found.append(parameter_shift(fit, lambda speed: density * ((speed + wind) ** 2 - speed**2)))
+    return found
 
 
 def is_unbalanced(fit: RoadLoadFit) -> bool:
@@ -58,24 +57,22 @@ def is_unbalanced(fit: RoadLoadFit) -> bool:
     return both and len(headings) < FEWEST_FOR_WIND and sum(headings) != 0.0 and fit.campaign.drive == "coasting"
 
 
-def widened_if_unbalanced(fit: RoadLoadFit) -> Solution:
-    """The solution with 95 % intervals that include that of the mean of the estimates from either direction.
+def unbalanced_shift(fit: RoadLoadFit) -> Mapping[str, float]:
+    """Shift to the far end of the interval of the mean of the estimates from either direction.
 
-    Unchanged for other campaigns, and where the runs of one direction do not determine the unknowns.
+    Empty for other campaigns, and where the runs of one direction do not determine the unknowns.
     """
-    if not is_unbalanced(fit):
-        return fit.solution
     headings = [r.heading for r in fit.campaign.runs]
-    try:
-        sides = [fitted_to(fit, [k for k, h in enumerate(headings) if h == way]) for way in (1.0, -1.0)]
-    except ResultError:
-        return fit.solution
-    farthest = {}
+    ways = [[k for k, h in enumerate(headings) if h == way] for way in (1.0, -1.0)] if is_unbalanced(fit) else []
+    sides = [side for runs in ways if (side := fitted_to(fit, runs)) is not None]
+    if len(sides) < 2:
+        return {}
+    found = {}
     for name in (n for n in MAIN if n in fit.solution.names):
         shift = float(np.mean([one.values[name] for one in sides])) - fit.solution.values[name]
         half = 0.5 * float(np.hypot.reduce([one.half_width(name) for one in sides]))
-        farthest[name] = fit.solution.values[name] + shift + float(np.copysign(half, shift))
-    return widened_to_include(fit.solution, farthest)
+        found[name] = shift + float(np.copysign(half, shift))
+    return found
 
 
 def unbalanced_finding(fit: RoadLoadFit) -> tuple[Finding, ...]:
@@ -86,14 +83,3 @@ def unbalanced_finding(fit: RoadLoadFit) -> tuple[Finding, ...]:
     out, back = headings.count(1.0), headings.count(-1.0)
     what = f"{out} out and {back} back: wind and slope do not cancel; the intervals include the mean of both directions"
     return (Finding("runs", what, "", f"drive {abs(out - back)} more {'back' if out > back else 'out'}", doubt=True),)
-
-
-def _by_wind(fit: RoadLoadFit) -> Mapping[str, float]:
-    """Shift of rolling resistance and drag area by a headwind ``one_way_wind``, where they are estimated."""
-    density = 0.5 * fit.at["air_density"] * fit.at["drag_area"]
-    return parameter_shift(fit, lambda speed: density * ((speed + STEP_POLICY.one_way_wind) ** 2 - speed**2))
-
-
-def _moved(solution: Solution, shift: Mapping[str, float]) -> Solution:
-    known = {n: solution.values[n] + d for n, d in shift.items() if n in solution.values}
-    return widened_to_include(solution, known)

@@ -14,13 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference import Solution
 from vdyn_cli.io.quality.distance_gain import CommonGain, common_gain, distance_gain, gain_finding, is_integral
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
-from vdyn_cli.steps.coastdown.doubts.agreement import widened_to_include
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 
 POWERS = {"rolling_resistance": 1.0, "drag_area": -1.0}  # of g, by which an estimate is multiplied
@@ -79,8 +77,7 @@ def with_speed_gain(fit: RoadLoadFit, gain: SpeedGain | None) -> tuple[RoadLoadF
     """
     if gain is None or not gain.common.contradicts or fit.campaign.drive != "coasting":
         return fit, ()
-    solution: Solution = fit.solution
-    other = {n: solution.values[n] * gain.common.value**p for n, p in POWERS.items() if n in solution.names}
-    least = {n: QUALITY.material_shift * solution.half_width(n) for n in other}
-    material = any(abs(v - solution.values[n]) > least[n] for n, v in other.items())
-    return replace(fit, solution=widened_to_include(solution, other)), (gain_finding(gain.common, material),)
+    solution = fit.solution
+    shift = {n: solution.values[n] * (gain.common.value**p - 1.0) for n, p in POWERS.items() if n in solution.names}
+    material = any(abs(d) > QUALITY.material_shift * solution.half_width(n) for n, d in shift.items())
+    return fit.including(shift), (gain_finding(gain.common, material),)

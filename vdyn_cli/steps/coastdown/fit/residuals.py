@@ -119,12 +119,10 @@ def by_speed(fit: RoadLoadFit, runs: list[int]) -> ResidualForce:
     return ResidualForce(at, mean, error)
 
 
-def fitted_to(fit: RoadLoadFit, runs: Sequence[int]) -> Solution:
+def fitted_to(fit: RoadLoadFit, runs: Sequence[int]) -> Solution | None:
     """The unknowns fitted to some of the runs, weighted as in the fit to all of them, where it starts.
 
-    Raises
-    ------
-    ResultError : these runs do not determine the unknowns.
+    None where these runs do not determine the unknowns.
     """
     full = fit.regression
     starts = {name: values[list(runs)] for name, values in full.run_starts.items()}
@@ -133,7 +131,10 @@ def fitted_to(fit: RoadLoadFit, runs: Sequence[int]) -> Solution:
     part = replace(
         full, runs=names, rows=lambda k, theta: full.rows(runs[k], theta), run_starts=starts, origins=origins
     )
-    return solve(part, units="run", tolerance=TOLERANCE)
+    try:
+        return solve(part, units="run", tolerance=TOLERANCE)
+    except ResultError:
+        return None
 
 
 def held_out_rms(fit: RoadLoadFit) -> float | None:
@@ -148,18 +149,24 @@ def held_out_rms(fit: RoadLoadFit) -> float | None:
     squares, samples = 0.0, 0
     for run in range(count):
         try:
-            missed = fit.campaign.runs[run].speed - _predicted(fit, run)
-        except ResultError:
+            predicted = _predicted(fit, run)
+        except ResultError:  # the simulation is unstable
             return None
+        if predicted is None:
+            return None
+        missed = fit.campaign.runs[run].speed - predicted
         squares, samples = squares + float(missed @ missed), samples + missed.size
     return float(np.sqrt(squares / samples))
 
 
-def _predicted(fit: RoadLoadFit, run: int) -> Array:
-    """The run's speed (n,) m/s with parameters fitted to the other runs; that fit starts at the one to all runs."""
+def _predicted(fit: RoadLoadFit, run: int) -> Array | None:
+    """The run's speed (n,) m/s with parameters fitted to the other runs; None where these do not determine them."""
     full = fit.regression
     others = [k for k, one in enumerate(fit.campaign.runs) if one.origin != fit.campaign.runs[run].origin]
-    values = fitted_to(fit, others).values
+    fitted = fitted_to(fit, others)
+    if fitted is None:
+        return None
+    values = fitted.values
     theta = np.array([*(values[u.name] for u in full.shared), fit.solution.per_run[START][run]])
     for _ in range(2):
         rows = full.rows(run, theta)

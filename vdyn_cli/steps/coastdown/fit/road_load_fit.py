@@ -80,6 +80,10 @@ class RoadLoadFit:
         every = np.concatenate([r.speed for r in self.campaign.runs])
         return float(every.min()), float(every.max())
 
+    def including(self, shift: Mapping[str, float]) -> RoadLoadFit:
+        """The fit with intervals that also include values moved by a shift (``Solution.including``)."""
+        return replace(self, solution=self.solution.including(shift))
+
     def main_forces(self, speed: Array) -> dict[str, Array]:
         """Change of the road load, (n,) N at speeds (n,) m/s, per unit of each main parameter that is estimated.
 
@@ -89,12 +93,11 @@ class RoadLoadFit:
         each = dict(zip(MAIN, (weight, 0.5 * self.at["air_density"] * speed**2), strict=True))
         return {n: force for n, force in each.items() if n in self.solution.names}
 
-    def simulate(self, run: int) -> Simulated:
-        """The run simulated at its samples, with the fitted parameters."""
+    def simulate(self, run: int, level: bool = False) -> Simulated:
+        """The run simulated at its samples, with the fitted parameters; ``level``: without the shared road's slope."""
         fitted = self.solution.per_run.get(START)
-        return self.simulate_with(
-            run, self.at, float(self.campaign.runs[run].speed[0] if fitted is None else fitted[run])
-        )
+        start = float(self.campaign.runs[run].speed[0] if fitted is None else fitted[run])
+        return self.simulate_with(run, {**self.at, **dict.fromkeys(self.rows.road if level else (), 0.0)}, start)
 
     def simulate_with(self, run: int, at: Mapping[str, float], start: float) -> Simulated:
         """The run simulated at its samples, with parameters ``at`` (SI) and start speed ``start`` (m/s)."""
