@@ -135,14 +135,11 @@ def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
     -------
     Table with rows F0, F1, F2 in N and km/h, then A, B, C in lbf and mph.
     """
-    rows = []
-    for i, (key, unit) in enumerate(zip(DYNO_KEYS + EPA_KEYS, UNITS, strict=True)):
-        cells = [f"{key.split('_')[0]} [{unit}]"]
-        for load in loads.values():
-            ends = (RoadLoad(*c.tolist()) for c in load.intervals())
-            low, high = ((end.dyno() + end.epa())[i] for end in ends)
-            cells.append(_with_interval((load.dyno() + load.epa())[i], (low, high)))
-        rows.append(tuple(cells))
+    published = [load.published() for load in loads.values()]
+    rows = [
+        (f"{key.split('_')[0]} [{unit}]", *(_with_interval(*each[key]) for each in published))
+        for key, unit in zip(DYNO_KEYS + EPA_KEYS, UNITS, strict=True)
+    ]
     return Table(
         "coefficients",
         "Road load coefficients",

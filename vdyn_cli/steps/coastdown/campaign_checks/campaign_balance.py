@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -26,19 +27,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 
-
-@dataclass(frozen=True)
-class _Effects:
-    """Trend and difference of the mean decelerations with half their 95 % intervals, and the residual's std.
-
-    None: too few runs, or for the difference runs of one direction.
-    """
-
-    trend: float | None = None
-    trend_half: float | None = None
-    difference: float | None = None
-    difference_half: float | None = None
-    scatter: float | None = None
+NO_EFFECTS = dict.fromkeys(("trend", "trend_half", "difference", "difference_half", "scatter"))
 
 
 @dataclass(frozen=True)
@@ -66,7 +55,7 @@ class CampaignCoasts:
         """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""
         rates, directions = self.rates, self.directions
         found = rates.means()
-        effects = _Effects() if found is None else _effects(found, rates.heading, self.order)
+        effects = {} if found is None else _effects(found, rates.heading, self.order)
         listed = listed_by_start(self.segments, directions, self.starts)
         pairs = paired_runs(*listed)
         partners = {self.segments[k].run for pair in pairs for k in pair}
@@ -85,7 +74,7 @@ class CampaignCoasts:
             unpaired=[names[s.run] for s in self.segments if s.run not in partners and directions[s.run]],
             alternating=alternating,
             speeds=None if speeds is None else (3.6 * speeds[0], 3.6 * speeds[1]),
-            **vars(effects),
+            **{**NO_EFFECTS, **effects},
             runs=runs,
             accuracy=accuracy,
             limits=regulation_limits(self._day(len(pairs), accuracy, runs)),
@@ -127,20 +116,21 @@ class CampaignCoasts:
         return TestDay(tuple(sorted(warm)), density, wind, pairs, self.rates.common, accuracy, crosswinds)
 
 
-def _effects(found: Array, heading: Array, order: Array) -> _Effects:
-    """Trend, difference and scatter of mean decelerations; without values for too few runs."""
+def _effects(found: Array, heading: Array, order: Array) -> dict[str, Any]:
+    """Trend, difference and scatter of mean decelerations, as in CoastBalance; empty for too few runs."""
     both = bool(np.ptp(heading) > 0)
     rows = np.column_stack([np.ones(found.size), order, *([heading] if both else [])])
     degrees = found.size - np.linalg.matrix_rank(rows)
     if degrees < 1 or np.linalg.matrix_rank(rows) < rows.shape[1]:
-        return _Effects()
+        return {}
     inverse = np.linalg.inv(rows.T @ rows)
     values = inverse @ rows.T @ found
     spread = float(np.sqrt(np.sum((found - rows @ values) ** 2) / degrees))
     half = t_quantile(float(degrees)) * spread * np.sqrt(np.diag(inverse))
     mean = float(values[0])
-    way, way_half = (2.0 * float(values[2]), 2.0 * float(half[2])) if both else (None, None)
-    return _Effects(float(values[1]) / mean, float(half[1]) / mean, way, way_half, spread / mean)
+    effects = {"trend": float(values[1]) / mean, "trend_half": float(half[1]) / mean, "scatter": spread / mean}
+    way = {"difference": 2.0 * float(values[2]), "difference_half": 2.0 * float(half[2])} if both else {}
+    return effects | way
 
 
 def _influence(found: Array, heading: Array) -> list[tuple[float, float] | None]:

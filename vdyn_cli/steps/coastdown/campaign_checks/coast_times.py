@@ -36,13 +36,11 @@ class CoastTimes:
 
     Parameters
     ----------
-    speed, upper, lower : m/s. pairs : (n,) s, harmonic mean time of each pair.
+    speed : m/s, in the middle of the interval. pairs : (n,) s, harmonic mean time of each pair.
     r83, wltp : statistical accuracy; None where the standard requires more pairs.
     """
 
     speed: float
-    upper: float
-    lower: float
     pairs: Array
     r83: float | None
     wltp: float | None
@@ -53,19 +51,19 @@ class CoastTimes:
         return float(1.0 / np.mean(1.0 / self.pairs))
 
     def force(self, inertia: float) -> float:
-        """Road load from the mean time, N, for an inertia in kg: inertia (upper - lower)/mean."""
-        return inertia * (self.upper - self.lower) / self.mean
+        """Road load from the mean time, N, for an inertia in kg: inertia dV / mean, dV the interval of speed."""
+        return inertia * 2.0 * HALF_STEP / self.mean
 
     def force_error(self, inertia: float) -> float:
         """Half the 95 % interval of that force, N; 0 for one pair.
 
-        inertia (upper - lower) t sd(1 / pairs) / sqrt(n), t the 97.5 % quantile of Student's t with n - 1 degrees
+        inertia dV t sd(1 / pairs) / sqrt(n), t the 97.5 % quantile of Student's t with n - 1 degrees
         """
         n = self.pairs.size
         if n < 2:
             return 0.0
         half = t_quantile(float(n - 1)) * float(np.std(1.0 / self.pairs, ddof=1)) / np.sqrt(n)
-        return float(inertia * (self.upper - self.lower) * half)
+        return float(inertia * 2.0 * HALF_STEP * half)
 
 
 def paired_runs(segments: Sequence[CoastSegment], directions: Sequence[str | None]) -> list[tuple[int, int]]:
@@ -123,7 +121,8 @@ def coast_times(segments: Sequence[CoastSegment], directions: Sequence[str | Non
     found = []
     for step in np.arange(first, last - 0.5, -1.0):
         speed = float(step) * REFERENCE_STEP
-        times = np.array([[_between(falls[k], speed) for k in couple] for couple in couples])
+        ends = speed + HALF_STEP, speed - HALF_STEP
+        times = np.array([[fall_time(falls[k], *ends) for k in couple] for couple in couples])
         found.append(_with_accuracy(speed, 2.0 / np.sum(1.0 / times, axis=1)))
     return found
 
@@ -132,7 +131,7 @@ def _with_accuracy(speed: float, times: Array) -> CoastTimes:
     n = times.size
     spread = float(np.std(times, ddof=1) / np.sqrt(n) / np.mean(times)) if n > 1 else np.nan
     r83, wltp = (t_quantile(n - 1.0) * spread if n >= least else None for least in (R83_PAIRS, WLTP_PAIRS))
-    return CoastTimes(speed, speed + HALF_STEP, speed - HALF_STEP, times, r83, wltp)
+    return CoastTimes(speed, times, r83, wltp)
 
 
 def falling_speed(segment: CoastSegment) -> tuple[Array, Array]:
@@ -141,7 +140,8 @@ def falling_speed(segment: CoastSegment) -> tuple[Array, Array]:
     return bins.time, np.minimum.accumulate(bins.mean(segment.log["speed"]))
 
 
-def _between(fall: tuple[Array, Array], speed: float) -> float:
+def fall_time(fall: tuple[Array, Array], upper: float, lower: float) -> float:
+    """Time, s, in which a coast falls from ``upper`` to ``lower``, m/s; ``fall`` is its ``falling_speed``."""
     time, falling = fall
-    upper, lower = (float(np.interp(-v, -falling, time)) for v in (speed + HALF_STEP, speed - HALF_STEP))
-    return lower - upper
+    begin, end = np.interp([-upper, -lower], -falling, time).tolist()
+    return float(end - begin)

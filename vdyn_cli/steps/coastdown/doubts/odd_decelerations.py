@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.campaign_checks.coast_times import falling_speed
+from vdyn_cli.steps.coastdown.campaign_checks.coast_times import fall_time, falling_speed
 from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, outlying_pair, outlying_run, resistance_step
@@ -55,11 +55,7 @@ class RunDecelerations:
         if self.common is None:
             return None
         top, bottom = self.common[0], self.common[0] - share * (self.common[0] - self.common[1])
-        times = []
-        for time, falling in map(falling_speed, self.segments):
-            upper, lower = (float(np.interp(-v, -falling, time)) for v in (top, bottom))
-            times.append(lower - upper)
-        return np.asarray((top - bottom) / np.array(times))
+        return (top - bottom) / np.array([fall_time(falling_speed(s), top, bottom) for s in self.segments])
 
     def outlier(self) -> tuple[CoastSegment, str, bool] | None:
         """The run whose mean deceleration is an outlier, the fact, and whether it is rejected; None without one.

@@ -6,7 +6,7 @@ F = f0 + f1 V + f2 V^2, in SI here, in N and km/h as F0, F1, F2, in lbf and mph 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -38,28 +38,16 @@ class RoadLoad:
     f0: float
     f1: float
     f2: float
-    covariance: Array | None = None
+    covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
     degrees: float = float("inf")
     beyond: tuple[Array, Array] | None = None
     spread: tuple[Array, Array] | None = None
-    excess: Array | None = None
+    excess: Array = field(default_factory=lambda: np.zeros(3))
 
     @property
     def coefficients(self) -> Array:
         """f0, f1, f2 as (3,), SI."""
         return np.array([self.f0, self.f1, self.f2])
-
-    def epa(self) -> tuple[float, float, float]:
-        """A lbf, B lbf/mph, C lbf/mph^2."""
-        return (
-            self.f0 / POUND_FORCE,
-            self.f1 * MILE_PER_HOUR / POUND_FORCE,
-            self.f2 * MILE_PER_HOUR**2 / POUND_FORCE,
-        )
-
-    def dyno(self) -> tuple[float, float, float]:
-        """F0 N, F1 N/(km/h), F2 N/(km/h)^2."""
-        return self.f0, self.f1 / KILOMETER_PER_HOUR, self.f2 / KILOMETER_PER_HOUR**2
 
     def force(self, speed: float | Array) -> float | Array:
         """Force in N at a speed, or at speeds (n,), in m/s."""
@@ -69,15 +57,12 @@ class RoadLoad:
     def interval(self, speed: float | Array) -> tuple[Array, Array]:
         """95 % interval of the force, N, at speeds (n,) in m/s."""
         v = np.atleast_1d(np.asarray(speed, dtype=float))
-        excess = np.zeros(v.size) if self.excess is None else np.vander(v, 3, increasing=True) @ self.excess
-        return one_sided(np.asarray(self.force(v)), self.half_width(v), excess)
+        return one_sided(np.asarray(self.force(v)), self.half_width(v), np.vander(v, 3, increasing=True) @ self.excess)
 
     def half_width(self, speed: float | Array) -> Array:
         """Half the 95 % interval of the force without ``excess``, N, at speeds (n,) in m/s."""
         v = np.atleast_1d(np.asarray(speed, dtype=float))
-        if self.covariance is None:
-            return np.zeros(v.size)
-        gradient = np.column_stack([np.ones(v.size), v, v**2])
+        gradient = np.vander(v, 3, increasing=True)
         std = np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", gradient, self.covariance, gradient), 0.0))
         if self.spread is not None:
             every, whole = self.spread
@@ -91,19 +76,26 @@ class RoadLoad:
         return float(self.force(speed)), (float(low[0]), float(high[0]))
 
     def intervals(self) -> tuple[Array, Array]:
-        """Lower and upper ends (3,) of the 95 % intervals of f0, f1, f2, SI; the values without a covariance."""
-        half = np.zeros(3)
-        if self.covariance is not None:
-            half = np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.diag(self.covariance)))
-        return one_sided(self.coefficients, half, np.zeros(3) if self.excess is None else self.excess)
+        """Lower and upper ends (3,) of the 95 % intervals of f0, f1, f2, SI."""
+        half = np.asarray(t_quantile(min(self.degrees, 1e6)) * np.sqrt(np.diag(self.covariance)))
+        return one_sided(self.coefficients, half, self.excess)
+
+    def published(self) -> dict[str, tuple[float, tuple[float, float]]]:
+        """F0 F1 F2 in N and km/h, then A B C in lbf and mph, each with its 95 % interval, by its key in the JSON."""
+        k, rows, found = np.arange(3.0), np.array([self.coefficients, *self.intervals()]), {}
+        for keys, times, per in (
+            (DYNO_KEYS, 1.0, KILOMETER_PER_HOUR**k),
+            (EPA_KEYS, MILE_PER_HOUR**k, POUND_FORCE),
+        ):
+            for key, (value, low, high) in zip(keys, (rows * times / per).T.tolist(), strict=True):
+                found[key] = value, (low, high)
+        return found
 
     def document(self) -> dict[str, float | list[float]]:
         """F0 F1 F2 and A B C, each with its 95 % interval, for the JSON."""
-        low, high = ((end := RoadLoad(*c.tolist())).dyno() + end.epa() for c in self.intervals())
         found: dict[str, float | list[float]] = {}
-        for key, value, a, b in zip(DYNO_KEYS + EPA_KEYS, self.dyno() + self.epa(), low, high, strict=True):
-            found[key] = value
-            found[f"{key}_interval95"] = [a, b]
+        for key, (value, interval) in self.published().items():
+            found |= {key: value, f"{key}_interval95": list(interval)}
         return found
 
 
@@ -152,9 +144,8 @@ def corrected_load(load: RoadLoad, test: Conditions, reference: Conditions) -> R
     warm = 1.0 + ROLLING_BY_TEMPERATURE * (test.temperature - reference.temperature)
     scale = np.array([warm * reference.mass / test.mass, warm, reference.air_density / test.air_density])
     f0, f1, f2 = (scale * load.coefficients).tolist()
-    covariance = None if load.covariance is None else load.covariance * np.outer(scale, scale)
-    excess = None if load.excess is None else scale * load.excess
-    return replace(load, f0=f0, f1=f1, f2=f2, covariance=covariance, excess=excess)
+    covariance = load.covariance * np.outer(scale, scale)
+    return replace(load, f0=f0, f1=f1, f2=f2, covariance=covariance, excess=scale * load.excess)
 
 
 def road_load_of(
