@@ -162,8 +162,9 @@ def test_the_speed_of_an_axle_serves_where_no_other_is_logged(tmp_path: Path) ->
     assert "speed" not in description["channels"]
     assert description["vehicle"]["wheel_radius"] == "?"
     path = tmp_path / "wheel.csv"
-    path.write_text("\n".join(["Time[s],wheel_rpm", *rows]) + "\n")
-    assert draft("coastdown", path)[1]["channels"]["wheel_speed"] == {"column": "wheel_rpm", "unit": "rpm"}
+    for name in ("wheel_rpm", "Wheel Speed FL [rpm]"):
+        path.write_text("\n".join([f"Time[s],{name}", *rows]) + "\n")
+        assert draft("coastdown", path)[1]["channels"]["wheel_speed"] == {"column": name, "unit": "rpm"}
     path = tmp_path / "front.csv"
     path.write_text("\n".join(["Time[s],N Front[rpm]", *rows]) + "\n")
     assert "map 'wheel_speed' instead: by their unit: \"N Front[rpm]\"" in draft("coastdown", path)[0].text

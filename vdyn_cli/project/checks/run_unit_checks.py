@@ -33,21 +33,38 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
 
     Within ``NEAR`` of a factor, by the 98 % quantile; the other runs, at least ``FEWEST_OTHERS``, must be alike
     (``ALIKE``). A run that was driven at another speed is not reported: its ratio of the speed to other measurements of
-    the motion, or of the drive to the rate of the speed, is that of the other runs.
+    the motion, or of the drive to the rate of the speed, is that of the other runs; so is its lowest speed, if the
+    others end their runs at one speed. A coast that began late or slowly ends like the others.
     """
     for channel in SPEEDS:
-        high = {k: float(np.nanquantile(np.abs(log[channel]), 0.98)) for k, log in enumerate(logs) if channel in log}
+        high, low = _quantiles(logs, channel, 0.98), _quantiles(logs, channel, 0.02)
         for k, value in high.items():
             others = [v for j, v in high.items() if j != k]
             if len(others) < FEWEST_OTHERS or not min(others) > 0.0 or max(others) > ALIKE * min(others):
                 continue
             ratio = value / float(np.median(others))
             near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= NEAR), None)
-            if near is not None and not _other_witness(logs, k, channel, ratio):
-                what = f"the speed is {ratio:.3g} times that of the other runs, as for a file in {near}"
-                unit = near.split()[0]
-                remedy = f"write 'units: {{{channel}: {unit}}}' at this run if its file is in {unit}"
-                yield Finding(f"{logs[k].name}, channel '{channel}'", what, "", remedy)
+            ends = [low[j] for j in low if j != k]
+            if near is None or _ends_like(low[k], ends, ratio, value) or _other_witness(logs, k, channel, ratio):
+                continue
+            what = f"the speed is {ratio:.3g} times that of the other runs, as for a file in {near}"
+            unit = near.split()[0]
+            remedy = f"write 'units: {{{channel}: {unit}}}' at this run if its file is in {unit}"
+            yield Finding(f"{logs[k].name}, channel '{channel}'", what, "", remedy)
+
+
+def _quantiles(logs: Sequence[Log], channel: str, share: float) -> dict[int, float]:
+    """A quantile of the magnitude of a channel in each log that has it, by the index of the log."""
+    return {k: float(np.nanquantile(np.abs(log[channel]), share)) for k, log in enumerate(logs) if channel in log}
+
+
+def _ends_like(low: float, others: Sequence[float], ratio: float, high: float) -> bool:
+    """Whether a run's lowest speed is closer to that of the others than to ``ratio`` times it.
+
+    Not decided, and False, where runs end at rest: below a tenth of the run's ``high`` speed.
+    """
+    usual = float(np.median(others))
+    return min(low, ratio * usual) > 0.1 * high and bool(abs(np.log(low / usual)) < 0.5 * abs(np.log(ratio)))
 
 
 def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]]) -> Iterator[Finding]:

@@ -215,7 +215,8 @@ def _ranked(
     for one in facts:
         words, suffix = _words(one.column)
         # A rotational speed of the only wheel that a log names is that of this wheel.
-        words = words - ignored | ({"wheel"} if channel == "wheel_speed" and words & ignored else set())
+        corner = channel == "wheel_speed" and words & ignored & CORNERS.keys()
+        words = words - ignored | ({"wheel"} if corner else set())
         if one.state == "clock" or (of_file and words & {"time", "speed", "accel", "torque"}):
             continue
         rank = _rank(words | of_file, ways, frozenset(never.split()), channel)

@@ -35,6 +35,8 @@ SETTINGS_OF_DRIVES = _SETTINGS.format(  # where it is below zero, the brakes may
     windows="windows: powered          # only where the measured drive is above zero; auto: all of the drive"
 )
 RUN = "direction: out or back"
+# Any wheel that rolls freely has the car's speed, where no column is the speed or that of one unnamed wheel.
+SECOND_CHOICE = {"wheel_speed": frozenset(("fl", "fr", "rl", "rr", "front", "rear", "left", "right"))}
 FALLING = "speed"  # must fall in a log without a drive signal, or the log is not a coast-down
 _LARGEST_TABLE = 1 << 16  # bytes: 100 levels and times of 100 runs; a larger file is not read twice
 _WAYS = {
