@@ -31,6 +31,7 @@ def test_a_run_in_another_unit_is_named_with_both_units() -> None:
     assert "m/s among km/h" in finding.what
     assert not list(other_units(coasts(1.0, 0.9, 1.1, 1.0)))
     assert not list(other_units(coasts(1.0, 1 / 3.6)))
+    assert len(list(other_units(coasts(1.0, 0.92, 1.0, 0.95 / 3.6)))) == 1  # it is 5 % slower, as runs are
     late = Log("late.csv", np.arange(20.0), {"speed": np.linspace(20.0 / 2.237, 5.3, 20)})  # the others end at 5 m/s
     assert not list(other_units([*coasts(1.0, 1.0, 1.0), late]))
 

@@ -31,10 +31,11 @@ BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a q
 def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
     """A finding for each run whose speed is that of the other runs times the factor between two units.
 
-    Within ``NEAR`` of a factor, by the 98 % quantile; the other runs, at least ``FEWEST_OTHERS``, must be alike
-    (``ALIKE``). A run that was driven at another speed is not reported: its ratio of the speed to other measurements of
-    the motion, or of the drive to the rate of the speed, is that of the other runs; so is its lowest speed, if the
-    others end their runs at one speed. A coast that began late or slowly ends like the others.
+    Within ``NEAR`` of a factor, by the 98 % quantile, or within the scatter of the others if the lowest speed has the
+    factor, too; the other runs, at least ``FEWEST_OTHERS``, must be alike (``ALIKE``). A run that was driven at another
+    speed is not reported: its ratio of the speed to other measurements of the motion, or of the drive to the rate of
+    the speed, is that of the other runs; so is its lowest speed, if the others end their runs at one speed. A coast
+    that began late or slowly ends like the others.
     """
     for channel in SPEEDS:
         high, low = _quantiles(logs, channel, 0.98), _quantiles(logs, channel, 0.02)
@@ -43,9 +44,10 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
             if len(others) < FEWEST_OTHERS or not min(others) > 0.0 or max(others) > ALIKE * min(others):
                 continue
             ratio = value / float(np.median(others))
-            near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= NEAR), None)
-            ends = [low[j] for j in low if j != k]
-            if near is None or _ends_like(low[k], ends, ratio, value) or _other_witness(logs, k, channel, ratio):
+            same_end = _ends_like(low[k], [low[j] for j in low if j != k], ratio, value)
+            off = max(NEAR, max(others) / min(others) - 1.0) if same_end is False else NEAR
+            near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= off), None)
+            if near is None or same_end or _other_witness(logs, k, channel, ratio):
                 continue
             what = f"the speed is {ratio:.3g} times that of the other runs, as for a file in {near}"
             unit = near.split()[0]
@@ -58,13 +60,15 @@ def _quantiles(logs: Sequence[Log], channel: str, share: float) -> dict[int, flo
     return {k: float(np.nanquantile(np.abs(log[channel]), share)) for k, log in enumerate(logs) if channel in log}
 
 
-def _ends_like(low: float, others: Sequence[float], ratio: float, high: float) -> bool:
+def _ends_like(low: float, others: Sequence[float], ratio: float, high: float) -> bool | None:
     """Whether a run's lowest speed is closer to that of the others than to ``ratio`` times it.
 
-    Not decided, and False, where runs end at rest: below a tenth of the run's ``high`` speed.
+    None where runs end at rest: below a tenth of the run's ``high`` speed.
     """
     usual = float(np.median(others))
-    return min(low, ratio * usual) > 0.1 * high and bool(abs(np.log(low / usual)) < 0.5 * abs(np.log(ratio)))
+    if min(low, ratio * usual) <= 0.1 * high:
+        return None
+    return bool(abs(np.log(low / usual)) < 0.5 * abs(np.log(ratio)))
 
 
 def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]]) -> Iterator[Finding]:
