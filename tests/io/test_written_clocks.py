@@ -131,7 +131,7 @@ def test_a_table_with_date_minute_and_compass_columns_is_a_table(tmp_path: Path)
     assert found == {"Date": "text", "Time": "text", "Temp Out": "varies", "Wind Dir": "text"}
 
 
-@pytest.mark.parametrize("names", [("Time [s]", "Time [s]"), ("t_VehSpd [s]", "t_Gear [s]")])
+@pytest.mark.parametrize("names", [("Time [s]", "Time [s]"), ("t_VehSpd [s]", "t_Gear [s]"), ("Time84", "TimeVBOX")])
 def test_tables_side_by_side_have_their_own_clocks(tmp_path: Path, names: tuple[str, str]) -> None:
     """As programs write channels of different rates, and VCDS its groups: a time beside the values of each."""
     path = tmp_path / "beside.csv"

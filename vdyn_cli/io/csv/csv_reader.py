@@ -22,7 +22,7 @@ from vdyn_cli.io.csv.csv_numbers import Lines, Numbers, read_numbers
 from vdyn_cli.io.csv.csv_rows import data_rows, has_decimal_commas
 from vdyn_cli.io.csv.csv_source import is_other_format, open_source
 from vdyn_cli.io.csv.run_rows import runs_as_columns
-from vdyn_cli.io.csv.tables_beside import TablesBeside, are_complete, separate_clocks, tables_beside
+from vdyn_cli.io.csv.tables_beside import TablesBeside, are_complete, may_be_clock, separate_clocks, tables_beside
 from vdyn_cli.io.formats.split_times import split_instants
 from vdyn_cli.io.formats.stored_channels import read_stored, recorded
 from vdyn_cli.io.reader import (
@@ -90,7 +90,8 @@ class CsvReader:
                 *(not is_clock(names[i]), _is_coarse(columns[i])),
             ),
         )
-        beside = separate_clocks(layout.header, {i: numbers.columns[i] for i in timed})
+        of_tables = [i for i, cell in names.items() if i not in text and may_be_clock(cell, units[i])]
+        beside = separate_clocks(layout.header, {i: numbers.columns[i] for i in of_tables})
         if beside and are_complete(beside, numbers.columns):
             yield from recorded(TablesBeside(layout, numbers, beside, text))
             return
@@ -183,9 +184,9 @@ def _whole_table(path: Path, only: Callable[[str], bool]) -> tuple[Layout, Numbe
 
 def _not_selected(layout: Layout, only: Callable[[str], bool]) -> frozenset[int]:
     """The columns that need not be read: those with another name, and no clock; none of a table without a header."""
-    timed = layout.instants | {i for i, cell in enumerate(layout.header) if is_clock(cell, unit_in_header(layout, i))}
+    clocks = {i for i, cell in enumerate(layout.header) if may_be_clock(cell, unit_in_header(layout, i))}
     others = (i for i, cell in enumerate(layout.header) if cell and not only(cell))
-    return frozenset(others) - timed if layout.header_line else frozenset()
+    return frozenset(others) - layout.instants - clocks if layout.header_line else frozenset()
 
 
 def _repeated(columns: Iterable[Array]) -> Mask:

@@ -6,6 +6,7 @@ Every row holds a sample of each table, and their times are independent of each 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from vdyn_cli.io.csv.csv_source import open_source
 from vdyn_cli.io.formats.stored_channels import StoredChannel
 from vdyn_cli.io.reader import ReadOptions, is_clock, rises
 from vdyn_cli.quantities.arrays import Array
+
+_OF_A_TABLE = re.compile(r"(time|Time|TIME)(?=[A-Z_ .])")  # begins the name of a table's clock, such as TimeVBOX
 
 
 class TablesBeside:
@@ -77,9 +80,14 @@ def separate_clocks(names: Sequence[str], columns: Mapping[int, Array]) -> tuple
     for i in clocks[1:]:
         before, own = columns[found[-1]], columns[i]
         again = names[i] == names[found[-1]] and not np.array_equal(before, own, equal_nan=True)
-        if i > found[-1] + 1 and (again or {_ends(before), _ends(own)} > {before.size}):
+        if i > found[-1] + 1 and (again or _ends(before) != _ends(own)):
             found.append(i)
     return tuple(found) if len(found) > 1 else ()
+
+
+def may_be_clock(name: str, unit: str) -> bool:
+    """Whether a column may be the clock of one of several tables, by its name or its unit."""
+    return bool(name) and (is_clock(name, unit) or _OF_A_TABLE.match(name) is not None)
 
 
 def are_complete(clocks: Sequence[int], columns: Mapping[int, Array]) -> bool:
@@ -110,7 +118,7 @@ def tables_beside(path: Path, wanted: Sequence[str], options: ReadOptions, name:
     """
     with open_source(path, options.encoding) as source:
         layout = find_layout(next(source.blocks, b""), source.encoding, wanted, options, name)
-    timed = [i for i, cell in enumerate(layout.header) if cell and is_clock(cell, unit_in_header(layout, i))]
+    timed = [i for i, cell in enumerate(layout.header) if may_be_clock(cell, unit_in_header(layout, i))]
     if len(timed) < 2:
         return None
     every = range(len(layout.header))
