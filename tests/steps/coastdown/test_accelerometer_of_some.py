@@ -17,7 +17,8 @@ def coast(name: str, acceleration: bool) -> CoastSegment:
     channels = {"speed": 30.0 - 0.3 * time}
     if acceleration:
         channels["acceleration"] = -0.3 + 0.01 * np.sin(time)
-    return CoastSegment(0, name, Log(name, time, channels), np.zeros(time.size, dtype=np.int64))
+    log = Log(name, time, channels)
+    return CoastSegment(0, name, log, np.zeros(time.size, dtype=np.int64), np.zeros(time.size), log)
 
 
 def test_a_run_without_acceleration_is_reported() -> None:

@@ -14,7 +14,7 @@ def segment(run: int, slowing: float) -> CoastSegment:
     """A coast at constant deceleration from 25 to 5 m/s."""
     time = np.arange(0.0, 20.0 / slowing, 0.1)
     log = Log(f"{run}.csv", time, {"speed": 25.0 - slowing * time})
-    return CoastSegment(run, log.name, log, np.zeros(time.size, dtype=np.int64))
+    return CoastSegment(run, log.name, log, np.zeros(time.size, dtype=np.int64), np.zeros(time.size), log)
 
 
 def test_times_are_harmonic_means_of_pairs() -> None:

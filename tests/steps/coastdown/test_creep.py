@@ -13,7 +13,7 @@ STEP = 0.1  # s
 WAYS = ["out", "back"] * 3
 
 
-def coast(random: np.random.Generator, push: float, slope: float) -> CoastSegment:
+def coast(random: np.random.Generator, push: float, slope: float, way: str) -> CoastSegment:
     """From 20 m/s to 1.6 m/s at 0.09 m/s^2 and air drag, the motor pushing by ``push`` m/s^2 below 2.5 m/s."""
     speeds = [20.0]
     while speeds[-1] > 1.6 and len(speeds) < 4000:
@@ -22,13 +22,13 @@ def coast(random: np.random.Generator, push: float, slope: float) -> CoastSegmen
         speeds.append(v - STEP * (0.09 + 2.6e-4 * v**2 + 9.81 * slope - help_))
     speed = np.array(speeds) + 0.02 * random.standard_normal(len(speeds))
     log = Log("run.csv", STEP * np.arange(speed.size), {"speed": speed})
-    return CoastSegment(0, "run.csv", log, np.zeros(speed.size, dtype=np.int64))
+    none = np.zeros(speed.size)
+    return CoastSegment(0, "run.csv", log, none.astype(np.int64), none, log, direction=way)
 
 
 def cut(push: float, slope: float, ways: list[str]) -> tuple[list[CoastSegment], list[RejectedSegment]]:
     random = np.random.default_rng(4)
-    segments = [coast(random, push, slope if way == "out" else -slope) for way in ways]
-    return without_creep(segments, [np.zeros(s.log.time.size) for s in segments], ways)
+    return without_creep([coast(random, push, slope if way == "out" else -slope, way) for way in ways])
 
 
 def test_where_the_motor_pushes_is_cut() -> None:

@@ -30,7 +30,7 @@ def cuts(whole: list[Log]) -> list[float]:
     """s after the release up to which the start of each coast is cut."""
     coasts = [coast_segment(k, log, None, 8.0) for k, log in enumerate(whole)]
     segments = [one for one in coasts if isinstance(one, CoastSegment)]
-    rejected = without_filtered_start(segments, whole, [()] * len(segments))[1]
+    rejected = without_filtered_start(segments)[1]
     return [r.stop - 5.0 - HELD for r in rejected if "sets in" in r.why]
 
 

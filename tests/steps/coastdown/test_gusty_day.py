@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,9 +34,8 @@ def rejected(
         read = np.array(trace) + rng.normal(0.0, 0.03, len(trace))
         one = coast_segment(k, Log(f"run_{k}.csv", STEP * np.arange(read.size), {"speed": read}), None, 5.0)
         assert isinstance(one, CoastSegment)
-        segments.append(one)
-    known = [np.zeros(s.log.time.size) for s in segments]
-    return without_braking(segments, known, list(stated), None, 5.0)[1]
+        segments.append(replace(one, direction=stated[k]))
+    return without_braking(segments, None, 5.0)[1]
 
 
 @pytest.mark.parametrize("seed", range(3))

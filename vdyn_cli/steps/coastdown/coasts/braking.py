@@ -21,7 +21,7 @@ from vdyn_cli.quantities.arrays import Array, Mask, cumulative_integral, median_
 from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, groups
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, groups
 from vdyn_cli.steps.coastdown.road.road_position import first_place
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -79,6 +79,15 @@ class _ExcessDeceleration:
         ends = [*(self.time[at] - INTERVAL).tolist(), float(time[-1])]
         return list(zip(begins, ends, strict=True))
 
+    @property
+    def places(self) -> Array | None:
+        """Road coordinates (b,), m; None where the run's position on the road is not logged."""
+        log, heading = self.segment.log, HEADING[self.segment.direction]
+        first = first_place(log.time, log["speed"], log["position"], heading) if "position" in log else None
+        if first is None:
+            return None
+        return first + heading * np.interp(self.time, log.time, cumulative_integral(log.time, log["speed"]))
+
     def lost(self, begin: float, end: float) -> float:
         """Speed lost, m/s, by excess decelerations between two times (s)."""
         inside = (self.time > begin) & (self.time < end)
@@ -97,13 +106,7 @@ class _ExcessDeceleration:
         )
 
 
-def without_braking(
-    segments: Sequence[CoastSegment],
-    known: Sequence[Array],
-    directions: Sequence[str | None],
-    window: float | None,
-    shortest: float,
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+def without_braking(segments: Sequence[CoastSegment], window: float | None, shortest: float) -> KeptAndRejected:
     """Coasts without the parts that deviate from the common deceleration (the module's law), and the rejected parts.
 
     An interrupted coast is kept as several windows of one segment: those before and after a throttle or a tap of the
@@ -114,15 +117,13 @@ def without_braking(
 
     Parameters
     ----------
-    known : for each segment (n,) m/s^2, the acceleration by drive and slope.
-    directions : of each segment; a slope shifts all runs of one direction alike.
     window : m/s, span of speed of which at least ``STEP_POLICY.least_covered`` must be left; None: the median of the
         spans that are left.
     shortest : s, duration of a window between two interruptions that is kept.
     """
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
-    compared = _compared(segments, known, directions)
+    compared = _compared(segments)
     if window is None:
         window = float(np.median([_covered(each.segment, _undisturbed(each, shortest)) for each in compared]))
     for each in compared:
@@ -132,9 +133,7 @@ def without_braking(
     return kept, rejected
 
 
-def braked_while_coasting(
-    wholes: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
-) -> dict[int, list[tuple[float, str]]]:
+def braked_while_coasting(wholes: Sequence[CoastSegment]) -> dict[int, list[tuple[float, str]]]:
     """Times (s) and reasons of every braking within each run's coast, by run, whether or not that part is fitted.
 
     A driver who brakes and releases leaves warm, dragging brakes, and the other runs do not repeat that coast. An
@@ -142,29 +141,26 @@ def braked_while_coasting(
 
     Parameters
     ----------
-    wholes : each run from its highest speed on. known : (n,) m/s^2 each; directions : as in ``without_braking``.
+    wholes : each run from its highest speed on.
     """
     found: dict[int, list[tuple[float, str]]] = {}
-    for each in _compared(wholes, known, directions):
+    for each in _compared(wholes):
         late = [int(k) for k in each.outliers if each.excess[k] > 0 and each.time[k] - each.time[0] > RELEASED]
         if late:
             found[each.segment.run] = [(float(each.time[k]), each.reason(k)) for k in late]
     return found
 
 
-def without_outliers(
-    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None], shortest: float
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+def without_outliers(segments: Sequence[CoastSegment], shortest: float) -> KeptAndRejected:
     """Driven segments without the parts that deviate from drive and common law, and the rejected parts.
 
     Parameters
     ----------
-    known : for each segment (n,) m/s^2, the acceleration by drive and slope. directions : of each segment.
     shortest : s, duration of a window that is kept.
     """
     kept: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
-    for each in _compared(segments, known, directions):
+    for each in _compared(segments):
         if not (at := each.outliers).size:
             kept.append(each.segment)
             continue
@@ -187,24 +183,21 @@ def _windows_between(segment: CoastSegment, outliers: Mask, shortest: float) -> 
     return [replace(segment, part=label).rows(good)] if good.any() else []
 
 
-def _compared(
-    segments: Sequence[CoastSegment], known: Sequence[Array], directions: Sequence[str | None]
-) -> list[_ExcessDeceleration]:
+def _compared(segments: Sequence[CoastSegment]) -> list[_ExcessDeceleration]:
     """The excess deceleration of each segment over the law that all segments share and the hills of the road."""
-    measured = [_deceleration(s, k) for s, k in zip(segments, known, strict=True)]
-    found = _over_common_law(segments, measured, directions)
-    places = [_places(s, d, f.time) for s, d, f in zip(segments, directions, found, strict=True)]
-    placed = [k for k, place in enumerate(places) if place is not None]
-    excess = [PlacedExcess(HEADING[directions[k]], np.asarray(places[k]), found[k].excess) for k in placed]
+    measured = [_deceleration(s) for s in segments]
+    found = _over_common_law(segments, measured)
+    placed = {k: place for k, one in enumerate(found) if (place := one.places) is not None}
+    excess = [PlacedExcess(HEADING[segments[k].direction], at, found[k].excess) for k, at in placed.items()]
     hills = dict(zip(placed, repeated_slope(excess), strict=True))
     if not any(np.any(hill) for hill in hills.values()):
         return found
     level = [(time, speed, value - hills.get(k, 0.0)) for k, (time, speed, value) in enumerate(measured)]
-    return _over_common_law(segments, level, directions)
+    return _over_common_law(segments, level)
 
 
 def _over_common_law(
-    segments: Sequence[CoastSegment], measured: Sequence[tuple[Array, Array, Array]], directions: Sequence[str | None]
+    segments: Sequence[CoastSegment], measured: Sequence[tuple[Array, Array, Array]]
 ) -> list[_ExcessDeceleration]:
     """The excess of each segment's deceleration over the law c(direction) + k V^2 that all segments share.
 
@@ -212,8 +205,7 @@ def _over_common_law(
     ----------
     measured : of each segment, time, speed and deceleration, (b,) s, m/s, m/s^2.
     """
-    speeds, values = [s[1] for s in measured], [s[2] for s in measured]
-    counts = {d: directions.count(d) for d in directions}
+    speeds, values, directions = [s[1] for s in measured], [s[2] for s in measured], [s.direction for s in segments]
     ways = sorted({str(d) for d in directions})
     column = np.array([ways.index(str(d)) for d in directions])
     each_way = np.eye(len(ways))[np.repeat(column, [v.size for v in speeds])]
@@ -228,7 +220,7 @@ def _over_common_law(
     gust = _gust(excess, per_wind)
     found = []
     for k, segment in enumerate(segments):
-        separate = counts[directions[k]] >= STEP_POLICY.separating_runs
+        separate = directions.count(directions[k]) >= STEP_POLICY.separating_runs
         least = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few
         limit, usual = np.maximum(least, gust * per_wind[k]), float(np.mean(common[k]))
         like, time = fits_opposite(runs, directions, k), measured[k][0]
@@ -271,24 +263,12 @@ def _levels(fitted: Array, column: NDArray[np.int64], runs: Array) -> Array:
     return level
 
 
-def _deceleration(segment: CoastSegment, known: Array) -> tuple[Array, Array, Array]:
+def _deceleration(segment: CoastSegment) -> tuple[Array, Array, Array]:
     """Time, speed and deceleration minus that by known forces, (b,) s, m/s, m/s^2."""
     bins = cut(segment.log.time, INTERVAL, segment.part)
-    time, speed, pushed = bins.time, bins.mean(segment.log["speed"]), bins.mean(known)
+    time, speed, pushed = bins.time, bins.mean(segment.log["speed"]), bins.mean(segment.pushed)
     middles = [0.5 * (x[1:] + x[:-1]) for x in (time, speed, pushed)]
     return middles[0], middles[1], middles[2] - np.diff(speed) / np.diff(time)
-
-
-def _places(segment: CoastSegment, direction: str | None, time: Array) -> Array | None:
-    """Road coordinates of a run at times (b,) s, m; None where its position on the road is not logged."""
-    log = segment.log
-    if "position" not in log:
-        return None
-    heading = HEADING[direction]
-    first = first_place(log.time, log["speed"], log["position"], heading)
-    if first is None:
-        return None
-    return first + heading * np.interp(time, log.time, cumulative_integral(log.time, log["speed"]))
 
 
 def _undisturbed_part(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 WIDTH = 0.7  # m/s of a class of speed, which a coast at 0.1 m/s^2 passes in 7 s
@@ -22,20 +22,12 @@ FEWEST_IN_CLASS = 5  # samples of a run in a class
 RETURNED = 0.9  # of the expected deceleration, from which on a class is no longer pushed
 
 
-def without_creep(
-    segments: Sequence[CoastSegment], pushed: Sequence[Array], directions: Sequence[str | None]
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without their lowest speeds where a drive pushes the car there, and those parts.
-
-    Parameters
-    ----------
-    pushed : known accelerations of each segment's samples by slope or drive, (n,) m/s^2.
-    directions : of the segments, ``out`` or ``back``; with one direction nothing is left out.
-    """
-    ways = [np.flatnonzero([d == way for d in directions]) for way in ("out", "back")]
+def without_creep(segments: Sequence[CoastSegment]) -> KeptAndRejected:
+    """Coasts without their lowest speeds where a drive pushes the car, and those parts; needs both directions."""
+    ways = [np.flatnonzero([s.direction == way for s in segments]) for way in ("out", "back")]
     if any(w.size < 2 for w in ways) or any(s.split for s in segments):
         return list(segments), []
-    rates = np.array([_decelerations(s, p) for s, p in zip(segments, pushed, strict=True)])
+    rates = np.array([_decelerations(s) for s in segments])
     edge = _free_from(rates, ways)
     if edge is None:
         return list(segments), []
@@ -55,16 +47,15 @@ def without_creep(
     return found, rejected
 
 
-def _decelerations(segment: CoastSegment, pushed: Array) -> Array:
+def _decelerations(segment: CoastSegment) -> Array:
     """Deceleration, (LOW + HIGH,) m/s^2, of a run in each class of speed without the known accelerations; NaN: none."""
     time, speed = segment.log.time, np.minimum.accumulate(segment.log["speed"])
     found = np.full(LOW + HIGH, np.nan)
     for k in range(found.size):
         inside = (speed >= k * WIDTH) & (speed < (k + 1) * WIDTH)
         if inside.sum() >= FEWEST_IN_CLASS:
-            found[k] = float(np.mean(pushed[inside])) - float(
-                np.polyfit(time[inside], segment.log["speed"][inside], 1)[0]
-            )
+            rate = np.polyfit(time[inside], segment.log["speed"][inside], 1)[0]
+            found[k] = float(np.mean(segment.pushed[inside])) - float(rate)
     return found
 
 

@@ -21,7 +21,7 @@ from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.gradual_release import gradual_release
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, rows
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, rows
 from vdyn_cli.steps.coastdown.coasts.start_cuts import StartCut, from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -68,21 +68,14 @@ def filter_lag(logs: Sequence[Log]) -> float | None:
     return best[1] if shown and abs(mean - 1.0) < STEP_POLICY.filter_share else None
 
 
-def without_filtered_start(
-    segments: Sequence[CoastSegment], logs: Sequence[Log], kept: Sequence[Sequence[tuple[float, float]]]
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the first seconds in which a filtered speed lags or the deceleration sets in, and the cut parts.
-
-    Parameters
-    ----------
-    logs : the whole log of each segment's run. kept : spans (s, s) of it that must not be cut.
-    """
+def without_filtered_start(segments: Sequence[CoastSegment]) -> KeptAndRejected:
+    """Coasts without the first seconds in which a filtered speed lags or the deceleration sets in, and those parts."""
     held = [s.held[1] - STEP_POLICY.held_release if s.held else None for s in segments]
-    gradual = gradual_release(logs, held)
-    releases = gradual.releases if gradual else [None] * len(logs)
+    gradual = gradual_release([s.whole for s in segments], held)
+    releases = gradual.releases if gradual else [None] * len(segments)
     starts = [
-        from_start(one.log, log) if release is None else rows(log, log.time >= release)
-        for one, log, release in zip(segments, logs, releases, strict=True)
+        from_start(one) if release is None else rows(one.whole, one.whole.time >= release)
+        for one, release in zip(segments, releases, strict=True)
     ]
     lag = gradual.lag if gradual else filter_lag(starts)
     if lag is None:
@@ -92,7 +85,7 @@ def without_filtered_start(
         why += "filtered by the receiver, or a slow pedal?"
     else:
         why = f"the speed of all runs lags by {lag:.2g} s at the start of the coast: filtered by the receiver?"
-    return without_starts(segments, starts, kept, StartCut(SETTLED * lag, lag, why))
+    return without_starts(segments, starts, StartCut(SETTLED * lag, lag, why))
 
 
 def _exponential(log: Log, lag: float) -> tuple[float, float] | None:

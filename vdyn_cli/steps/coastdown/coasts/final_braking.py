@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LAST, BEFORE = 2.0, 4.0  # s
@@ -19,21 +19,14 @@ FEWEST_IN_LINE = 6  # samples of the line from which the scatter is estimated
 LONGEST_BEFORE = 8.0  # s of a slow log, enough for the line at 1 Hz; in a longer time a slope may change like a brake
 
 
-def without_final_braking(
-    segments: Sequence[CoastSegment], kept: Sequence[Sequence[tuple[float, float]]]
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the last 2 s, where the speed falls by more than the deceleration before, and those parts.
-
-    Parameters
-    ----------
-    kept : for each segment, first and last times (s) of what the description keeps.
-    """
+def without_final_braking(segments: Sequence[CoastSegment]) -> KeptAndRejected:
+    """Coasts without the last 2 s, where the speed falls by more than the deceleration before, and those parts."""
     found: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
-    for segment, held in zip(segments, kept, strict=True):
+    for segment in segments:
         one, end = segment, float(segment.log.time[-1])
         lost = 0.0
-        while not any(a <= end <= b for a, b in held) and (drop := _lost_speed(one)):
+        while not any(a <= end <= b for a, b in segment.kept) and (drop := _lost_speed(one)):
             lost += drop
             one = one.rows(one.log.time < one.log.time[-1] - LAST)
         found.append(one)

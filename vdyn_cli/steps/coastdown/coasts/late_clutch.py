@@ -21,7 +21,7 @@ import numpy as np
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected
 from vdyn_cli.steps.coastdown.coasts.start_cuts import StartCut, from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -87,26 +87,16 @@ def drag_at_start(logs: Sequence[Log], directions: Sequence[str | None]) -> tupl
     return (drag, float(start.mean())) if strong and float(start.min()) > STEP_POLICY.clutch_least else None
 
 
-def without_late_clutch(
-    segments: Sequence[CoastSegment],
-    logs: Sequence[Log],
-    directions: Sequence[str | None],
-    kept: Sequence[Sequence[tuple[float, float]]],
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Coasts without the first seconds in which a clutch drags in all of them, and the cut parts.
-
-    Parameters
-    ----------
-    logs : the whole log of each segment's run. directions : of each segment. kept : spans (s, s) that must not be cut.
-    """
-    starts = [from_start(one.log, log) for one, log in zip(segments, logs, strict=True)]
-    seen = drag_at_start(starts, directions)
+def without_late_clutch(segments: Sequence[CoastSegment]) -> KeptAndRejected:
+    """Coasts without the first seconds in which a clutch drags in all of them, and the cut parts."""
+    starts = [from_start(one) for one in segments]
+    seen = drag_at_start(starts, [s.direction for s in segments])
     if seen is None:
         return list(segments), []
     drag, size = seen
     more = f"{size:.2f} m/s^2 more in their first {drag.time:.1f} s than later"
     why = f"all runs decelerate by {more}: clutch or driveline?"
-    return without_starts(segments, starts, kept, StartCut(drag.until, drag.time, why))
+    return without_starts(segments, starts, StartCut(drag.until, drag.time, why))
 
 
 def _fitted(logs: Sequence[Log], begin: float, drag: StartDrag) -> tuple[Array, float] | None:

@@ -36,6 +36,8 @@ class CoastSegment:
     run : index of the run in the description. name : of its log, with the times where there are several parts.
     log : the segment's rows, each with a finite speed.
     part : (n,), label of the window that each row belongs to.
+    pushed : (n,) m/s^2, acceleration by the measured drive and the known slope.
+    whole : the log of the run. direction : of the run, as stated. kept : spans (s, s) that the description keeps.
     split : whether the log is a table of split times, whose few rows are crossings of speed levels.
     held : s, begin and end of a speed that was held before the coast; None where it was not, or shortly.
     """
@@ -44,8 +46,12 @@ class CoastSegment:
     name: str
     log: Log
     part: NDArray[np.int64]
+    pushed: Array
+    whole: Log
     split: bool = False
     held: tuple[float, float] | None = None
+    direction: str | None = None
+    kept: tuple[tuple[float, float], ...] = ()
 
     @property
     def fewest(self) -> int:
@@ -54,7 +60,7 @@ class CoastSegment:
 
     def rows(self, keep: Mask) -> CoastSegment:
         """The segment reduced to the rows where ``keep`` (n,) is True."""
-        return replace(self, log=rows(self.log, keep), part=self.part[keep])
+        return replace(self, log=rows(self.log, keep), part=self.part[keep], pushed=self.pushed[keep])
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,9 @@ class RejectedSegment:
     def seconds(self) -> float:
         """Duration of what is left out."""
         return self.stop - self.start if self.length is None else self.length
+
+
+KeptAndRejected = tuple[list[CoastSegment], list[RejectedSegment]]  # what a filter of the segments returns
 
 
 class NoSegmentError(ResultError):
@@ -150,7 +159,8 @@ def coast_segment(
     if part.time.size < fewest_rows(split):
         why = f"only {part.time.size} samples have a speed from {begin:.1f} s to {finish:.1f} s, where the car coasts"
         return rejected(f"{why} (needed: {fewest_rows(split)})")
-    segment = CoastSegment(run, log.name, part, np.zeros(part.time.size, dtype=np.int64), split, held)
+    none = np.zeros(part.time.size)
+    segment = CoastSegment(run, log.name, part, none.astype(np.int64), none, log, split, held)
     if missing > STEP_POLICY.most_missing:
         beside = _beside_gaps(segment, shortest)
         if beside is None or _falls(beside) < covered_least * (upper - lower):
@@ -248,7 +258,7 @@ def driven_segment(
             left.append(RejectedSegment(log.name, begin, finish, f"shorter than {shortest:g} s"))
     if not keep.any():
         return None, left
-    return CoastSegment(run, log.name, rows(log, keep), label[keep]), left
+    return CoastSegment(run, log.name, rows(log, keep), label[keep], np.zeros(int(keep.sum())), log), left
 
 
 def groups(label: NDArray[np.int64]) -> list[tuple[int, int]]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -24,6 +25,7 @@ from vdyn_cli.steps.coastdown.coasts.final_braking import without_final_braking
 from vdyn_cli.steps.coastdown.coasts.late_clutch import without_late_clutch
 from vdyn_cli.steps.coastdown.coasts.segments import (
     CoastSegment,
+    KeptAndRejected,
     NoSegmentError,
     RejectedSegment,
     coast_segment,
@@ -79,37 +81,12 @@ def selected(
     ------
     InputError : the speed window is too narrow, or outside the logged speeds. NoSegmentError : no segment is left.
     """
-    settings, window = spec.settings, _speed_window(spec.settings, logs)
-    segments: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for k, log in enumerate(logs):
-        if drive == "coasting":
-            found = _coast(spec, k, log, window)
-            if isinstance(found, CoastSegment):
-                segments.append(found)
-            else:
-                rejected.append(found)
-            continue
-        there = usable(log, drive)
-        demand = there[f"drive_{drive}"] if settings.windows == "powered" else None
-        slowest = window[1] if window else SLOWEST
-        one, left = driven_segment(k, there, demand, slowest, settings.minimum_length.value)
-        segments += [] if one is None else [one]
-        rejected += _summed(log, left)
-    if drive == "coasting":
-        segments, rejected = _with_both_directions(spec, logs, window, segments, rejected)
-    segments, windy = _calm(segments, settings.wind_limit.value)
-    rejected += windy
-    if segments and drive == "coasting":
-        segments, braked = _without_braked_runs(spec, logs, segments, known)
-        rejected += braked
-    if segments and settings.windows != "powered":
-        segments, braked = _without_disturbed_parts(spec, logs, segments, drive, known, window)
-        rejected += braked
-    if drive == "coasting" and spec.reading.split_times is None:
-        for run in sorted({s.run for s in segments}):
-            used = [s for s in segments if s.run == run]
-            rejected += further_coasts(usable(_own_rows(logs[run]), "coasting"), used)
+    runs = _LoggedRuns(spec, tuple(logs), drive, known, _speed_window(spec.settings, logs))
+    segments, rejected = runs.coasts() if drive == "coasting" else runs.driven()
+    for left_out in runs.filters():
+        if segments:
+            segments, parts = left_out(segments)
+            rejected += parts
     if not segments:
         if drive == "coasting":
             _refuse_other_quantity(spec, logs)
@@ -117,9 +94,98 @@ def selected(
         nothing = Finding("runs", "no log has a sample above the lowest speed that is fitted", "", remedy)
         why_not = [Finding(r.run, f"rejected: {r.why}", "", remedy) for r in rejected] or [nothing]
         raise NoSegmentError(*why_not, rejected=rejected)
+    if drive == "coasting" and spec.reading.split_times is None:
+        for run in sorted({s.run for s in segments}):
+            used = [s for s in segments if s.run == run]
+            rejected += further_coasts(usable(_own_rows(logs[run]), "coasting"), used)
     why = "the speed is held before the coast"
     rejected += dict.fromkeys(RejectedSegment(logs[s.run].name, *s.held, why, usual=True) for s in segments if s.held)
     return SegmentSelection(tuple(segments), tuple(rejected))
+
+
+@dataclass(frozen=True)
+class _LoggedRuns:
+    """The logs with what is known of the runs; ``window``: upper and lower speed, m/s; None: the whole fall."""
+
+    spec: CoastdownSpec
+    logs: tuple[Log, ...]
+    drive: DriveSignal
+    known: Mapping[str, Given]
+    window: tuple[float, float] | None
+
+    def coasts(self) -> KeptAndRejected:
+        """The coast of each log, and what is rejected.
+
+        Runs of a missing direction are added even if they cover little of the speed window. Downhill a car may stop
+        decelerating within the window; without those runs a slope looks like resistance.
+        """
+        found = [self._coast(k, STEP_POLICY.least_covered) for k in range(len(self.logs))]
+        used = {one.direction for one in found if isinstance(one, CoastSegment)}
+        if len(used) == 1 and None not in used:
+            lost = [k for k, run in enumerate(self.spec.runs) if run.direction not in used]
+            found = [self._coast(k, STEP_POLICY.some_covered) if k in lost else one for k, one in enumerate(found)]
+        return [a for a in found if isinstance(a, CoastSegment)], [a for a in found if isinstance(a, RejectedSegment)]
+
+    def driven(self) -> KeptAndRejected:
+        """The driven parts of each log, and what is rejected."""
+        settings, segments, rejected = self.spec.settings, list[CoastSegment](), list[RejectedSegment]()
+        slowest = self.window[1] if self.window else SLOWEST
+        for k, log in enumerate(self.logs):
+            there = usable(log, self.drive)
+            demand = there[f"drive_{self.drive}"] if settings.windows == "powered" else None
+            one, left = driven_segment(k, there, demand, slowest, settings.minimum_length.value)
+            segments += [] if one is None else [self._of_run(one)]
+            rejected += _summed(log, left)
+        return segments, rejected
+
+    def filters(self) -> list[Callable[[Sequence[CoastSegment]], KeptAndRejected]]:
+        """What leaves out, in turn, parts that wind, brake, clutch, driveline, throttle or a filter disturb."""
+        settings, shortest = self.spec.settings, self.spec.settings.minimum_length.value
+        calm = partial(_calm, limit=settings.wind_limit.value)
+        if self.drive != "coasting":
+            undisturbed = partial(_without_outliers, shortest=shortest)
+            return [calm] if settings.windows == "powered" else [calm, undisturbed]
+        span = self.window and self.window[0] - self.window[1]
+        return [
+            calm,
+            self._without_braked_runs,
+            without_filtered_start,
+            without_late_clutch,
+            partial(without_braking, window=span, shortest=shortest),
+            lambda segments: ([part for s in segments for part in split(s)], []),
+            without_final_braking,
+            without_creep,
+        ]
+
+    def _coast(self, run: int, covered: float) -> CoastSegment | RejectedSegment:
+        """The coast of one log through the speed window, of which it must cover the share ``covered``."""
+        log, table = self.logs[run], self.spec.reading.split_times is not None
+        there, shortest = usable(log if table else _own_rows(log), "coasting"), self.spec.settings.minimum_length.value
+        found = coast_segment(run, there, self.window, shortest, table, covered)
+        return self._of_run(found) if isinstance(found, CoastSegment) else found
+
+    def _of_run(self, one: CoastSegment) -> CoastSegment:
+        """The segment with what is known of its run."""
+        run, inertia = self.spec.runs[one.run], self.known["mass"].value + self.known["rotating_mass"].value
+        kept = tuple((k.start.value, k.stop.value) for k in run.keep)
+        pushed = _known_force(one.log, self.drive, self.known) / inertia
+        return replace(one, pushed=pushed, whole=self.logs[one.run], direction=run.direction, kept=kept)
+
+    def _without_braked_runs(self, segments: Sequence[CoastSegment]) -> KeptAndRejected:
+        """Segments of runs not braked above the speed window, and the others: their brakes may still drag."""
+        wholes = [coast_segment(k, usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(self.logs)]
+        coasts = [self._of_run(s) for s in wholes if isinstance(s, CoastSegment)]
+        braked = braked_while_coasting(coasts) if coasts else {}
+        kept: list[CoastSegment] = []
+        rejected: list[RejectedSegment] = []
+        for one in segments:
+            begin, end = float(one.log.time[0]), float(one.log.time[-1])
+            above = [why for time, why in braked.get(one.run, ()) if time < begin]
+            if above:
+                rejected.append(RejectedSegment(one.name, begin, end, f"{above[0]} (above the speed window)"))
+            else:
+                kept.append(one)
+        return kept, rejected
 
 
 def _refuse_other_quantity(spec: CoastdownSpec, logs: Sequence[Log]) -> None:
@@ -140,41 +206,6 @@ def _refuse_other_quantity(spec: CoastdownSpec, logs: Sequence[Log]) -> None:
     )
     remedy = "map the column of the speed, with its unit; a coast-down is a decrease of the speed"
     raise InputError(Finding("channels.speed", what, "", remedy))
-
-
-def _coast(
-    spec: CoastdownSpec,
-    run: int,
-    log: Log,
-    window: tuple[float, float] | None,
-    covered: float = STEP_POLICY.least_covered,
-) -> CoastSegment | RejectedSegment:
-    """The coast of one log through the speed window, of which it must cover the share ``covered``."""
-    table = spec.reading.split_times is not None
-    there = usable(log if table else _own_rows(log), "coasting")
-    return coast_segment(run, there, window, spec.settings.minimum_length.value, table, covered)
-
-
-def _with_both_directions(
-    spec: CoastdownSpec,
-    logs: Sequence[Log],
-    window: tuple[float, float] | None,
-    segments: list[CoastSegment],
-    rejected: list[RejectedSegment],
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """The segments, with runs of a missing direction added even if they cover little of the speed window.
-
-    Downhill a car may stop decelerating within the window; without those runs a slope looks like resistance.
-    """
-    used = {spec.runs[s.run].direction for s in segments}
-    lost = [k for k, run in enumerate(spec.runs) if run.direction not in used]
-    if len(used) != 1 or None in used or not lost:
-        return segments, rejected
-    names = {logs[k].name for k in lost}
-    again = [_coast(spec, k, logs[k], window, STEP_POLICY.some_covered) for k in lost]
-    found = sorted((*segments, *(a for a in again if isinstance(a, CoastSegment))), key=lambda s: s.run)
-    left = [a for a in again if isinstance(a, RejectedSegment)]
-    return found, [*(r for r in rejected if r.run not in names), *left]
 
 
 def _speed_window(settings: CoastdownSettings, logs: Sequence[Log]) -> tuple[float, float] | None:
@@ -231,7 +262,7 @@ def _summed(log: Log, left: list[RejectedSegment]) -> list[RejectedSegment]:
     return [RejectedSegment(log.name, left[0].start, left[-1].stop, why, length=total)]
 
 
-def _calm(segments: Sequence[CoastSegment], limit: float) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+def _calm(segments: Sequence[CoastSegment], limit: float) -> KeptAndRejected:
     """Segments whose mean measured wind is at most ``limit`` (m/s), and the others as rejected."""
     calm, windy = [], []
     for s in segments:
@@ -244,63 +275,11 @@ def _calm(segments: Sequence[CoastSegment], limit: float) -> tuple[list[CoastSeg
     return calm, windy
 
 
-def _without_braked_runs(
-    spec: CoastdownSpec, logs: Sequence[Log], segments: list[CoastSegment], known: Mapping[str, Given]
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Segments of runs not braked above the speed window, and the others as rejected: their brakes may still drag."""
-    wholes = [coast_segment(k, usable(_own_rows(log), "coasting"), None, 0.0) for k, log in enumerate(logs)]
-    coasts = [s for s in wholes if isinstance(s, CoastSegment)]
-    braked = braked_while_coasting(coasts, *_pushed(spec, coasts, "coasting", known)) if coasts else {}
-    kept: list[CoastSegment] = []
-    rejected: list[RejectedSegment] = []
-    for one in segments:
-        begin, end = float(one.log.time[0]), float(one.log.time[-1])
-        above = [why for time, why in braked.get(one.run, ()) if time < begin]
-        if above:
-            rejected.append(RejectedSegment(one.name, begin, end, f"{above[0]} (above the speed window)"))
-        else:
-            kept.append(one)
-    return kept, rejected
-
-
-def _without_disturbed_parts(
-    spec: CoastdownSpec,
-    logs: Sequence[Log],
-    segments: list[CoastSegment],
-    drive: DriveSignal,
-    known: Mapping[str, Given],
-    window: tuple[float, float] | None,
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
-    """Segments without the parts that a brake, a clutch, a driveline, a throttle or a filter disturbed."""
-    shortest = spec.settings.minimum_length.value
-    if drive != "coasting":
-        if all("acceleration" in s.log for s in segments):
-            return segments, []  # unknown hills would be mistaken for brakes here
-        return without_outliers(segments, *_pushed(spec, segments, drive, known), shortest)
-    kept = [_kept(spec, s) for s in segments]
-    wholes = [logs[s.run] for s in segments]
-    segments, filtered = without_filtered_start(segments, wholes, kept)
-    segments, late = without_late_clutch(segments, wholes, [spec.runs[s.run].direction for s in segments], kept)
-    span = window and window[0] - window[1]
-    segments, braked = without_braking(segments, *_pushed(spec, segments, drive, known), span, shortest)
-    segments = [part for s in segments for part in split(s)]
-    segments, ended = without_final_braking(segments, [_kept(spec, s) for s in segments])
-    segments, crept = without_creep(segments, *_pushed(spec, segments, drive, known))
-    return segments, [*filtered, *late, *braked, *ended, *crept]
-
-
-def _kept(spec: CoastdownSpec, segment: CoastSegment) -> list[tuple[float, float]]:
-    """First and last times, s, of what the description keeps of a run."""
-    return [(k.start.value, k.stop.value) for k in spec.runs[segment.run].keep]
-
-
-def _pushed(
-    spec: CoastdownSpec, segments: Sequence[CoastSegment], drive: DriveSignal, known: Mapping[str, Given]
-) -> tuple[list[Array], list[str | None]]:
-    """Acceleration by drive and slope of each segment, (n,) m/s^2, and its direction."""
-    inertia = known["mass"].value + known["rotating_mass"].value
-    forces = [_known_force(s.log, drive, known) for s in segments]
-    return [force / inertia for force in forces], [spec.runs[s.run].direction for s in segments]
+def _without_outliers(segments: Sequence[CoastSegment], shortest: float) -> KeptAndRejected:
+    """Driven segments without outliers. With an accelerometer all are kept: hills would be mistaken for brakes."""
+    if all("acceleration" in s.log for s in segments):
+        return list(segments), []
+    return without_outliers(segments, shortest)
 
 
 def _known_force(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, RejectedSegment, rows
+from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, rows
 
 BEFORE = 1.0  # s before a coast within which a log counts as beginning with it: the speed is smoothed over this span
 
@@ -28,23 +28,18 @@ class StartCut:
     why: str
 
 
-def without_starts(
-    segments: Sequence[CoastSegment],
-    starts: Sequence[Log],
-    kept: Sequence[Sequence[tuple[float, float]]],
-    cut: StartCut,
-) -> tuple[list[CoastSegment], list[RejectedSegment]]:
+def without_starts(segments: Sequence[CoastSegment], starts: Sequence[Log], cut: StartCut) -> KeptAndRejected:
     """Coasts without their start, except those whose start the user keeps, and the cut parts.
 
     Parameters
     ----------
-    starts : of each segment, the log from the start of the coast (``from_start``). kept : spans (s, s) of its run.
+    starts : of each segment, the log from the start of the coast (``from_start``).
     """
     found: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
-    for one, start, spans in zip(segments, starts, kept, strict=True):
+    for one, start in zip(segments, starts, strict=True):
         begin, until = float(one.log.time[0]), float(start.time[0]) + cut.length
-        if any(first <= begin + cut.slack and until - cut.slack <= stop for first, stop in spans):
+        if any(first <= begin + cut.slack and until - cut.slack <= stop for first, stop in one.kept):
             found.append(one)
             continue
         keep = f"[{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]"
@@ -53,11 +48,12 @@ def without_starts(
     return found, rejected
 
 
-def from_start(coast: Log, whole: Log) -> Log:
+def from_start(segment: CoastSegment) -> Log:
     """The coast, extended to the first row of its log where the log begins with the coast.
 
     A coast begins at the highest smoothed speed, which is half a second after the first row of a log cut there.
     """
+    coast, whole = segment.log, segment.whole
     begin, end = float(coast.time[0]), float(coast.time[-1])
     here = np.isfinite(whole["speed"]) & (whole.time <= end)
     return rows(whole, here) if begin - float(whole.time[0]) < BEFORE else coast
