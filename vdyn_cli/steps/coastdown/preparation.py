@@ -55,12 +55,12 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     logs, wrong_acceleration = without_mistaken_acceleration(logs)
     sloped, grades, by_elevation = _with_slopes(spec, _with_winds(spec, logs), drive, given)
     starts, origins = run_starts(spec.runs, sloped), _origins(sloped)
-    selection, use, zeros = _segments_and_sensor(spec, sloped, selected(spec, sloped, drive, given))
+    selection, use, zeros = _segments_and_sensor(spec, selected(spec, sloped, drive, given))
     segments = tuple(sorted(selection.segments, key=lambda s: starts[s.run]))
     selection = replace(selection, segments=segments)
     runs = []
-    for segment, driven in zip(segments, _driven_before(sloped, segments), strict=True):
-        run, k = _road_run(spec, segment, sloped, drive, given), segment.run
+    for segment, driven in zip(segments, _driven_before(segments), strict=True):
+        run, k = _road_run(spec, segment, drive, given), segment.run
         run = replace(run, start=starts[k], before=driven, origin=origins[k])
         if grades:
             run = replace(run, slope_error=grades[k].error_at(run.time))
@@ -85,7 +85,7 @@ def _drive(
 
 
 def _segments_and_sensor(
-    spec: CoastdownSpec, logs: Sequence[Log], found: SegmentSelection
+    spec: CoastdownSpec, found: SegmentSelection
 ) -> tuple[SegmentSelection, AccelerometerUse, Mapping[str, AccelerometerZero]]:
     """The segments as they are fitted, the use of the accelerometer, and its zeros if it is used alone.
 
@@ -96,7 +96,7 @@ def _segments_and_sensor(
     if use != "alone":
         return replace(found, segments=tuple(one for s in found.segments for one in split(s))), use, {}
     error, slope = spec.settings.elevation_error.value, spec.settings.mean_slope.value
-    return found, use, {s.name: zero_of(logs[s.run], error, slope) for s in found.segments}
+    return found, use, {s.name: zero_of(s.whole, error, slope) for s in found.segments}
 
 
 def _campaign(
@@ -145,7 +145,7 @@ def _with_slopes(
     sloped = with_grades(plain, grades)
     coasts = [coast_segment(k, usable(log, drive), None, 0.0) for k, log in enumerate(sloped)]
     whole = [s for s in coasts if isinstance(s, CoastSegment)]
-    scaled = scaled_grades(grades, [_road_run(spec, s, sloped, drive, given) for s in whole])
+    scaled = scaled_grades(grades, [_road_run(spec, s, drive, given) for s in whole])
     return (plain, (), ()) if scaled is None else (with_grades(plain, scaled[0]), scaled[0], (scaled[1],))
 
 
@@ -155,9 +155,7 @@ def _accelerometer_use(segments: Sequence[CoastSegment], spec: CoastdownSpec) ->
     return "alone" if spec.settings.windows == "powered" else "with_speed"
 
 
-def _road_run(
-    spec: CoastdownSpec, segment: CoastSegment, logs: Sequence[Log], drive: DriveSignal, known: Mapping[str, Given]
-) -> RoadRun:
+def _road_run(spec: CoastdownSpec, segment: CoastSegment, drive: DriveSignal, known: Mapping[str, Given]) -> RoadRun:
     """The segment as a run of the fit, with the accelerometer as logged.
 
     Where no run states its direction, all count as out, so that a steady headwind is a candidate effect.
@@ -181,7 +179,7 @@ def _road_run(
         heading=heading,
         temperature=run.temperature.value if run.temperature else day or NORMAL_TEMPERATURE,
         air_density=density,
-        since=float(log.time[0] - logs[segment.run].time[0]),
+        since=float(log.time[0] - segment.whole.time[0]),
         place=first_place(log.time, log["speed"], log["position"], run.heading) if "position" in log else None,
         split=segment.split,
     )
@@ -193,12 +191,12 @@ def _origins(logs: Sequence[Log]) -> list[int]:
     return [whole.index(name) if name != log.name else k for k, (name, log) in enumerate(zip(whole, logs, strict=True))]
 
 
-def _driven_before(logs: Sequence[Log], segments: Sequence[CoastSegment]) -> list[float]:
+def _driven_before(segments: Sequence[CoastSegment]) -> list[float]:
     """Distance, m, that each segment's run drove between the first row of its first segment and that of this one."""
     first: dict[int, float] = {}
     driven = []
     for s in segments:
-        log, begin = logs[s.run], float(s.log.time[0])
+        log, begin = s.whole, float(s.log.time[0])
         since = first.setdefault(s.run, begin)
         between = np.isfinite(log["speed"]) & (log.time >= since) & (log.time <= begin)
         driven.append(float(np.trapezoid(log["speed"][between], log.time[between])))

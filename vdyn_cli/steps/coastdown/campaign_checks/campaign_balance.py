@@ -49,7 +49,7 @@ class CampaignCoasts:
     def rates(self) -> RunDecelerations:
         """The mean decelerations of the runs."""
         known = self.problem.known
-        return RunDecelerations(self.segments, self.directions, known["mass"].value + known["rotating_mass"].value)
+        return RunDecelerations(self.segments, known["mass"].value + known["rotating_mass"].value)
 
     def balance(self, names: Sequence[str]) -> CoastBalance:
         """Directions, order, trend, wind, accuracy and limits of the campaign; ``names`` of all its runs."""
@@ -59,7 +59,7 @@ class CampaignCoasts:
         listed = listed_by_start(self.segments, directions, self.starts)
         pairs = paired_runs(*listed)
         partners = {self.segments[k].run for pair in pairs for k in pair}
-        ways = [directions[s.run] for s in self.segments]
+        ways = [s.direction for s in self.segments]
         known = len(ways) > 1 and all(w in ("out", "back") for w in ways)
         driven = [ways[i] for i in np.argsort(self.order, kind="stable")] if known else []
         alternating = all(a != b for a, b in pairwise(driven)) if known else None
@@ -71,7 +71,7 @@ class CampaignCoasts:
             out=ways.count("out"),
             back=ways.count("back"),
             pairs=len(pairs),
-            unpaired=[names[s.run] for s in self.segments if s.run not in partners and directions[s.run]],
+            unpaired=[names[s.run] for s in self.segments if s.run not in partners and s.direction],
             alternating=alternating,
             speeds=None if speeds is None else (3.6 * speeds[0], 3.6 * speeds[1]),
             **{**NO_EFFECTS, **effects},

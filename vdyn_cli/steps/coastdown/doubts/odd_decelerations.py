@@ -20,21 +20,15 @@ SHARES = (1.0, 1.0 / 3.0)  # upper parts of the common speeds, tested for change
 
 @dataclass(frozen=True)
 class RunDecelerations:
-    """The longest usable segment of each usable run, in the order of their starts.
-
-    Parameters
-    ----------
-    directions : of all runs of the description, by ``segments[i].run``. inertia : kg.
-    """
+    """The longest usable segment of each usable run, in the order of their starts; ``inertia`` : kg."""
 
     segments: tuple[CoastSegment, ...]
-    directions: tuple[str | None, ...]
     inertia: float
 
     @property
     def heading(self) -> Array:
         """Heading (n,) of the runs: +1 out, -1 back."""
-        return np.array([-1.0 if self.directions[s.run] == "back" else 1.0 for s in self.segments])
+        return np.array([-1.0 if s.direction == "back" else 1.0 for s in self.segments])
 
     @property
     def common(self) -> tuple[float, float] | None:
@@ -75,7 +69,7 @@ class RunDecelerations:
             f"decelerates {100 * abs(share):.1f} % {way} than predicted from the other runs: resistance is "
             f"{force:.0f} N {change} (p = {worst.p_value:.2g}): "
         )
-        other = fits_opposite(found, [self.directions[s.run] for s in self.segments], worst.run)
+        other = fits_opposite(found, [s.direction for s in self.segments], worst.run)
         cause = direction_doubt(other) if other else "brake, gear, traffic or a gust, or its direction is wrong"
         return self.segments[worst.run], why + cause, rejected
 

@@ -122,8 +122,7 @@ def _contradicting_coasts(estimates: RoadLoadEstimates) -> list[Finding]:
     """The run that ``vdyn check`` rejects for its deceleration, or two successive ones, and what they change."""
     runs = estimates.fit.campaign.runs
     coasts = [replace(s, run=r.origin) for s, r in zip(estimates.selection.segments, runs, strict=True)]
-    directions = tuple(run.direction for run in estimates.spec.runs)
-    rates = RunDecelerations(whole_coasts(longest_of_runs(coasts)), directions, estimates.fit.inertia)
+    rates = RunDecelerations(whole_coasts(longest_of_runs(coasts)), estimates.fit.inertia)
     if (worst := rates.outlier()) is not None and worst[2]:
         what = worst[1] + _without(estimates, [worst[0].name])
         return [Finding(worst[0].name, what, remedy=INSPECT, doubt=True)]
