@@ -16,8 +16,8 @@ from vdyn_cli.inference.restricted_likelihood import RandomUnknowns
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.added_effects import AddedEffects
-from vdyn_cli.steps.coastdown.doubts.force_intervals import with_answers
 from vdyn_cli.steps.coastdown.fit.road_load_fit import fit_road_load
+from vdyn_cli.steps.coastdown.result import with_answers
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
 SHORT = messy_day.Day(upper=25.0, lower=5.0)

@@ -136,8 +136,7 @@ def _run_forces(fit: RoadLoadFit) -> Figure:
 
 def _by_direction(fit: RoadLoadFit) -> list[tuple[str, NDArray[np.intp], Role]]:
     """Label, indices of the runs and color role of each direction."""
-    headings = np.array([r.heading for r in fit.campaign.runs])
-    found = [(way, np.flatnonzero(headings == heading), role) for heading, way, role in WAYS]
+    found = [(way, np.flatnonzero(fit.campaign.headings == heading), role) for heading, way, role in WAYS]
     return [one for one in found if one[1].size]
 
 

@@ -104,7 +104,7 @@ def _surroundings(campaign: Campaign, run: int, at: Mapping[str, float]) -> Surr
         jolt=_drive_noise(one, levels, at) / inertia,
         acceleration_level=levels.get("acceleration", 0.0),
         zero=one.zero_std,
-        driven=campaign.drive != "coasting",
+        driven=not campaign.coasting,
         filtered=campaign.filtered,
     )
 

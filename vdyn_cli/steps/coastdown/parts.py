@@ -47,7 +47,7 @@ def road_parts(campaign: Campaign) -> tuple[Part, ...]:
     ]
     if any(r.start != runs[0].start for r in runs):  # else the time of day is not known
         found.append(over_time("elapsed", day, "time of day"))
-    if {1.0, -1.0} <= {r.heading for r in runs}:
+    if campaign.both_ways:
         found.append(directional_force(speed, ("air", "wind_speed", "grade", "slope")))
     if campaign.road is not None:
         found.append(

@@ -57,7 +57,7 @@ def next_coasts(regression: Regression, values: Mapping[str, float]) -> tuple[Ma
     top = max(upper, min(FASTER * max(float(r.speed.max()) for r in campaign.runs), FASTEST))
     now = max(r.start + r.since + float(np.ptp(r.time)) for r in campaign.runs) + REST
     usual = float(np.mean([r.temperature for r in campaign.runs]))
-    powered = campaign.drive != "coasting"
+    powered = not campaign.coasting
     coast = _PlannedCoast(top, SLOWEST, now, usual) if powered else _PlannedCoast(upper, lower, now, usual)
 
     def planned(how: str, one: _PlannedCoast, most: int = 10, anew: frozenset[str] = frozenset()) -> Manoeuvre:
@@ -69,7 +69,7 @@ def next_coasts(regression: Regression, values: Mapping[str, float]) -> tuple[Ma
 
     found = []
     wider = not powered and top - SLOWEST > WIDER * (upper - lower)
-    if not wider or {r.heading for r in campaign.runs} != {1.0, -1.0}:
+    if not wider or set(campaign.headings) != {1.0, -1.0}:
         found.append(planned(", with the drive logged" if powered else "", coast))
     if wider:
         found.append(planned("", replace(coast, upper=top, lower=SLOWEST)))
@@ -123,7 +123,7 @@ def _pair(campaign: Campaign, one: _PlannedCoast, values: Mapping[str, float]) -
 def _run(campaign: Campaign, one: _PlannedCoast, at: Mapping[str, float], heading: float) -> RoadRun:
     time, speed = coast_trace(at, one.upper, one.lower)
     inputs: dict[str, Array | float] = {"grade": 0.0, "wind_speed": 0.0}
-    if campaign.drive != "coasting":
+    if not campaign.coasting:
         inputs[f"drive_{campaign.drive}"] = np.zeros_like(time)
     return RoadRun(
         f"a coast {'out' if heading > 0 else 'back'}",

@@ -19,7 +19,6 @@ from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
 from vdyn_cli.steps.coastdown.doubts.crosswind import crosswind_shift, stated_crosswind
 from vdyn_cli.steps.coastdown.doubts.fit_quality import quality_of
-from vdyn_cli.steps.coastdown.doubts.force_intervals import with_answers
 from vdyn_cli.steps.coastdown.doubts.result_doubts import doubts
 from vdyn_cli.steps.coastdown.doubts.speed_gain import SpeedGain, speed_gain, with_measured_gain, with_speed_gain
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
@@ -30,7 +29,7 @@ from vdyn_cli.steps.coastdown.fit.road_load_with_effects import regression_with_
 from vdyn_cli.steps.coastdown.fit.run_change import changed_from
 from vdyn_cli.steps.coastdown.parts import road_parts
 from vdyn_cli.steps.coastdown.plan import next_coasts
-from vdyn_cli.steps.coastdown.result import result_of
+from vdyn_cli.steps.coastdown.result import result_of, with_answers
 from vdyn_cli.steps.coastdown.road.accelerometer_zero import AccelerometerZero
 from vdyn_cli.steps.coastdown.road.road_search import LocatedCampaign, located
 from vdyn_cli.steps.coastdown.road_load_estimates import RoadLoadEstimates
@@ -72,7 +71,7 @@ class CoastdownProblem(SimulatedProblem):
     def _located(self) -> LocatedCampaign:
         """The campaign on its road, and in a coast-down the first run with a changed car, with the fit of both."""
         found = located(self.campaign)
-        if found.base is None or found.campaign.drive != "coasting":
+        if found.base is None or not found.campaign.coasting:
             return found
         first = changed_from(found.base)
         if first is None:

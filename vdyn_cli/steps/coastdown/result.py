@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.intervals import t_quantile
+from vdyn_cli.inference.mixture import mixture_interval
 from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters, normal_interval
@@ -28,6 +30,8 @@ from vdyn_cli.steps.coastdown.noise import noise_of
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed, table_speeds
 from vdyn_cli.steps.coastdown.road_load_estimates import SOURCE, RoadLoadEstimates
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+
+SAME = 1e-6  # km/h, largest difference of two speeds that count as equal
 
 
 def result_of(
@@ -68,6 +72,32 @@ def result_of(
         restate=restate,
         contradicted=estimates.quality.disagreement > 1.0,
     )
+
+
+def with_answers(result: Result, answers: Sequence[tuple[float | None, Result]]) -> Result:
+    """The result with 95 % force intervals that include other answers; the forces themselves are unchanged.
+
+    low(V) = min of low_a(V) over the result, answers without a probability, and the mixture with the others; high(V)
+    likewise
+
+    Parameters
+    ----------
+    answers : probability and result of each, of the same campaign with other effects in the model; rows are matched by
+        their speed in km/h.
+    """
+    load = result.extra["road_load"]
+    forces = [{**row, "interval95": list(_interval(row, answers))} for row in load["force"]]
+    return replace(result, extra={**result.extra, "road_load": {**load, "force": forces}})
+
+
+def _interval(row: Mapping[str, Any], answers: Sequence[tuple[float | None, Result]]) -> tuple[float, float]:
+    """The interval of the force in a row that includes the answers' forces at its speed."""
+    rows = [(p, other) for p, one in answers for other in one.extra["road_load"]["force"]]
+    there = [(p, other["interval95"]) for p, other in rows if abs(other["speed_kmh"] - row["speed_kmh"]) < SAME]
+    probable = [(p, interval) for p, interval in there if p is not None]
+    ends = [row["interval95"], *(interval for p, interval in there if p is None)]
+    low, high = zip(*ends, *([mixture_interval(row["interval95"], probable)] if probable else []), strict=True)
+    return min(low), max(high)
 
 
 def _parameters(estimates: RoadLoadEstimates, frontal_area: Estimate | None) -> Parameters:

@@ -66,11 +66,6 @@ class RoadLoadEstimates:
         return self.spec.settings.fix.names
 
     @property
-    def coasting(self) -> bool:
-        """Whether the drive is idle or unknown."""
-        return self.fit.campaign.drive == "coasting"
-
-    @property
     def temperature(self) -> float:
         """Mean air temperature of the runs, K."""
         return float(np.mean([r.temperature for r in self.fit.campaign.runs]))
@@ -132,7 +127,7 @@ class RoadLoadEstimates:
         """Coast-down times of pairs of coasts."""
         longest, runs = longest_of_runs(self.selection.segments), self.spec.runs
         listed = listed_by_start(longest, [r.direction for r in runs], stated_starts(runs))
-        return coast_times(*listed) if self.coasting else []
+        return coast_times(*listed) if self.fit.campaign.coasting else []
 
     @cached_property
     def main(self) -> dict[str, Estimate]:
@@ -160,7 +155,7 @@ class RoadLoadEstimates:
     @cached_property
     def expected(self) -> tuple[ExpectedAccuracy | None, ExpectedAccuracy | None]:
         """Expected accuracy of such coasts, and of a wider window where they do not separate both main parameters."""
-        if not self.coasting:
+        if not self.fit.campaign.coasting:
             return None, None
         runs, sizes = self.fit.campaign.runs, {**NO_GUSTS, **self.fit.sizes}
         window = float(np.median([r.speed[0] for r in runs])), float(np.median([r.speed[-1] for r in runs]))
@@ -176,7 +171,7 @@ class RoadLoadEstimates:
 def changing_drag(estimates: RoadLoadEstimates) -> DragOverSpeed | None:
     """The drag area over speed that is collinear with the accepted effects, where it differs from the estimate."""
     fit = estimates.fit
-    if not estimates.coasting or estimates.fixed or not any(adds_resistance(e) for e in estimates.effects):
+    if not fit.campaign.coasting or estimates.fixed or not any(adds_resistance(e) for e in estimates.effects):
         return None
     found = drag_over_speed(estimates.load, fit.speeds, fit.at["mass"], _air_density(fit))
     half = fit.solution.half_width("drag_area")

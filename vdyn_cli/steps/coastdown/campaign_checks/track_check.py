@@ -69,7 +69,7 @@ def track_check(
             of = "" if one.length is None else f"{one.length:.0f} s of "
             what = f"{of}{one.start:.0f} to {one.stop:.0f} s would be left out: {one.why}"
             parts.setdefault(k, []).append(what)
-    if problem.campaign.drive != "coasting":
+    if not problem.campaign.coasting:
         return TrackCheck(rejected, evaluated, left_out=parts)
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
     longest = longest_of_runs(kept)

@@ -71,11 +71,11 @@ def local_forces(fit: RoadLoadFit) -> LocalForces | None:
     that a run's deceleration within a class belongs to its mean speed, for measured and simulated run alike. The
     intervals include the slope of the road, which all runs of a direction share, with its fitted roughness.
     """
-    if fit.campaign.drive != "coasting" or not fit.campaign.speed_fitted:
+    if not fit.campaign.coasting or not fit.campaign.speed_fitted:
         return None
     low, high = fit.speeds
     edges = np.linspace(low, high, CLASSES + 1)
-    headings = np.array([r.heading for r in fit.campaign.runs])
+    headings = fit.campaign.headings
     simulated = [fit.simulate(k, level=True).outputs["speed"] for k in range(headings.size)]
     rows = []
     for a, b in pairwise(edges):

@@ -80,9 +80,9 @@ def changed_runs(fit: RoadLoadFit) -> ChangedRuns | None:
 
     Else the one with the smallest p value of the forces, if that is significant and matters.
     """
-    if fit.campaign.drive != "coasting" or AFTER["rolling_resistance"] in fit.solution.names:
+    if not fit.campaign.coasting or AFTER["rolling_resistance"] in fit.solution.names:
         return None
-    heading, fast = np.array([r.heading for r in fit.campaign.runs]), fast_forces(fit)
+    heading, fast = fit.campaign.headings, fast_forces(fit)
     tested: list[tuple[Array, float | None]] = [(run_forces(fit)[0], None), *([] if fast is None else [fast])]
     least = STEP_POLICY.material_run_force * _middle_load(fit)
     steps = [(resistance_step(forces, heading, len(tested)), above) for forces, above in tested]
@@ -123,7 +123,7 @@ def _first_changed(fit: RoadLoadFit) -> int | None:
 
 def _sides(fit: RoadLoadFit, first: int) -> tuple[Solution | None, Solution | None]:
     """The estimates of the runs before and after a change, where these have the directions of all."""
-    heading = np.array([r.heading for r in fit.campaign.runs])
+    heading = fit.campaign.headings
     sides = range(first), range(first, heading.size)
     before, after = (fitted_to(fit, side) if set(heading[list(side)]) == set(heading) else None for side in sides)
     return before, after

@@ -48,7 +48,7 @@ def crosswind_shift(fit: RoadLoadFit, stated: float | None) -> tuple[Mapping[str
     """
     campaign = fit.campaign
     across = likely_crosswind(fit) if stated is None else stated
-    if campaign.drive != "coasting" or not campaign.speed_fitted or not across:
+    if not campaign.coasting or not campaign.speed_fitted or not across:
         return {}, ()
     shift = parameter_shift(fit, lambda speed: crosswind_force(fit.at, speed, across))
     if not is_material(fit, shift):

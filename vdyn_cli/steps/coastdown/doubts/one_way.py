@@ -27,7 +27,7 @@ FEWEST_FOR_WIND = 4  # runs from which the diagnosis estimates a headwind: two o
 
 def is_one_way(fit: RoadLoadFit) -> bool:
     """Whether all runs of a fit have the same direction, or none states its direction."""
-    return len({r.heading for r in fit.campaign.runs}) == 1
+    return len(set(fit.campaign.headings)) == 1
 
 
 def one_way_shifts(fit: RoadLoadFit) -> list[Mapping[str, float]]:
@@ -52,9 +52,9 @@ def one_way_shifts(fit: RoadLoadFit) -> list[Mapping[str, float]]:
 
 def is_unbalanced(fit: RoadLoadFit) -> bool:
     """Whether runs too few to estimate a headwind have one direction more often than the other."""
-    headings = [r.heading for r in fit.campaign.runs]
-    both = {1.0, -1.0} <= set(headings)
-    return both and len(headings) < FEWEST_FOR_WIND and sum(headings) != 0.0 and fit.campaign.drive == "coasting"
+    campaign, headings = fit.campaign, fit.campaign.headings
+    few = campaign.both_ways and headings.size < FEWEST_FOR_WIND
+    return few and bool(headings.sum() != 0.0) and campaign.coasting
 
 
 def unbalanced_shift(fit: RoadLoadFit) -> Mapping[str, float]:
@@ -62,8 +62,9 @@ def unbalanced_shift(fit: RoadLoadFit) -> Mapping[str, float]:
 
     Empty for other campaigns, and where the runs of one direction do not determine the unknowns.
     """
-    headings = [r.heading for r in fit.campaign.runs]
-    ways = [[k for k, h in enumerate(headings) if h == way] for way in (1.0, -1.0)] if is_unbalanced(fit) else []
+    if not is_unbalanced(fit):
+        return {}
+    ways = (np.flatnonzero(fit.campaign.headings == way).tolist() for way in (1.0, -1.0))
     sides = [side for runs in ways if (side := fitted_to(fit, runs)) is not None]
     if len(sides) < 2:
         return {}
@@ -79,7 +80,7 @@ def unbalanced_finding(fit: RoadLoadFit) -> tuple[Finding, ...]:
     """How many runs each direction has, where their numbers differ and no headwind can be estimated."""
     if not is_unbalanced(fit):
         return ()
-    headings = [r.heading for r in fit.campaign.runs]
+    headings = fit.campaign.headings.tolist()
     out, back = headings.count(1.0), headings.count(-1.0)
     what = f"{out} out and {back} back: wind and slope do not cancel; the intervals include the mean of both directions"
     return (Finding("runs", what, "", f"drive {abs(out - back)} more {'back' if out > back else 'out'}", doubt=True),)

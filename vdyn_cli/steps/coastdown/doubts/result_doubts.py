@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from vdyn_cli.quantities.constants import ZERO_CELSIUS
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
@@ -34,7 +32,7 @@ def doubts(estimates: RoadLoadEstimates) -> tuple[Finding, ...]:
     of the fit, outlying runs and contradicted priors.
     """
     found = []
-    if estimates.coasting:  # most of an open road is left out, as the table of rejected parts shows
+    if estimates.fit.campaign.coasting:  # most of an open road is left out, as the table of rejected parts shows
         found += _rejected(estimates.selection)
         coasts = longest_of_runs(estimates.selection.segments)
         found += partial_coasts(coasts, {s.run: log_of(s.name) for s in coasts})
@@ -63,7 +61,7 @@ def doubts(estimates: RoadLoadEstimates) -> tuple[Finding, ...]:
 def _collinear_mass(estimates: RoadLoadEstimates) -> list[Finding]:
     """A note that coasts do not show a wrong mass, where it is stated with an error; an exact one has its own note."""
     mass = next((u.prior for u in estimates.fit.campaign.unknowns if u.name == "mass"), None)
-    if not estimates.coasting or mass is None:
+    if not estimates.fit.campaign.coasting or mass is None:
         return []
     speed = quoted_speed(estimates.fit.speeds)
     force = 0.01 * float(estimates.load.force(speed))
@@ -105,10 +103,10 @@ def _outlying_runs(estimates: RoadLoadEstimates) -> list[Finding]:
 
     First those that ``vdyn check`` reports, by their mean decelerations and without the noise model of the fit.
     """
-    if not estimates.coasting:
+    if not estimates.fit.campaign.coasting:
         return []
     runs, found = estimates.fit.campaign.runs, _contradicting_coasts(estimates)
-    forces, headings = run_forces(estimates.fit)[0], np.array([r.heading for r in runs])
+    forces, headings = run_forces(estimates.fit)[0], estimates.fit.campaign.headings
     least = STEP_POLICY.material_run_force * float(estimates.load.force(quoted_speed(estimates.fit.speeds)))
     if (outlier := outlying_run(forces, headings, STEP_POLICY.outlying_run)) and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)

@@ -35,7 +35,7 @@ def sheltered_wind_shift(fit: RoadLoadFit) -> Mapping[str, float]:
     """
     campaign = fit.campaign
     measured = any(isinstance(r.inputs["wind_speed"], np.ndarray) for r in campaign.runs)
-    if campaign.drive != "coasting" or not campaign.speed_fitted or measured or is_one_way(fit):
+    if not campaign.coasting or not campaign.speed_fitted or measured or is_one_way(fit):
         return {}
     half = np.mean([np.interp(0.5 * r.distance[-1], r.distance, r.speed) for r in campaign.runs])
     pull = fit.at["air_density"] * fit.at["drag_area"] * DIFFERENCE * mean_wind(fit)

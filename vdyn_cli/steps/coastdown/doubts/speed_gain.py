@@ -75,7 +75,7 @@ def with_speed_gain(fit: RoadLoadFit, gain: SpeedGain | None) -> tuple[RoadLoadF
     The finding is a data fault where the gain shifts a parameter by more than ``QUALITY.material_shift`` of its half
     interval. Unchanged without a contradiction or with a driven car.
     """
-    if gain is None or not gain.common.contradicts or fit.campaign.drive != "coasting":
+    if gain is None or not gain.common.contradicts or not fit.campaign.coasting:
         return fit, ()
     solution = fit.solution
     shift = {n: solution.values[n] * (gain.common.value**p - 1.0) for n, p in POWERS.items() if n in solution.names}

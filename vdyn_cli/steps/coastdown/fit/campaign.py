@@ -75,7 +75,7 @@ class Campaign:
         road, and driven runs without a logged position need not begin at one place.
         """
         placed = self.road is not None
-        if self.white or self.flat_road or not self.speed_fitted or not (placed or self.drive == "coasting"):
+        if self.white or self.flat_road or not self.speed_fitted or not (placed or self.coasting):
             return None
         if all(isinstance(r.inputs["grade"], np.ndarray) for r in self.runs):
             return None
@@ -94,7 +94,7 @@ class Campaign:
     @cached_property
     def nodes(self) -> tuple[Nodes, ...] | None:
         """Sparse instants at which coasting runs are simulated; None where varying inputs require every sample."""
-        smooth = self.drive == "coasting" and self.accelerometer == "none"
+        smooth = self.coasting and self.accelerometer == "none"
         if not smooth or any(isinstance(v, np.ndarray) for r in self.runs for v in r.inputs.values()):
             return None
         return tuple(nodes(r.time, b) for r, b in zip(self.runs, self.bins, strict=True))
@@ -130,6 +130,21 @@ class Campaign:
         return {"none": ("speed",), "with_speed": ("speed", "acceleration"), "alone": ("acceleration",)}[
             self.accelerometer
         ]
+
+    @property
+    def coasting(self) -> bool:
+        """Whether the drive is idle or not measured."""
+        return self.drive == "coasting"
+
+    @property
+    def headings(self) -> Array:
+        """Heading (runs,) of each run: +1 out, -1 back, 0 unknown."""
+        return np.array([r.heading for r in self.runs])
+
+    @property
+    def both_ways(self) -> bool:
+        """Whether there are runs out and back."""
+        return {1.0, -1.0} <= set(self.headings.tolist())
 
     @property
     def speed_fitted(self) -> bool:

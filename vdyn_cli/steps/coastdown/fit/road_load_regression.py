@@ -12,7 +12,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Unknown, approach
 from vdyn_cli.inference.gust_covariance import SOURCES
-from vdyn_cli.inference.restricted_likelihood import find_sizes, typical_sizes
+from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
@@ -207,6 +207,12 @@ def reweighted(
     if rows.road:  # the same slopes in units of another roughness
         shared = {**shared, **dict(zip(rows.road, rows.reference.tolist(), strict=True))}
     return with_hill_prior(replace(starting_at(regression, shared, own), rows=rows))
+
+
+def noisy_runs(regression: Regression) -> list[NoisyRun]:
+    """The runs at the regression's start, for the noise model."""
+    rows, start = rows_of(regression), regression.start()
+    return [rows.noisy(k, regression.local(start, k), rows.noise.at) for k in range(len(regression.runs))]
 
 
 def prior_information(regression: Regression) -> Array:

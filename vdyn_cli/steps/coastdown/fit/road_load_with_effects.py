@@ -18,6 +18,7 @@ from vdyn_cli.steps.coastdown.fit.road_load_fit import NOISE_ROUNDS
 from vdyn_cli.steps.coastdown.fit.road_load_regression import (
     PRELIMINARY_STEPS,
     initial_regression,
+    noisy_runs,
     prior_information,
     rows_of,
     starting_at,
@@ -108,14 +109,11 @@ def _resized(regression: Regression, shared: Mapping[str, float], own: Mapping[s
     """
     rows, random, held = rows_of(regression), rows_of(regression).random(), {}
     regression = starting_at(regression, shared, own)
-    start = regression.start()
-    runs = [rows.noisy(k, regression.local(start, k), rows.noise.at) for k in range(len(regression.runs))]
     if random is not None and rows.campaign.shown_roughness is not None:
         held = {ROUGHNESS: rows.noise.sizes[ROUGHNESS]}
         random = replace(random, least=held[ROUGHNESS])
-    sizes = find_sizes(
-        runs, rows.noise.sizes, prior_information(regression), random, most={**_largest(rows.campaign), **held}
-    )
+    most = {**_largest(rows.campaign), **held}
+    sizes = find_sizes(noisy_runs(regression), rows.noise.sizes, prior_information(regression), random, most=most)
     return replace(regression, rows=rows.weighted(sizes, {**rows.noise.at, "wind_variance": wind_variance(sizes)}))
 
 
@@ -125,4 +123,4 @@ def _largest(campaign: Campaign) -> dict[str, float]:
     Only for the diagnosis of coasts without an accelerometer. The published fit has no limit, so that a model error
     counts as noise there.
     """
-    return {"gust": LARGEST_GUST} if campaign.drive == "coasting" and campaign.accelerometer == "none" else {}
+    return {"gust": LARGEST_GUST} if campaign.coasting and campaign.accelerometer == "none" else {}

@@ -16,7 +16,7 @@ from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns, likelihoods_of, log_evidence
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
-from vdyn_cli.steps.coastdown.fit.road_load_regression import prior_information, rows_of
+from vdyn_cli.steps.coastdown.fit.road_load_regression import noisy_runs, prior_information, rows_of
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.coastdown.noise import force_response
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -117,9 +117,8 @@ class _Search:
 
 
 def _search(regression: Regression) -> _Search:
-    rows, start, known = rows_of(regression), regression.start(), prior_information(regression)
+    rows, at_start, known = rows_of(regression), noisy_runs(regression), prior_information(regression)
     campaign, at = rows.campaign, {**rows.noise.at, **{u.name: u.start for u in regression.shared}}
-    two_ways = {1.0, -1.0} <= {r.heading for r in campaign.runs}
     runs, changes = [], []
     for k, run in enumerate(campaign.runs):
         speed = campaign.bins[k].mean(run.speed)
@@ -127,10 +126,10 @@ def _search(regression: Regression) -> _Search:
         drag = 0.5 * at["air_density"] * at["drag_area"] * speed**2 / (at["mass"] * GRAVITY)
         response = force_response(campaign, k, at)
         changes.append(CHANGE * response @ np.column_stack([rolling, drag]))
-        noisy = rows.noisy(k, regression.local(start, k), rows.noise.at)
-        if two_ways:
+        noisy = at_start[k]
+        if campaign.both_ways:
             steady = np.column_stack([np.full(speed.size, SLOPE), 2.0 * WIND * drag / speed])
             noisy = replace(noisy, shared=np.column_stack([noisy.shared, run.heading * response @ steady]))
         runs.append(noisy)
-    known = np.r_[known, 1.0, 1.0] if two_ways else known
+    known = np.r_[known, 1.0, 1.0] if campaign.both_ways else known
     return _Search(runs, dict(rows.noise.sizes), known, rows.random(), changes)

@@ -14,7 +14,12 @@ from vdyn_cli.inference import Regression, whiten
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, likelihoods_of
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
-from vdyn_cli.steps.coastdown.fit.road_load_regression import prior_information, rows_of, weighted_start
+from vdyn_cli.steps.coastdown.fit.road_load_regression import (
+    noisy_runs,
+    prior_information,
+    rows_of,
+    weighted_start,
+)
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, RoadLoadRows
 from vdyn_cli.steps.coastdown.noise import binned_slopes, force_response, slope_response
 from vdyn_cli.steps.coastdown.road.shared_road import DEFAULT_SPECTRUM, possible_turns
@@ -57,7 +62,7 @@ def located(campaign: Campaign) -> LocatedCampaign:
         return LocatedCampaign(campaign)
     likelihood = _likelihood(campaign)
     found, scale = _with_spectrum(likelihood, campaign)
-    if campaign.road is None and {r.heading for r in campaign.runs} == {1.0, -1.0}:
+    if campaign.road is None and set(campaign.headings) == {1.0, -1.0}:
         found, scale = _turned(likelihood, found, scale)
     if campaign.road is None and scale:
         for step in REFINED:
@@ -122,12 +127,12 @@ class _RoadLikelihood:
 def _likelihood(campaign: Campaign, hats: int = HATS, regression: Regression | None = None) -> _RoadLikelihood:
     """The likelihood with a free resistance of ``hats`` hat functions, at the baseline's regression."""
     regression = weighted_start(campaign) if regression is None else regression
-    rows, start = rows_of(regression), regression.start()
-    runs = range(len(campaign.runs))
-    noisy = [rows.noisy(k, regression.local(start, k), rows.noise.at) for k in runs]
-    response = [slope_response(campaign, k, rows.noise.at) for k in runs]
-    forces = [force_response(campaign, k, rows.noise.at) @ _free_forces(campaign, k, hats) for k in runs]
-    noisy = [replace(n, shared=np.column_stack([n.shared, f])) for n, f in zip(noisy, forces, strict=True)]
+    at, runs = rows_of(regression).noise.at, range(len(campaign.runs))
+    response = [slope_response(campaign, k, at) for k in runs]
+    forces = [force_response(campaign, k, at) @ _free_forces(campaign, k, hats) for k in runs]
+    noisy = [
+        replace(n, shared=np.column_stack([n.shared, f])) for n, f in zip(noisy_runs(regression), forces, strict=True)
+    ]
     known = np.r_[prior_information(regression), np.full(forces[0].shape[1], 1.0 / ANY_FORCE**2)]
     return _RoadLikelihood(regression, noisy, known, response)
 
@@ -184,7 +189,7 @@ def _free_forces(campaign: Campaign, run: int, hats: int) -> Array:
     low, top = min(float(r.speed.min()) for r in runs), max(float(r.speed.max()) for r in runs)
     speed = campaign.bins[run].mean(runs[run].speed)[:, None]
     force = (speed / top) ** np.arange(POWERS)
-    if {1.0, -1.0} <= {r.heading for r in runs}:
+    if campaign.both_ways:
         knots = np.linspace(low, top, max(hats, 2))
         free = np.maximum(1.0 - np.abs(speed - knots) / (knots[1] - knots[0]), 0.0) if hats else force
         force = np.column_stack([free, runs[run].heading * force])
