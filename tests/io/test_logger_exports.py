@@ -163,6 +163,23 @@ def test_text_without_a_table_is_called_what_it_is(tmp_path: Path, content: str,
         survey(tmp_path / "log.csv")
 
 
+def test_the_vehicles_of_a_long_table_are_its_groups(tmp_path: Path) -> None:
+    path = tmp_path / "race.csv"
+    names = "expire_at,lap,meta_event,meta_time,original_vehicle_id,telemetry_name,telemetry_value,timestamp,vehicle_id"
+    rows = [
+        f",1,R1,x,{car},{name},{value},2026-07-17T19:16:{k / 10:06.3f}Z,{car}"
+        for k in range(100)
+        for car, gain in (("GR86-002", 1.0), ("GR86-004", 0.9))
+        for name, value in (("speed", gain * (100.0 + k)), ("gear", 4.0))
+    ]
+    path.write_text("\n".join([names, *rows]) + "\n")
+    assert [f.info.group for f in survey(path) if f.info.name == "speed"] == ["GR86-002", "GR86-004"]
+    speed = Column("speed", "km/h", "m/s", group="GR86-004")
+    log = read_log(path, {"time": Column("timestamp", "s", "s"), "speed": speed})
+    assert log["speed"] == pytest.approx(0.9 * (100.0 + np.arange(100)) / 3.6)
+    assert log.time == pytest.approx(np.arange(100) / 10)
+
+
 def test_the_clock_of_a_long_table_has_its_unit(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     path.write_text("Time (ms),Signal,Value,Unit\n" + rows("{t:.3f},Speed,{v:.2f},km/h"))

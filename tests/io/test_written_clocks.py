@@ -53,14 +53,27 @@ def test_a_named_clock_in_digits_may_lack_samples_at_a_full_minute() -> None:
     assert seconds_of_digits(digits, "Time (HHMMSS.SS)") == pytest.approx(9 * 3600 + 12 * 60 + seconds)
 
 
-def test_a_stamp_of_seconds_and_nanoseconds_is_one_clock(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("head", "clock_name", "speed_name"),
+    [
+        (
+            "header.stamp.sec,header.stamp.nanosec,frame,twist.twist.linear.x\n",
+            "header.stamp.sec",
+            "twist.twist.linear.x",
+        ),
+        ("", "column 1", "column 4"),
+    ],
+)
+def test_a_stamp_of_seconds_and_nanoseconds_is_one_clock(
+    head: str, clock_name: str, speed_name: str, tmp_path: Path
+) -> None:
     path = tmp_path / "odometry.csv"
     cells = [divmod(round(1e9 * float(t)) + 713_000_000, 10**9) for t in TIME]
     lines = [f"{1_778_580_000 + s},{ns},odom,{v / 3.6:.6f}" for (s, ns), v in zip(cells, SPEED, strict=True)]
-    path.write_text("\n".join(["header.stamp.sec,header.stamp.nanosec,frame,twist.twist.linear.x", *lines]) + "\n")
+    path.write_text(head + "\n".join(lines) + "\n")
     (clock,) = [f for f in survey(path) if f.state == "clock"]
-    assert (clock.column, clock.info.unit) == ("header.stamp.sec", "s")
-    columns = {"time": Column("header.stamp.sec", "s", "s"), "speed": Column("twist.twist.linear.x", "m/s", "m/s")}
+    assert (clock.column, clock.info.unit) == (clock_name, "s")
+    columns = {"time": Column(clock_name, "s", "s"), "speed": Column(speed_name, "m/s", "m/s")}
     assert read_log(path, columns).time == pytest.approx(1_778_580_000.713 + TIME, abs=1e-6)
 
 
@@ -156,7 +169,8 @@ def test_tables_side_by_side_have_their_own_clocks(tmp_path: Path, names: tuple[
 
 
 @pytest.mark.parametrize(
-    "cell", ["20260501T102311.5Z", "20260501-102311", "20260501_102311.25", "20260501 102311+02:00"]
+    "cell",
+    ["20260501T102311.5Z", "20260501-102311", "20260501_102311.25", "20260501 102311+02:00", "2026_05_01_10_23_11_500"],
 )
 def test_a_time_without_separators_is_read(cell: str) -> None:
     assert is_instant(cell)

@@ -39,7 +39,10 @@ _MONTHS = {
     **{"juin": "Jun", "giu": "Jun", "juil": "Jul", "lug": "Jul", "aou": "Aug", "ago": "Aug", "set": "Sep"},
     **{"okt": "Oct", "out": "Oct", "ott": "Oct", "dez": "Dec", "dic": "Dec"},
 }
-_COMPACT = re.compile(r"(\d{4})([01]\d)([0-3]\d)[ T_-]([0-2]\d)([0-5]\d)([0-6]\d(?:[.,]\d+)?)" + _ZONE)
+# 20260501T102311.5, 2026_05_01_10_23_11_500
+_COMPACT = re.compile(
+    r"(\d{4})[_-]?([01]\d)[_-]?([0-3]\d)[ T_-]([0-2]\d)[_-]?([0-5]\d)[_-]?([0-6]\d)(?:[.,_-](\d+))?" + _ZONE
+)
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
 _IN_DIGITS = re.compile("hhmmss", re.IGNORECASE)  # in a column's name
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
@@ -78,7 +81,8 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
 
     text = pd.Series(cells, dtype=object).str.strip()
     text = text.str.replace(f"^{_YEAR_LAST.pattern}$", r"\2-\1-\4 \3", regex=True)
-    text = text.str.replace(f"^{_COMPACT.pattern}$", r"\1-\2-\3 \4:\5:\6", regex=True)
+    with_marks = "{0[1]}-{0[2]}-{0[3]} {0[4]}:{0[5]}:{0[6]}"
+    text = text.str.replace(_COMPACT, lambda found: f"{with_marks.format(found)}.{found[7] or 0}", regex=True)
     parts = text.str.extract(f"^{_INSTANT.pattern}$")
     hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
     seconds = pd.to_numeric(parts[3].str.replace("[,:]", ".", regex=True), errors="coerce").fillna(0.0).to_numpy(float)

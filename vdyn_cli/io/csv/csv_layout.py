@@ -38,6 +38,7 @@ _OF_NO_LINE = ","  # delimiter of a file of one column
 _MILLISECONDS = re.compile(r"\W*(ms|msecs?|millis|milliseconds?)\W*", re.IGNORECASE)
 _MARKS = "comma, semicolon, tab, bar or blank"
 _STAMP = re.compile(r"(.*?)(?:sec|secs|seconds)\n\1(?:nanosec|nsec|nsecs|nanoseconds)")  # names of two columns
+_STAMPED = re.compile(r"1\d{9}\n\d{1,9}")  # cells of two columns: seconds since 1970 and nanoseconds
 _STATED = re.compile(r'"?sep=([^"\r\n])"?[;,\t]*\s*', re.IGNORECASE)  # first line of a file for Excel
 _NAMED = {"tab": "\t", "\\t": "\t", "space": " ", "blank": " ", "comma": ",", "semicolon": ";", "pipe": "|"}
 
@@ -164,11 +165,20 @@ def _layout(table: CsvTable, lengths: Sequence[int], options: ReadOptions, name:
         sum(lengths[: first - 1]),
         instants,
         {i: i + 1 for i in instants if _MILLISECONDS.fullmatch("".join(table.header[i + 1 : i + 2]))},
-        {i: i + 1 for i, two in enumerate(pairwise(table.header)) if _STAMP.fullmatch("\n".join(two))},
+        _nanoseconds(table),
         _units_behind(table),
         sources,
         skipped_rows,
     )
+
+
+def _nanoseconds(table: CsvTable) -> dict[int, int]:
+    """Columns of seconds to those of their nanoseconds, beside them: by names, or by values as long as both have."""
+    beside = enumerate(pairwise(table.header))
+    if table.header_line:
+        return {i: i + 1 for i, two in beside if _STAMP.fullmatch("\n".join(two))}
+    cells = [row.fields for row in table.numbers]
+    return {i: i + 1 for i, _ in beside if all(_STAMPED.fullmatch("\n".join(row[i : i + 2])) for row in cells)}
 
 
 def _units_row(table: CsvTable) -> tuple[tuple[str, ...], list[CsvRow]]:

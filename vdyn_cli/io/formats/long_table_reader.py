@@ -28,11 +28,14 @@ from vdyn_cli.io.reader import is_clock, since_1970
 from vdyn_cli.quantities.arrays import Array, Rows
 from vdyn_cli.quantities.errors import Finding, InputError
 
-_NAME = re.compile(r"(pid|name|channel|signal|parameter|sensor|variable|measurement)s?([ _]?name)?", re.IGNORECASE)
-_VALUE = re.compile(r"(physical[ _]?)?values?", re.IGNORECASE)
+_NAME = re.compile(
+    r"(pid|name|channel|signal|parameter|sensor|variable|measurement|telemetry)s?([ _]?name)?", re.IGNORECASE
+)
+_VALUE = re.compile(r"((physical|telemetry)[ _]?)?values?", re.IGNORECASE)
+_SOURCE = re.compile(r"(\w+_)?(vehicle|car|device|logger)([ _]?(id|name|number|no))?", re.IGNORECASE)
 _UNIT = re.compile(r"units?", re.IGNORECASE)
 _DELIMITERS = ";,\t|"
-_WIDEST = 8  # columns
+_WIDEST = 16  # columns
 
 
 @dataclass(frozen=True)
@@ -56,17 +59,19 @@ class _LongTable:
         cells = [np.array([row[i] for row in rows], dtype=object) for i in (head.time, head.name, head.value)]
         time, self._lines = _seconds(cells[0]), np.array(lines)
         self._values = _numbers(cells[2])
-        names = cells[1]
-        self._rows: list[Rows] = [np.flatnonzero(names == n) for n in dict.fromkeys(names)]
+        sources = _sources(head, rows)
+        names = [f"{source}\n{name}" for source, name in zip(sources, cells[1], strict=True)]
+        self._rows: list[Rows] = [np.flatnonzero(np.array(names) == n) for n in dict.fromkeys(names)]
         self._times = [time[at] for at in self._rows]
         unit = "s" if is_instant(str(cells[0][0])) else _unit_of(head.names[head.time], time)
         listed: list[StoredChannel] = []
         for i, at in enumerate(self._rows):
             table = next(k for k in range(i + 1) if np.array_equal(self._times[k], self._times[i]))
             if table == i:
-                listed.append(StoredChannel(head.names[head.time], unit, table, (i, "time"), master=True))
+                clock = StoredChannel(head.names[head.time], unit, table, (i, "time"), sources[at[0]], master=True)
+                listed.append(clock)
             stated = rows[int(at[0])][head.unit].strip() if head.unit >= 0 else ""
-            listed.append(StoredChannel(str(names[at[0]]), stated, table, (i, "values")))
+            listed.append(StoredChannel(str(cells[1][at[0]]), stated, table, (i, "values"), sources[at[0]]))
         self.listed = tuple(listed)
 
     def line(self, channel: StoredChannel, row: int) -> int:
@@ -82,6 +87,15 @@ class _LongTable:
             values = self._times[which] if channel.master else self._values[self._rows[which]]
             found.append(values if np.isfinite(values).any() else None)
         return found
+
+
+def _sources(head: _Head, rows: Sequence[Sequence[str]]) -> list[str]:
+    """The vehicle or logger of each row, if the file has a column for it with several; else empty texts."""
+    for at in (i for i, name in enumerate(head.names) if _SOURCE.fullmatch(name)):
+        found = [row[at].strip() if at < len(row) else "" for row in rows]
+        if len(set(found)) > 1:
+            return found
+    return [""] * len(rows)
 
 
 def _unit_of(clock: str, time: Array) -> str:

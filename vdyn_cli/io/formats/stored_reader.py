@@ -12,7 +12,7 @@ from vdyn_cli.io.formats.stored_channels import StoredFile, read_stored, recorde
 from vdyn_cli.io.reader import ChannelInfo, Column, ReadOptions, Recorded
 from vdyn_cli.quantities.log import Log
 
-HEAD = 64  # bytes at the beginning of a file that identify its format
+HEAD = 512  # bytes at the beginning of a file that identify its format
 
 
 @dataclass(frozen=True)
