@@ -47,6 +47,18 @@ def test_a_gain_that_changes_by_a_tenth_is_found_where_it_changes(channel: str, 
     assert not list(gain_change_findings(before)), "the remedy clears the message"
 
 
+@pytest.mark.parametrize(("gain", "found"), [(1.0, []), (1.05, [12.0])])
+def test_a_late_speed_at_the_release_of_the_pedal_is_no_change(gain: float, found: list[float]) -> None:
+    """A race car accelerates for 3 s and coasts; the receiver's speed is 0.25 s late, the position is not."""
+    rng, time = np.random.default_rng(3), np.arange(0.0, 40.0, 0.1)
+    ends = np.array([[-1.0, 3.0, 20.0, 41.0], [19.0, 25.0, 13.0, 5.0]])
+    place = np.cumsum(np.interp(time, *ends)) * 0.1
+    read = np.interp(time - 0.25, *ends) + rng.normal(0.0, 0.03, time.size)
+    read *= np.where(time > 12.0, gain, 1.0)
+    changes = gain_changes(Log("coast.csv", time, {"speed": read, "position": np.round(place, 1)}))
+    assert [one.at for one in changes] == [pytest.approx(at, abs=1.0) for at in found]
+
+
 def truck(loud: float, quiet: float, gain: float = 1.0) -> Log:
     """Accelerations of a first and a second half (m/s^2), in which the accelerometer's gain changes; 0.03 m/s noise."""
     rng, time = np.random.default_rng(1), np.arange(0.0, 160.0, 0.1)
