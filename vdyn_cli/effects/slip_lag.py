@@ -16,7 +16,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 def slip_lag(slip: Law, s: Signals, q: Signals) -> Number:
     """A force that is logged later than the slip, or builds up later, by a constant time.
 
-    F(t) = F(s(t - tau)), s(t - tau) = s - tau s', to first order, F the force, N, and s the slip. Sweeps at different
+    F(t) = F(s(t - tau)), to first order about the lag found before, F the force, N, and s the slip. Sweeps at different
     speeds separate it from a relaxation length, which is a lag in distance.
     """
     return slip(s) - q.slip_lag * s.slip_rate

@@ -16,6 +16,6 @@ def tire_relaxation(parameters: Law, s: Signals, q: Signals) -> Number:
     """A tire that must roll farther, or less far, than in the model until its slip has built up.
 
     (sigma + q) s' = (r om - V) - |V| s, sigma the stated relaxation length, m, s the slip, r om the rim's speed and V
-    the hub's, m/s. Where the slip is measured, the force corresponds to the slip this distance earlier.
+    the hub's, m/s. Where the slip is measured, it is relaxed likewise.
     """
     return parameters(s.but(tire_relaxation_length=s.tire_relaxation_length + q.tire_relaxation))

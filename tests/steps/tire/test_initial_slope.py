@@ -49,14 +49,15 @@ def test_the_interval_holds_the_slope_of_the_measured_friction(law) -> None:
     assert high - low < (0.25 if law is brush else 0.02) * SLOPE
 
 
-def test_what_a_relaxation_length_leaves_is_not_taken_for_the_slope() -> None:
+def test_a_relaxation_length_changes_neither_slope_nor_curve() -> None:
     logs, rng = [], np.random.default_rng(4)
     time = np.arange(0.0, 8.0, 0.01)
     for k in range(4):
         slip = (-1) ** k * 0.3 * np.clip(np.minimum(time - 1.0, 7.0 - time) / 3.0, 0.0, 1.0)
         felt = np.zeros(time.size)
         for i in range(1, time.size):
-            felt[i] = felt[i - 1] + 0.01 * 10.0 / 1.5 * (slip[i - 1] - felt[i - 1])
+            left = np.exp(-0.01 * 10.0 / 1.5)
+            felt[i] = left * felt[i - 1] + (1.0 - left) * (slip[i] + slip[i - 1]) / 2
         read = {"slip": slip, "force_x": formula(felt) * 4000.0, "vehicle_speed": np.full(time.size, 10.0)}
         noise = {"slip": 5e-4, "force_x": 30.0, "vehicle_speed": 0.05}
         read = {n: v + noise[n] * rng.standard_normal(time.size) for n, v in read.items()}
@@ -67,3 +68,5 @@ def test_what_a_relaxation_length_leaves_is_not_taken_for_the_slope() -> None:
         AddedEffects((relaxation,), tuple(Unknown(n, 0.0, -3.0, 3.0, "m") for n in relaxation.unknowns))
     )
     assert not [w for w in result.fit.warnings if "does not fit this tire" in w]
+    assert result.amplitudes["tire_relaxation"].value == pytest.approx(1.5, rel=0.01)
+    assert result.parameters["tire_B"].value == pytest.approx(SLOPE / (1.5 * PEAK), rel=0.02)

@@ -43,9 +43,9 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
 
 
 def _driven(e: ModelBuilder, u: Signals) -> None:
-    # In slow sweeps the force corresponds to the slip one relaxation length earlier.
+    # To first order about the slip that ``BinnedSweep.lagged`` computes.
     read = (1 + u.slip) * (1 + e.p.radius_error) - 1 - e.p.tire_relaxation_length * u.slip_gradient
-    slip = e("slip", value=read, slip_rate=u.slip_gradient * u.speed)
+    slip = e("slip", value=read, slip_rate=u.slip_rate)
     _force(e, u, slip, sliding=slip * u.speed)
 
 
@@ -55,14 +55,15 @@ def _slipped(e: ModelBuilder, u: Signals) -> None:
 
 _CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
 
-# ``slip_gradient`` is the slip's change per distance rolled, 1/m; ``elapsed`` is the time since the sweep began, s;
-# ``swept`` is the same with the durations of the sweeps before it, s; 0 where there is only one sweep;
+# ``slip_gradient``, 1/m, and ``slip_rate``, 1/s, are the decrease of the slip that acts per lag in distance and in time
+# (in a slow sweep its change); ``elapsed`` is the time since the sweep began, s; ``swept`` is the same with the
+# durations of the sweeps before it, s; 0 where there is only one sweep;
 # ``returning`` is the slip while its magnitude decreases, and zero while it increases.
-_INPUTS = ("slip", "load", "elapsed", "swept", "returning")
+_INPUTS = ("slip", "load", "elapsed", "swept", "returning", "slip_rate")
 TIRE_CURVE = Model("tire_curve", _driven, (*_CONSTANTS, "tire_relaxation_length"), (*_INPUTS, "speed", "slip_gradient"))
 
-# Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance. ``slip_rate``, 1/s.
-SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, (*_INPUTS, "slip_rate"))
+# Where slip was logged but not the speed, nothing can depend on the sliding speed or on distance.
+SLIP_CURVE = Model("slip_curve", _slipped, _CONSTANTS, _INPUTS)
 
 
 def peak_slip(b: float, c: float, e: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,12 @@ class BinnedSweep:
     Parameters
     ----------
     run : the log's name; time, slip, force : (n,) means of each bin; load : (n,) N, most probable true loads.
-    speed : (n,) m/s, or None where it was not logged. slip_gradient : (n,) 1/m, change of slip per distance.
+    speed : (n,) m/s, or None where it was not logged.
+    slip_gradient, slip_rate : (n,) 1/m and 1/s, decrease of the slip that acts per lag in distance and in time.
     spread : (n,), variance of the true slip inside the bin, from its drift.
     slip_variance, force_variance, load_variance : (n,), of the readings' means, from the white noise of the channels.
     span : s, times of the first and the last sample.
+    samples : of which the bins are means.
     """
 
     run: str
@@ -43,16 +45,76 @@ class BinnedSweep:
     force_variance: Array
     load_variance: Array
     span: tuple[float, float]
-
-    @property
-    def slip_rate(self) -> Array:
-        """Change of the slip per time, (n,) 1/s."""
-        return np.asarray(np.gradient(self.slip, self.time))
+    samples: SlipSamples
+    slip_rate: Array
 
     @property
     def returning(self) -> Array:
         """The slip (n,) where its magnitude decreases, zero where it increases."""
         return np.where(self.slip * self.slip_rate < 0, self.slip, 0.0)
+
+    def lagged(self, distance: float, delay: float) -> BinnedSweep:
+        """The sweep with the slip that acts behind lags in distance, m, and time, s, linearized about them.
+
+        x' = (s(t - delay) - x) / distance, with s the slip, x the one that acts and x' its change per distance rolled
+
+        ``slip`` is that of which the lags times ``slip_gradient`` and ``slip_rate`` are subtracted. The first-order
+        change of a slow sweep, of which these are the slopes without a lag, lacks the transients where a sweep turns.
+
+        Parameters
+        ----------
+        distance : relaxation length; at most 0, and without a speed, the first-order change is kept.
+        """
+        distance = max(distance, 0.0) if self.speed is not None else 0.0
+        if distance == 0.0 and delay == 0.0:
+            return self
+        acting, slower = self.samples.lagged(distance, delay)
+        bins = self.samples.means(acting)
+        gradient = self.slip_gradient if slower is None else -self.samples.means(slower)
+        rate = np.gradient(bins, self.time)
+        return replace(self, slip=bins + distance * gradient + delay * rate, slip_gradient=gradient, slip_rate=rate)
+
+
+@dataclass(frozen=True)
+class SlipSamples:
+    """The usable samples of a sweep: time (m,) s, slip (m,), speed (m,) m/s or None; starts : first of each bin."""
+
+    time: Array
+    slip: Array
+    speed: Array | None
+    starts: NDArray[np.int64]
+
+    def means(self, values: Array) -> Array:
+        """The means of values (m,) over the bins, (n,)."""
+        counts = np.diff(np.append(self.starts, self.time.size))
+        return np.asarray(np.add.reduceat(values, self.starts) / counts)
+
+    def lagged(self, distance: float, delay: float) -> tuple[Array, Array | None]:
+        """The slip that acts, (m,), and its derivative by the distance, (m,) 1/m; None for a distance of 0."""
+        late = np.interp(self.time - delay, self.time, self.slip)
+        if distance == 0.0 or self.speed is None:
+            return late, None
+        rolled = np.diff(self.time) * np.abs(self.speed[1:] + self.speed[:-1]) / 2
+        acting = _relaxed(late, rolled, distance)
+        return acting, _relaxed((acting - late) / distance, rolled, distance)
+
+
+def _relaxed(value: Array, rolled: Array, distance: float) -> Array:
+    """x with distance x' + x = value, (m,), x' its change per distance rolled; exact for values linear in between.
+
+    Parameters
+    ----------
+    rolled : (m - 1,) m, from sample to sample.
+    """
+    from scipy.linalg import solve_banded
+
+    share = np.maximum(rolled, 1e-9) / distance
+    kept = np.exp(-share)
+    mean = (1.0 - kept) / share  # of the kept share over the step
+    band = np.ones((2, value.size))
+    band[1, :-1] = -kept
+    driven = np.concatenate([value[:1], (mean - kept) * value[:-1] + (1.0 - mean) * value[1:]])
+    return np.asarray(solve_banded((1, 0), band, driven))
 
 
 def binned_sweep(log: Log) -> BinnedSweep:
@@ -71,14 +133,13 @@ def binned_sweep(log: Log) -> BinnedSweep:
     gaps = steps > GAP * float(np.median(steps))
     edges = _edges(slip, np.flatnonzero(gaps) + 1)
     count = np.diff(edges)
-
-    def mean(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(values, edges[:-1]) / count)
-
+    read = log["vehicle_speed"][good] if "vehicle_speed" in log else None
+    samples = SlipSamples(time, slip, read, edges[:-1])
+    mean = samples.means
     center, middle = mean(slip), mean(time)
     rate = np.gradient(center, middle)
     load_variance = white_level(load, time) ** 2 / count
-    speed = mean(log["vehicle_speed"][good]) if "vehicle_speed" in log else None
+    speed = None if read is None else mean(read)
     length = mean(np.concatenate([np.where(gaps, 0.0, steps), [0.0]])) * count
     drift = rate * length
     return BinnedSweep(
@@ -94,6 +155,8 @@ def binned_sweep(log: Log) -> BinnedSweep:
         white_level(force, time) ** 2 / count,
         load_variance,
         (float(time[0]), float(time[-1])),
+        samples,
+        rate,
     )
 
 

@@ -30,7 +30,8 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
     logs : of the sweeps; their findings are included.
     """
     fit, solution = curve.fit, curve.solution
-    points = [fit.points(sweep, solution.values) for sweep in fit.sweeps]
+    sweeps = fit.lagged(solution.values)
+    points = [fit.points(sweep, solution.values) for sweep in sweeps]
     slope, doubts = _slope(solution), tuple[str, ...]()
     if not fit.added.effects:  # effects such as a relaxation length also act at small slips
         slope, doubts = agreeing_with_data(slope, fit.sweeps, points)
@@ -50,7 +51,7 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         if curve.peak > fit.reach:
             warnings.append(text.peak_by_priors(fit.reach, curve.peak))
     zeros = solution.per_run.get(ZERO, np.zeros(len(fit.sweeps)))
-    residuals = [near.residual(sweep) + zero for near, sweep, zero in zip(points, fit.sweeps, zeros, strict=True)]
+    residuals = [near.residual(sweep) + zero for near, sweep, zero in zip(points, sweeps, zeros, strict=True)]
     peaks = () if "braking_D" in fit.free else text.two_peaks_note(fit.sweeps)
     restate = partial(text.sentence, peak=curve.peak)
     return Result(

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, even_if_refused, solve
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
 from vdyn_cli.quantities.arrays import Array, rms
@@ -30,6 +30,7 @@ SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
 EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
+NEAR_SLIP, SMALL = 5e-3, 1e-5  # slip at which the curve is steep, and the step of its differences
 STARTS = (1.3, 1.6, 1.9)  # start values of C: a wrong one can lead to a local minimum
 NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.84, chi-square's 95 % quantile
 PROJECTION_ROUNDS, SETTLED = 12, 1e-2  # onto the curve, until no unknown changes by more standard deviations
@@ -84,24 +85,25 @@ class TireCurveProblem:
         ------
         ResultError : every fit fails, or no projection converges.
         """
-        found, failed = [], []
-        stated = self.prior.get("tire_C")
-        for c in STARTS if stated is None else (float(np.clip(stated[0], *RANGES["tire_C"])),):
-            b = self.first_values["tire_B"] * self.first_values["tire_C"] / c
-            try:
-                found.append(self._settled({**self.first_values, "tire_B": b, "tire_C": c}))
-            except ResultError as error:
-                failed.append(error)
+        found, failed = _fits_from(self, self.first_values)
+        refused = failed[0] if not found and self.added.effects else None
+        if isinstance(refused, RefusedFitError) and (end := refused.solution()):
+            # Effects that the first values lack led to the shape's bounds: once more, with the effects found.
+            found, _ = _fits_from(self, {**end.values, "tire_E": 0.0})
         if not found:
             raise failed[0]
         found.sort(key=lambda s: s.cost)
         scale = max(2.0 * found[0].cost / sum(r.size for r in found[0].residuals), 1.0)
         return tuple(s for s in found if s.cost - found[0].cost <= NOT_REJECTED * scale)
 
-    def _settled(self, start: Mapping[str, float]) -> Solution:
+    def settled(self, start: Mapping[str, float]) -> Solution:
+        """The fit from ``start``, with slips projected repeatedly until the curve converges; raises ResultError."""
+
         def step(last: _Projected) -> tuple[_Projected, float]:
             at, _ = last
-            solution = solve(self.regression(at))
+            # A lag of which the first round has only the first-order change can push the shape to its bounds.
+            fit = partial(solve, self.regression(at))
+            solution = even_if_refused(fit) if self.added.effects else fit()
             return (solution.values, solution), solution.move_from({n: at[n] for n in solution.names})
 
         first: _Projected = (start, None)
@@ -112,7 +114,7 @@ class TireCurveProblem:
             what = "the projection of the slips onto the curve has not converged"
             finding = Finding("fit", what, "", "check the noise of the slip and the wheel radius")
             raise RefusedFitError([finding], self.regression(last.values), lambda: last)
-        return last
+        return solve(self.regression(settled.state[0])) if self.added.effects else last
 
     def regression(self, at: Mapping[str, float], start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over all sweeps with slips projected onto the curve ``at``, started at ``start``, else ``at``.
@@ -129,10 +131,11 @@ class TireCurveProblem:
         unknowns = (*shape, *(replace(u, start=begin[u.name]) for u in self.added.unknowns))
         names = [u.name for u in unknowns]
         columns = [self._names.index(n) for n in names]
-        points = [self.points(sweep, at) for sweep in self.sweeps]
+        sweeps = self.lagged(at)
+        points = [self.points(sweep, at) for sweep in sweeps]
 
         def rows(run: int, theta: Array) -> Rows:
-            sweep, near = self.sweeps[run], points[run]
+            sweep, near = sweeps[run], points[run]
             curve = self._forces(sweep, near.slip, self._theta(dict(zip(names, theta, strict=False))))
             zero = theta[len(names) :]
             residual = curve.force + zero.sum() + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
@@ -141,6 +144,24 @@ class TireCurveProblem:
             return Rows(residual / deviation, slopes / deviation[:, None], time=sweep.time)
 
         return Regression((*unknowns, *self._zero), tuple(sweep.run for sweep in self.sweeps), rows)
+
+    def lagged(self, values: Mapping[str, float]) -> tuple[BinnedSweep, ...]:
+        """The sweeps with the slip that acts behind the lags of these values of the unknowns (``BinnedSweep.lagged``).
+
+        The lags follow from the derivatives of the force at a small slip: F(s - distance s' - delay s'').
+        """
+        if not self.added.effects:
+            return self.sweeps
+        slip, gradient, rate = SMALL * np.array([[1, -1, 0, 0, 0, 0], [0, 0, 1, -1, 0, 0], [0, 0, 0, 0, 1, -1]])
+        first = self.sweeps[0]
+        inputs: dict[str, ArrayLike] = dict.fromkeys(("elapsed", "swept", "returning"), 0.0)
+        inputs |= {"slip": NEAR_SLIP + slip, "slip_rate": rate, "load": float(first.load[0])}
+        if first.speed is not None:
+            inputs |= {"speed": float(first.speed[0]), "slip_gradient": gradient}
+        drive = Drive(np.arange(slip.size, dtype=float), inputs)
+        force = self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"]
+        rise, of_distance, of_time = force[::2] - force[1::2]
+        return tuple(sweep.lagged(-of_distance / rise, -of_time / rise) for sweep in self.sweeps)
 
     def points(self, sweep: BinnedSweep, values: Mapping[str, float]) -> CurvePoints:
         """The points of the curve nearest to the bins of a sweep, at these values of the unknowns."""
@@ -154,13 +175,11 @@ class TireCurveProblem:
 
     def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
         """The force, N, of the curve at increasing slips (n,) under a load (N)."""
-        inputs: dict[str, ArrayLike] = dict.fromkeys(("elapsed", "swept", "returning"), 0.0)
+        inputs: dict[str, ArrayLike] = dict.fromkeys(("elapsed", "swept", "returning", "slip_rate"), 0.0)
         inputs |= {"slip": slip, "load": load}
         if self._driven:
             speeds = np.concatenate([sweep.speed for sweep in self.sweeps if sweep.speed is not None])
             inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
-        else:
-            inputs["slip_rate"] = 0.0
         drive = Drive(np.arange(slip.size, dtype=float), inputs)
         return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
 
@@ -188,7 +207,7 @@ class TireCurveProblem:
         """Start values of all unknowns, from the largest friction and the slope near zero slip."""
         slip = np.concatenate([sweep.slip for sweep in self.sweeps])
         friction = np.concatenate([sweep.force / sweep.load for sweep in self.sweeps])
-        extra = self._first_extra(slip, friction)
+        extra = _first_extra(self.free, slip, friction)
         slip, friction = slip + extra["tire_Sh"], friction - extra["tire_Sv"]
         level = friction[slip > 0] if "braking_D" in self.free and (slip > 0).any() else np.abs(friction)
         peak = float(np.clip(np.quantile(level, 0.98), 0.1, 2.5))
@@ -199,25 +218,6 @@ class TireCurveProblem:
         shape = {"tire_B": b, "tire_C": 1.5, "tire_D": peak, "tire_E": 0.0}
         shape |= {n: float(np.clip(mean, *RANGES[n])) for n, (mean, _) in self.prior.items()} | extra
         return {**shape, "radius_error": 0.0, **{u.name: u.start for u in self.added.unknowns}}
-
-    def _first_extra(self, slip: Array, friction: Array) -> dict[str, float]:
-        """Start values of the shifts and of the excess in braking; 0 for those that are not unknown.
-
-        Sv is the middle between the largest frictions of both signs, -Sh the slip at which the friction crosses it.
-        """
-        found = dict.fromkeys((*SHIFTS, *BRAKING), 0.0)
-        high, low = (float(np.quantile(friction, q)) for q in (0.98, 0.02))
-        if not low < 0.0 < high:
-            return found
-        if "tire_Sv" in self.free:
-            found["tire_Sv"] = 0.0 if "braking_D" in self.free else (high + low) / 2
-            near = np.abs(friction - found["tire_Sv"]) < NEAR_ZERO * (high - low) / 2
-            if np.count_nonzero(near) > 2:
-                rise = np.polyfit(friction[near] - found["tire_Sv"], slip[near], 1)
-                found["tire_Sh"] = float(np.clip(-rise[1], *RANGES["tire_Sh"]))
-        if "braking_D" in self.free:
-            found["braking_D"] = float(np.clip(-low / high - 1.0, *RANGES["braking_D"]))
-        return found
 
     @cached_property
     def _simulator(self) -> Simulator:
@@ -237,11 +237,10 @@ class TireCurveProblem:
             "elapsed": sweep.time - sweep.time[0],
             "swept": _swept(self.sweeps, sweep),
             "returning": sweep.returning,
+            "slip_rate": sweep.slip_rate,
         }
         if sweep.speed is not None:
             inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
-        else:
-            inputs["slip_rate"] = sweep.slip_rate
         simulated = self._simulator(Drive(sweep.time, inputs), theta)
         jacobian = simulated.sensitivities["force_x"]
         # Slip changes by 1 + s per relative radius error; that of a locked wheel does not depend on the radius.
@@ -250,11 +249,44 @@ class TireCurveProblem:
         return _CurveForces(simulated.outputs["force_x"], jacobian, by_slip)
 
 
+def _fits_from(fit: TireCurveProblem, first: Mapping[str, float]) -> tuple[list[Solution], list[ResultError]]:
+    """Fits from the start values of C, the others as in ``first``; and why others failed."""
+    found, failed = list[Solution](), list[ResultError]()
+    stated = fit.prior.get("tire_C")
+    for c in STARTS if stated is None else (float(np.clip(stated[0], *RANGES["tire_C"])),):
+        b = first["tire_B"] * first["tire_C"] / c
+        try:
+            found.append(fit.settled({**fit.first_values, **first, "tire_B": b, "tire_C": c}))
+        except ResultError as error:
+            failed.append(error)
+    return found, failed
+
+
+def _first_extra(free: Sequence[str], slip: Array, friction: Array) -> dict[str, float]:
+    """Start values of the shifts and of the excess in braking; 0 for those that are not unknown.
+
+    Sv is the middle between the largest frictions of both signs, -Sh the slip at which the friction crosses it.
+    """
+    found = dict.fromkeys((*SHIFTS, *BRAKING), 0.0)
+    high, low = (float(np.quantile(friction, q)) for q in (0.98, 0.02))
+    if not low < 0.0 < high:
+        return found
+    if "tire_Sv" in free:
+        found["tire_Sv"] = 0.0 if "braking_D" in free else (high + low) / 2
+        near = np.abs(friction - found["tire_Sv"]) < NEAR_ZERO * (high - low) / 2
+        if np.count_nonzero(near) > 2:
+            rise = np.polyfit(friction[near] - found["tire_Sv"], slip[near], 1)
+            found["tire_Sh"] = float(np.clip(-rise[1], *RANGES["tire_Sh"]))
+    if "braking_D" in free:
+        found["braking_D"] = float(np.clip(-low / high - 1.0, *RANGES["braking_D"]))
+    return found
+
+
 def _swept(sweeps: Sequence[BinnedSweep], now: BinnedSweep) -> Array:
     """Time swept on the day, s, at the bins of a sweep; 0 for a single sweep, whose own time is the same."""
     if len(sweeps) < 2:
         return np.zeros_like(now.time)
-    before = next(k for k, sweep in enumerate(sweeps) if sweep is now)
+    before = next(k for k, sweep in enumerate(sweeps) if sweep.samples is now.samples)
     return np.asarray(now.time - now.span[0] + sum(sweep.span[1] - sweep.span[0] for sweep in sweeps[:before]))
 
 
