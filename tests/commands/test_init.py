@@ -66,6 +66,18 @@ def test_a_swinging_wheel_is_a_pendulum(root: Path) -> None:
     assert found.undecided == ("kind", "mass", "pivot_distance")
 
 
+def test_heights_without_loads_are_a_drop(tmp_path: Path) -> None:
+    time = np.arange(300) / 100.0
+    rows = [f"{t:.2f};{530 + 20 * np.exp(-t):.2f};{541 + 20 * np.exp(-t):.2f};{250 + np.exp(-t):.3f}" for t in time]
+    path = tmp_path / "drop_1.csv"
+    path.write_text("Time [s];Body height FL [mm];Body height RL [mm];Wheel FL [mm]\n" + "\n".join(rows) + "\n")
+    found, description = draft("bump", path)
+    assert description["manoeuvre"] == "drop"
+    assert "bump" not in description
+    assert found.mapped == ("time", "body_height_front", "body_height_rear", "wheel_height_front")
+    assert found.undecided == ("rig", "sprung_mass", "unsprung_mass_front")
+
+
 I3 = {
     "time": ("Time [s]", "s"),
     "speed": ("Velocity [km/h]", "km/h"),

@@ -112,6 +112,7 @@ _OTHER_SPEEDS = (
     "drive driven "  # of the driven wheels
     "lead preceding object obj radar relative rel closing delta difference diff lap sector sim simulated"
 )
+_NO_HEIGHT = "speed n torque force load accel g rate angle temp temperature pressure roll pitch"
 
 # For each channel: sets of words, all of one of which must be in the name, the most specific set first; words that
 # exclude it.
@@ -119,7 +120,7 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "speed": (("speed", "twist linear x"), _OTHER_SPEEDS),
     "vehicle_speed": (("speed",), _OTHER_SPEEDS),
     "position": (("position",), "pedal throttle steering gear valve brake accel lat long time"),
-    "elevation": (("elevation",), "ride antenna geoid bump hub tank body ground damper"),
+    "elevation": (("elevation",), "ride antenna geoid bump hub tank body ground damper wheel sprung unsprung"),
     "drive_torque": (
         ("drive torque", "motor torque", "torque"),
         "brake hub wheel shaft left right steering handwheel eps column friction engine current axle clutch converter "
@@ -146,6 +147,19 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "wind_speed": (("wind speed", "headwind"), "cross"),
     "pitch": (("pitch",), "rate"),
     "pitch_rate": (("pitch rate", "gyro y"), ""),
+    "body_height_front": (("body elevation", "sprung elevation", "body"), f"rear rl rr unsprung {_NO_HEIGHT}"),
+    "body_height_rear": (
+        ("body rear elevation", "body rl elevation", "sprung rear elevation", "body rear", "body rl"),
+        f"unsprung {_NO_HEIGHT}",
+    ),
+    "wheel_height_front": (
+        ("wheel elevation", "unsprung elevation", "wheel", "unsprung"),
+        f"rear rl rr steering {_NO_HEIGHT}",
+    ),
+    "wheel_height_rear": (
+        ("wheel rear elevation", "wheel rl elevation", "unsprung rear", "wheel rear", "wheel rl"),
+        f"steering {_NO_HEIGHT}",
+    ),
     "front_load": (("front load", "front fz"), "fl fr"),
     "rear_load": (("rear load", "rear fz"), "rl rr"),
     "front_left_load": (("fl load", "fl fz"), ""),

@@ -71,6 +71,10 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
         raise_all(problems)
     if tables:
         return _of_tables(step, parts, tables, logs, folder)
+    for name, own in parts.get("MANOEUVRES", {}).items():
+        other = step.manoeuvres[name]
+        if logs and not _decided(step, logs[0]) and _decided(other, logs[0]):
+            step, parts = other, {**{k: v for k, v in parts.items() if k not in ("DRAFT", "RUN")}, **own}
     swings = [c for c in parts.get("PENDULUM_CHANNELS", ()) if logs[0].guesses[c].facts is not None]
     head = [_HEAD, f"test: {step.name}"]
     if swings and not _decided(step, logs[0]):
@@ -106,6 +110,8 @@ def _of_tables(
 def _read(step: Step, paths: Sequence[Path]) -> tuple[list[GuessedLog], list[Finding]]:
     wanted = dict(step.channels())
     wanted |= {c: CHANNELS[c] for c in _parts(step).get("PENDULUM_CHANNELS", ())}
+    for name in _parts(step).get("MANOEUVRES", ()):
+        wanted |= step.manoeuvres[name].channels()
     logs: list[GuessedLog] = []
     clockless: list[GuessedLog] = []
     problems: list[Finding] = []
@@ -144,8 +150,9 @@ def _parts(step: Step) -> Mapping[str, Any]:
 
 
 def _decided(step: Step, log: GuessedLog) -> bool:
-    """Whether any required channel other than the time is found."""
-    return any(part in log.columns() for entry in step.required for part in named_channels(entry) if part != "time")
+    """Whether any required channel other than the time is found; any channel if the step requires none."""
+    needed = [entry for entry in step.required if entry != "time"] or step.optional
+    return any(part in log.columns() for entry in needed for part in named_channels(entry))
 
 
 def _with_station(
