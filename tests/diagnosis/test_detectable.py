@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.detect.detectable import detectable
+from vdyn_cli.diagnosis.detect.detectability import detectable
 from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 

@@ -324,6 +324,11 @@ class Description(Strict):
         "'vdyn plan' lists every key with its value",
     )
 
+    @property
+    def mapped(self) -> set[str]:
+        """Names of the channels that the description maps, of all loggers."""
+        return {name for channels in (self.channels, *(one.channels for one in self.loggers)) for name in channels}
+
     @field_validator("runs", mode="before")
     @classmethod
     def _times_of_day(cls, value: Any) -> Any:

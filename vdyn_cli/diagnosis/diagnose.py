@@ -8,8 +8,7 @@ from functools import partial
 from typing import Any
 
 from vdyn_cli.diagnosis import published_fields
-from vdyn_cli.diagnosis.detect.detectable import detectable
-from vdyn_cli.diagnosis.detect.untestable import lacking_channels
+from vdyn_cli.diagnosis.detect.detectability import detectable, lacking_channels
 from vdyn_cli.diagnosis.detect.worst_segments import worst_segments
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
@@ -19,9 +18,8 @@ from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
 from vdyn_cli.diagnosis.next_tests.next_test import next_tests
-from vdyn_cli.diagnosis.part.part_figure import part_figure
 from vdyn_cli.diagnosis.part.part_judgment import PartJudgment, with_part
-from vdyn_cli.diagnosis.part.published_part import with_published_part
+from vdyn_cli.diagnosis.part.published_part import part_figure, with_published_part
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.materiality import limits_of
 from vdyn_cli.diagnosis.size.published_size import effect_sizes, published_size, remainder

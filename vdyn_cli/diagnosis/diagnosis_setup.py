@@ -206,7 +206,7 @@ def _lacking(prepared: PreparedStep) -> dict[str, str]:
 
 def _lacked(signal: str, spec: Description) -> str:
     """The channel that the model lacks, or what the step lacks to use it."""
-    if not any(signal in mapped for mapped in (spec.channels, *(one.channels for one in spec.loggers))):
+    if signal not in spec.mapped:
         return f"channel '{signal}', which is not logged"
     if signal == "position" and any(run.direction is None for run in spec.runs):
         return "the direction of every run, to which 'position' is related"

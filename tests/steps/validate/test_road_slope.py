@@ -6,8 +6,7 @@ import numpy as np
 
 from tests.open_road import G, Made, Truth, drive
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.validate.road.drive_roads import sensed_roads
-from vdyn_cli.steps.validate.road.road_slope import sensed_road
+from vdyn_cli.steps.validate.road.road_slope import sensed_road, sensed_roads
 
 
 def log_of(made: Made, **more: np.ndarray) -> Log:

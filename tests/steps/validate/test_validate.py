@@ -26,7 +26,7 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.failure import UnpublishedError
-from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
+from vdyn_cli.steps.validate.car.prior import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.drives.complete_inputs import OUTPUTS
 from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.noise import DEPARTURE

@@ -101,15 +101,17 @@ class Selection:
 
 
 def held_out_gain(
-    strategy: Strategy, base: FittedModel, extended: FittedModel, selection: Selection
+    strategy: Strategy, base: FittedModel, extended: FittedModel, selection: Selection | None = None
 ) -> HeldOutGain | None:
     """The held-out gain of an extension; None where there are too few runs and blocks to leave out.
 
     Parameters
     ----------
     base, extended : fits without and with the effects of the answer.
-    selection : the candidates from which each fold selects, and the fit beside which it tests them.
+    selection : the candidates from which each fold selects, and the fit beside which it tests them; None: the effects
+        of the answer, beside ``base``.
     """
+    selection = selection or Selection(extended.effects, base)
     priors, model = strategy.prior_values, strategy.model
     folds = _Folds(base, POLICY.fewest_predicted_runs if priors else POLICY.fewest_runs_left_out)
     if folds.of(base).leaves_blocks and folds.count < POLICY.fewest_blocks_left_out:

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from vdyn_cli.diagnosis.detect.detectability import untestable
 from vdyn_cli.diagnosis.detect.detection import Detection, detect
-from vdyn_cli.diagnosis.detect.untestable import untestable
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, Selection, held_out_gain
 from vdyn_cli.diagnosis.judgment import (
     BEYOND_RANGE,

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import erfc, sqrt
 
-from vdyn_cli.diagnosis.gain.held_out_gain import Selection, held_out_gain
+from vdyn_cli.diagnosis.gain.held_out_gain import held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment, NuisanceError
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, candidate_model
 from vdyn_cli.diagnosis.name.model_selection import not_significantly_worse
@@ -69,7 +69,7 @@ def _named_alone(judgment: Judgment, answers: Sequence[CandidateModel], chance: 
 
 def _named_beside(strategy: Strategy, judgment: Judgment, best: CandidateModel) -> Judgment | None:
     """The judgment with the answer extended by a sensor error; None where held-out runs are not predicted better."""
-    gain = held_out_gain(strategy, judgment.base, best.fitted, Selection(best.effects, judgment.base))
+    gain = held_out_gain(strategy, judgment.base, best.fitted)
     if gain is not None and (gain.worse or not gain.positive):
         return None
     size = finding_size(strategy, judgment.base, best.fitted)

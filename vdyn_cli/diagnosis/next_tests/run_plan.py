@@ -9,9 +9,8 @@ from math import nan, sqrt
 
 import numpy as np
 
-from vdyn_cli.diagnosis.detect.detectable import detectable
+from vdyn_cli.diagnosis.detect.detectability import detectable, lacking_channels, untestable
 from vdyn_cli.diagnosis.detect.detection import detect, fewest_runs, obstacle
-from vdyn_cli.diagnosis.detect.untestable import lacking_channels, untestable
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
 from vdyn_cli.diagnosis.next_tests.experiment_design import Contrast, ExperimentDesigner, typical_contrast
 from vdyn_cli.diagnosis.policy import POLICY

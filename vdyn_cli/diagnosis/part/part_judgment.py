@@ -6,16 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, Selection, held_out_gain
+from vdyn_cli.diagnosis.detect.detection import detect
+from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, all_needed, candidate_model, with_next
-from vdyn_cli.diagnosis.part.learned_law import Learned
-from vdyn_cli.diagnosis.part.learned_law_judgment import with_learned_law
+from vdyn_cli.diagnosis.part.learned_law import Learned, fitted_forms, learned
 from vdyn_cli.diagnosis.part.part_finding import LawWithin, PartFinding, part_finding
 from vdyn_cli.diagnosis.part.part_search import rms_share
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import finding_size
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
+from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 
@@ -68,7 +70,7 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
         return same
     if (two := _with_two_laws(strategy, judgment, finding)) is not None:
         return PartJudgment(strategy, _resized(strategy, two, judgment), finding)
-    found = with_learned_law(strategy, judgment, finding, label_of(finding.parts))
+    found = _with_learned_law(strategy, judgment, finding)
     if found is None:
         return same
     extended, named, learned = found
@@ -145,10 +147,10 @@ def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgmen
     answer = candidate_model(strategy, (law.effect,))
     if answer is None or answer.unphysical:
         return None
-    gain = _gain_of(strategy, judgment, answer)
+    gain = held_out_gain(strategy, judgment.base, answer.fitted)
     more = None if answer.explains_most else with_next(strategy, answer)
     if gain is not None and more is not None and more.explains_most and all_needed(strategy, more):
-        further = _gain_of(strategy, judgment, more)
+        further = held_out_gain(strategy, judgment.base, more.fitted)
         if further is not None and further.after < min(gain.before, gain.after):
             answer, gain = more, further
     tried = (*(t for t in judgment.tried if t.effects != answer.effects), answer)
@@ -173,7 +175,7 @@ def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding)
     if not found:
         return None
     answer = min(found, key=lambda one: one[0])[1]
-    return _naming(judgment, answer, _gain_of(strategy, judgment, answer))
+    return _naming(judgment, answer, held_out_gain(strategy, judgment.base, answer.fitted))
 
 
 def _naming(judgment: Judgment, answer: CandidateModel, gain: HeldOutGain | None) -> Judgment | None:
@@ -189,5 +191,41 @@ def _resized(strategy: Strategy, named: Judgment, before: Judgment) -> Judgment:
     return replace(named, size=finding_size(strategy, named.base, answer.fitted))
 
 
-def _gain_of(strategy: Strategy, judgment: Judgment, answer: CandidateModel) -> HeldOutGain | None:
-    return held_out_gain(strategy, judgment.base, answer.fitted, Selection(answer.effects, judgment.base))
+def _with_learned_law(
+    strategy: Strategy, judgment: Judgment, finding: PartFinding
+) -> tuple[Strategy, Judgment, Learned] | None:
+    """The strategy with the learned law as a further candidate, and the judgment that names it.
+
+    A formula is tried first if one is as good as the free curve; then the table.
+
+    Returns
+    -------
+    None if every fit fails, leaves much of the misfit, or does not predict held-out runs better.
+    """
+    forms = fitted_forms(finding)
+    good, label = [f.form for f in forms if f.as_good], label_of(finding.parts)
+    for form in (forms[0], None) if good else (None,):
+        law = learned(finding, form, good, label)
+        named = _naming_law(strategy, judgment, law)
+        if named is not None:
+            return (*named, law if form is None else replace(law, free=learned(finding, None, good, label).effect))
+    return None
+
+
+def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[Strategy, Judgment] | None:
+    setup = strategy.model.setup
+    try:
+        extended = open_strategy(replace(setup, effects=(*setup.effects, law.effect), learned=frozenset({law.name})))
+        base = extended.base
+    except (ResultError, ArithmeticError):
+        return None
+    answer = candidate_model(extended, (law.name,))
+    if answer is None or not answer.explains_most:
+        return None
+    found = detect(extended, base)
+    gain = held_out_gain(extended, base, answer.fitted)
+    if gain is None or not gain.positive:
+        return None
+    detection = replace(judgment.detection, scores=found.scores, testable=found.testable)
+    named = replace(judgment, base=base, detection=detection, tried=(*judgment.tried, answer))
+    return extended, named.naming(answer, gain)

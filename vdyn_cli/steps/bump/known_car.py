@@ -80,7 +80,7 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
     numbers["bump_height"], numbers["bump_width"] = bump.height or Given(1.0), bump.width or Given(1.0)
     numbers["outboard_mass"] = Given(0.0)
     place = numbers["antenna_offset"]
-    if any("vertical_acceleration" in mapped for mapped in (spec.channels, *(one.channels for one in spec.loggers))):
+    if "vertical_acceleration" in spec.mapped:
         numbers["antenna_offset"] = Given(place.value, place.std or STEP_POLICY.bump_accelerometer)
     stated = {n: Given(e.value, e.std) for n, e in known.items()}
     numbers["longitudinal_lever"] = Given(_lever(stated, numbers).value, LEVER_STD)

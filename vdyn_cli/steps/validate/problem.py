@@ -26,14 +26,19 @@ from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.run_starts import run_starts, start_findings
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL
 from vdyn_cli.steps.step_policy import STEP_POLICY
-from vdyn_cli.steps.validate.car.carried_effects import carried_effects, dropped_effects
 from vdyn_cli.steps.validate.car.channel_errors import with_channel_errors
 from vdyn_cli.steps.validate.car.integration_step import with_accurate_step
-from vdyn_cli.steps.validate.car.prior import ParameterPrior, parameter_prior, resistances, with_accepted_effects
-from vdyn_cli.steps.validate.car.sensors import Sensors
+from vdyn_cli.steps.validate.car.prior import (
+    ParameterPrior,
+    carried_effects,
+    dropped_effects,
+    parameter_prior,
+    resistances,
+    with_accepted_effects,
+)
+from vdyn_cli.steps.validate.car.sensors import Sensors, compared_sensors, has_two_motors
 from vdyn_cli.steps.validate.car.simulation import Car, SimulationSetup
 from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
-from vdyn_cli.steps.validate.drives.compared_channels import compared_sensors, has_two_motors
 from vdyn_cli.steps.validate.drives.input_torque import DriveInputs
 from vdyn_cli.steps.validate.drives.segments import (
     RUN_START,
@@ -46,12 +51,13 @@ from vdyn_cli.steps.validate.drives.segments import (
 from vdyn_cli.steps.validate.drives.stated_motion import stated_motion
 from vdyn_cli.steps.validate.fit.drive_regression import BetweenDriveSpread, drive_regression
 from vdyn_cli.steps.validate.fit.effect_fit import fit_effects, fitted, size_beside_parameters
-from vdyn_cli.steps.validate.fit.likely_play import likely_secants, tried_from_zero
 from vdyn_cli.steps.validate.fit.nondifferentiable import (
     DifferentiableReference,
     differentiable_reference,
     likely_cost,
+    likely_secants,
     likely_size,
+    tried_from_zero,
     with_best_zeros,
 )
 from vdyn_cli.steps.validate.fit.posterior import posterior
@@ -61,8 +67,8 @@ from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, miss
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts, torque_gain_profile
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.result import result
-from vdyn_cli.steps.validate.road.drive_roads import DriveRoads, sensed_roads
 from vdyn_cli.steps.validate.road.open_road import road_findings
+from vdyn_cli.steps.validate.road.road_slope import DriveRoads, sensed_roads
 from vdyn_cli.steps.validate.road.slope_evidence import shown_slope
 from vdyn_cli.steps.validate.spec import ValidateSpec
 from vdyn_cli.steps.validate.validation import Validation
@@ -317,8 +323,7 @@ class ValidateProblem(SimulatedProblem):
 
 def _by_wheel(spec: ValidateSpec) -> bool:
     """Whether the speed is computed from that of a wheel: the stated radius is then also its gain."""
-    mapped = {n for channels in (spec.channels, *(one.channels for one in spec.loggers)) for n in channels}
-    return "speed" not in mapped and SPEED_OF_WHEEL.source in mapped
+    return "speed" not in spec.mapped and SPEED_OF_WHEEL.source in spec.mapped
 
 
 def _timed(model: Model) -> Model:

@@ -1,4 +1,4 @@
-"""The prior of the model's parameters: values and covariance from earlier steps; wide assumptions for the rest."""
+"""The prior of parameters and effects from earlier steps: values and covariance; wide assumptions for the rest."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vdyn_cli.effects import Effect, catalog
+from vdyn_cli.engine.applicable import applicable
+from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Unknown
 from vdyn_cli.physics.models.road_load import Resistances
 from vdyn_cli.physics.models.vehicle_defaults import Completed, complete
@@ -15,6 +18,7 @@ from vdyn_cli.quantities.constants import GRAVITY, ROTATING_SHARE, USUAL_WHEELS
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.steps.learned_effect import learned_effects
 
 # Standard deviations of assumed values: relative, or in SI where the value is zero (``ABSOLUTE``); others are exact.
 RELATIVE: Mapping[str, float] = {
@@ -267,3 +271,22 @@ def _prior_unknown(prior: ParameterPrior, i: int) -> Unknown:
     if value > 0 and name not in SIGNED:
         low = max(low, LEAST_SHARE * value)
     return Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related)
+
+
+def carried_effects(model: Model, known: Parameters) -> tuple[Effect, ...]:
+    """Effects that earlier steps accepted and that are applicable to this model: the baseline includes them."""
+    listed = [e for e in catalog() if e.name in known.extensions]
+    return applicable(model, [*listed, *learned_effects(known)])
+
+
+def dropped_effects(model: Model, known: Parameters) -> tuple[Finding, ...]:
+    """A warning for each effect of earlier steps that is not applicable to this model and therefore omitted."""
+    taken, installed = {e.name for e in carried_effects(model, known)}, {e.name for e in catalog()}
+    found = []
+    for name in (n for n in known.extensions if n not in taken):
+        why = "its law is not in this model" if name in installed else "no such effect is installed"
+        remedy = (
+            "ignore it if this test does not depend on it" if name in installed else "install the package that has it"
+        )
+        found.append(Finding(f"extensions.{name}", f"the simulation does not include this effect: {why}", "", remedy))
+    return tuple(found)

@@ -5,21 +5,26 @@ torque sensor is as large. With another zero the simulated shaft rests on the ot
 tip-in crosses a gap that the real shaft does not cross; with more play it impacts later. The likelihood jumps there, so
 zeros and amplitudes are tried one by one. The residual of each is projected onto the orthogonal complement of what the
 car without play can explain by its unknowns.
+
+Linearizations take secants over the most likely amplitudes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Rows, Unknown
 from vdyn_cli.inference.regression import prior_rows
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.validate.car.simulation import (
     Car,
     SimulatedSegment,
@@ -43,6 +48,7 @@ PARABOLA = 3  # amplitudes that determine a parabola
 # Prior of Birge's ratio, with the weight of this number of drives: drives differ by 1.4 to 2.9 times as much as their
 # likelihoods predict, at 1 mrad in three vehicles.
 DISAGREE, DRIVES = 2.5, 2
+LikelySize = Callable[[Effect, Callable[[float], tuple[Unknown, ...]]], tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,3 +316,31 @@ def _zeros(
 
     found = tried.each(best)
     return tuple(zero for _, zero in found), tuple(cost for cost, _ in found)
+
+
+def likely_secants(added: AddedEffects, likely_size: LikelySize) -> dict[str, float]:
+    """The likely amplitude of each nondifferentiable effect that starts at zero, if it can be simulated.
+
+    Large play shifts an impact by more than its duration, so that the response to small play says nothing about it.
+
+    Parameters
+    ----------
+    likely_size : (effect, amplitude -> its unknowns) -> likely amplitude and gain in log likelihood.
+    """
+    found = {}
+    for effect in tried_from_zero(added):
+        own = {u.name: u for u in added.unknowns if u.name in effect.unknowns}
+        first = next(iter(effect.unknowns))
+        with suppress(ResultError):
+            found[first], _ = likely_size(effect, partial(_started_at, own, first))
+    return found
+
+
+def tried_from_zero(added: AddedEffects) -> tuple[Effect, ...]:
+    """The nondifferentiable effects whose amplitude starts at zero."""
+    starts = {u.name: u.start for u in added.unknowns}
+    return tuple(e for e in added.effects if e.probes and not starts[next(iter(e.unknowns))])
+
+
+def _started_at(own: Mapping[str, Unknown], first: str, amplitude: float) -> tuple[Unknown, ...]:
+    return tuple(replace(u, start=amplitude) if n == first else u for n, u in own.items())

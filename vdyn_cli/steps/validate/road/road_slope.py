@@ -11,6 +11,7 @@ slope remains an unknown of the drive.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled, net_c
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Quantity
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SENSED_SLOPE, DRIVE_SLOPE = "accelerometer_slope", "drive_slope"
 LOOK = 1.0  # s over which specific force and speed are compared
@@ -119,3 +121,43 @@ APPARENT_LAGS = (_lag("torque_timing", "torque", "drive_torque_lead", 1.0), SPEE
 LATENCIES = {
     **{n: _lag(f"{n}_latency", n, f"{n}_clock", -1.0) for n in ("speed", "acceleration")},
 }
+
+
+@dataclass(frozen=True, eq=False)
+class DriveRoads:
+    """The slope of every drive's road by its accelerometer, in addition to a logged grade; empty without.
+
+    Parameters
+    ----------
+    sensed : one for each drive.
+    """
+
+    sensed: tuple[RoadProfile, ...] = ()
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the channels with the slopes."""
+        return (SENSED_SLOPE,) if self.sensed else ()
+
+    def channels(self, logs: Sequence[Log]) -> tuple[Log, ...]:
+        """The logs with these slopes, each (n,) and uphill positive, as an additional channel."""
+        if not self.sensed:
+            return tuple(logs)
+        return tuple(log.with_channels(**{SENSED_SLOPE: r.slope}) for log, r in zip(logs, self.sensed, strict=True))
+
+    @property
+    def slopes(self) -> list[Array]:
+        """The slope for each log, (n,) each, uphill positive."""
+        return [road.slope for road in self.sensed]
+
+
+def sensed_roads(logs: Sequence[Log]) -> DriveRoads:
+    """The roads of drives that their accelerometers show.
+
+    Parameters
+    ----------
+    logs : with speed (m/s), and acceleration (m/s^2).
+    """
+    least = 1.0 - STEP_POLICY.most_missing
+    there = all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > least for log in logs)
+    return DriveRoads(tuple(sensed_road(log) for log in logs) if there else ())

@@ -1,4 +1,4 @@
-"""Candidates that these data cannot detect, and the bias of the parameters if they were present."""
+"""What these data would reveal of each candidate, and the bias of the parameters by what they would not."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from vdyn_cli.diagnosis.detect.detection import Obstacle, fewest_runs, obstacle
+from vdyn_cli.diagnosis.detect.detection import Detection, Obstacle, fewest_runs, obstacle
 from vdyn_cli.diagnosis.detect.scores import Scores, omitted_effect_bias
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import largest_plausible
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
-from vdyn_cli.quantities.diagnosis import NotTestable
+from vdyn_cli.quantities.diagnosis import Detectable, NotTestable
 
 # These choose words and what is shown, no verdict.
 NOTICEABLE = 0.01  # standard deviations of a parameter: a smaller bias does not change its last published digit
@@ -57,13 +57,7 @@ def biased(model: FullModel, base: FittedModel, unknown: str, amplitude: float) 
 def lacking_channels(setup: DiagnosisSetup) -> tuple[NotTestable, ...]:
     """The effects of the catalog that lack a channel, each with the reason."""
     return tuple(
-        NotTestable(
-            effect=name,
-            because=f"needs {lacked}",
-            size=math.nan,
-            unit="",
-            would_bias={},
-        )
+        NotTestable(effect=name, because=f"needs {lacked}", size=math.nan, unit="", would_bias={})
         for name, lacked in setup.lacking.items()
     )
 
@@ -80,3 +74,32 @@ def _because(model: FullModel, why: Obstacle, visibility: float, like: str) -> s
     if visibility < DISTINCT:
         return f"only {share} is not collinear with the fitted parameters, which is below the noise"
     return "not detectable above the noise at any plausible amplitude"
+
+
+def detectable(model: FullModel, base: FittedModel, found: Detection) -> tuple[Detectable, ...]:
+    """Detectable amplitudes of the testable candidates with one amplitude, the smallest share of its range first.
+
+    Each has the bias of the parameters of the fitted ``base`` by an effect of that amplitude.
+
+    a = s (z(1 - level / 2m) + z(power)), with the standard error s of the amplitude beside the fitted unknowns, m
+    testable candidates and normal quantiles z: at this amplitude the test rejects with probability ``power``.
+
+    Assumes the noise of the fit and one family of tests.
+    """
+    from scipy.special import ndtri
+
+    setup = model.setup
+    quantile = float(ndtri(1.0 - setup.level / (2 * max(len(found.testable), 1))) + ndtri(POLICY.revealing_power))
+    shares: list[tuple[float, Detectable]] = []
+    for name in found.testable:
+        effect, spread = setup.candidates[name], found.scores.spread[name]
+        if spread.size != 1:
+            continue
+        unknown = next(iter(effect.unknowns))
+        least, most = quantile * float(spread[0]), largest_plausible(effect, unknown)
+        if least < most:
+            bias = {n: b for n, b in biased(model, base, unknown, least).items() if n not in model.nuisances}
+            unit = effect.unknowns[unknown].unit
+            entry = Detectable(effect=name, label=effect.label, amplitude=least, unit=unit, would_bias=bias)
+            shares.append((least / most, entry))
+    return tuple(entry for _, entry in sorted(shares, key=lambda pair: pair[0]))
