@@ -26,7 +26,7 @@ def named(
         "candidate_model": lambda strategy, effects: law,
         "with_next": lambda strategy, answer: more,
         "all_needed": lambda strategy, answer: needed,
-        "held_out_gain": lambda strategy, base, fitted, choice: Some(
+        "held_out_gain": lambda strategy, base, fitted: Some(
             before=BEFORE, after=after[fitted], positive=after[fitted] < BEFORE
         ),
     }

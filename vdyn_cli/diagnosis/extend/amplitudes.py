@@ -14,7 +14,6 @@ from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.name.probable_answers import probable_answers
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
-from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.parameters import Estimate
 
 
@@ -70,9 +69,3 @@ def _wider(one: Estimate, half: float) -> Estimate:
     more, low, high = half - one.half_width, *one.interval95
     std = one.std * half / one.half_width if one.half_width > 0.0 else one.std
     return replace(one, std=std, interval95=(low - more, high + more)) if more > 0.0 else one
-
-
-def with_meaning(amplitude: Estimate, effect: Effect, name: str) -> Estimate:
-    """The estimate with the unit and meaning of the effect's unknown; the effect is its source."""
-    quantity = effect.unknowns[name]
-    return replace(amplitude, unit=quantity.unit, meaning=quantity.meaning, source=effect.name)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
-from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, with_meaning
+from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import with_fewer_effects, without_answer
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
@@ -266,7 +266,12 @@ def _holding_zero(
 def _amplitudes(result: Result, effects: Sequence[Effect]) -> dict[str, Estimate]:
     """Amplitudes of the effects by the fit of the extended model."""
     found = result.amplitudes
-    return {n: with_meaning(found[n], effect, n) for effect in effects for n in effect.unknowns if n in found}
+    return {
+        n: replace(found[n], unit=q.unit, meaning=q.meaning, source=effect.name)
+        for effect in effects
+        for n, q in effect.unknowns.items()
+        if n in found
+    }
 
 
 def _biased(

@@ -24,7 +24,7 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 GROWN = 1.02  # least growth of the half width; less is invisible in the two published digits
 FIXED = 1e-6  # share of the widest interval, in place of the width zero of a value that the published model fixes
-DERIVATIVE_STEP = 0.1  # share of a bias, the step over which derived parameters are differentiated
+DERIVATIVE_STEP = 0.1  # share of a bias or half interval, the step over which derived parameters are differentiated
 
 
 @dataclass(frozen=True)
@@ -140,26 +140,26 @@ def propagated(
     correlation : R, by name; pairs that it lacks are not correlated. others : values of further unknowns.
     """
     at = {**others, **{n: e.value for n, e in found.items()}}
-    base = derived(at)
-    slopes = {n: dict.fromkeys(base, 0.0) for n in found}
-    for n, e in found.items():
-        if e.half_width > 0:
-            moved = derived({**at, n: e.value + DERIVATIVE_STEP * e.half_width})
-            slopes[n] = {m: (moved[m] - base[m]) / DERIVATIVE_STEP for m in base}
-    matrix = np.array([[correlation.get(a, {}).get(b, float(a == b)) for b in found] for a in found])
-    vectors = {m: np.array([slopes[n][m] for n in found]) for m in base}
-    return {m: float(np.sqrt(max(v @ matrix @ v, 0.0))) if found else 0.0 for m, v in vectors.items()}
+    halves = {n: e.half_width for n, e in found.items() if e.half_width > 0}
+    slopes = _slopes(derived, at, halves)
+    matrix = np.array([[correlation.get(a, {}).get(b, float(a == b)) for b in halves] for a in halves])
+    parts = {m: np.array([halves[n] * slopes[n][m] for n in halves]) for m in derived(at)}
+    return {m: float(np.sqrt(max(v @ matrix @ v, 0.0))) if halves else 0.0 for m, v in parts.items()}
 
 
 def _derived(
     fitted: Mapping[str, float], bias: Bias, derived: Callable[[Mapping[str, float]], Mapping[str, float]]
 ) -> Bias:
     """The bias of derived parameters: the sum over fitted ones of slope times bias."""
-    base = derived(fitted)
-    total = {n: np.zeros(len(next(iter(bias.values())))) for n in base}
-    for name, parts in bias.items():
-        step = DERIVATIVE_STEP * float(np.linalg.norm(parts))
-        if name in fitted and step > 0:
-            moved = derived({**fitted, name: fitted[name] + step})
-            total = {n: t + (moved[n] - base[n]) / step * parts for n, t in total.items()}
-    return total
+    sizes = {n: float(np.linalg.norm(parts)) for n, parts in bias.items() if n in fitted and np.any(parts)}
+    slopes, none = _slopes(derived, fitted, sizes), np.zeros(len(next(iter(bias.values()))))
+    return {m: np.sum([none, *(slopes[n][m] * bias[n] for n in sizes)], axis=0) for m in derived(fitted)}
+
+
+def _slopes(
+    derived: Callable[[Mapping[str, float]], Mapping[str, float]], at: Mapping[str, float], sizes: Mapping[str, float]
+) -> dict[str, dict[str, float]]:
+    """Derivatives of derived parameters by each unknown of ``sizes``, over ``DERIVATIVE_STEP`` of its size."""
+    base, steps = derived(at), {n: DERIVATIVE_STEP * size for n, size in sizes.items()}
+    moved = {n: derived({**at, n: at[n] + step}) for n, step in steps.items()}
+    return {n: {m: (moved[n][m] - base[m]) / step for m in base} for n, step in steps.items()}

@@ -123,12 +123,8 @@ class ExperimentDesigner:
         rows_left[:, ~anew] = left
         return rows_left
 
-    def now(self, contrasts: Sequence[Contrast]) -> float:
-        """The separation t by the driven runs."""
-        return self.separation(self._driven[0], contrasts)
-
-    def repeated(self, contrasts: Sequence[Contrast], times: float) -> float:
-        """The separation t by ``times`` as many runs as were driven; it grows with the root."""
+    def now(self, contrasts: Sequence[Contrast], times: float = 1.0) -> float:
+        """The separation t by the driven runs, or by ``times`` as many; it grows with the root."""
         return self.separation(self._driven[0] * sqrt(times), contrasts)
 
     def best(self, contrasts: Sequence[Contrast]) -> PlannedTest | None:

@@ -104,7 +104,7 @@ def _repeated(
     further = ceil(model.runs * ((POLICY.separated_t / now) ** 2 - 1)) if now > 0 else MOST_RUNS + 1
     if not 0 < further <= MOST_RUNS or (best is not None and best.t >= POLICY.separated_t and further >= best.runs):
         return []
-    t = designer.repeated(contrasts, 1 + further / model.runs)
+    t = designer.now(contrasts, 1 + further / model.runs)
     return [_next_test(f"{further} more {model.setup.run}s of the same kind", separates, round(t, 1), further)]
 
 

@@ -156,10 +156,9 @@ def _best_place(
 
 def _correlation(change: Array, response: Array) -> Array:
     """Sum of change x response for every shift; at the first, the response's last sample meets the log's first."""
-    size = change.size + response.size - 1
-    padded = 1 << (size - 1).bit_length()
-    product = np.fft.rfft(change, padded) * np.fft.rfft(response[::-1], padded)
-    return np.asarray(np.fft.irfft(product, padded)[:size])
+    from scipy.signal import correlate
+
+    return np.asarray(correlate(change, response, method="fft"))
 
 
 def _gains(changes: Mapping[str, Array], response: Mapping[str, Array]) -> tuple[dict[str, float], float]:

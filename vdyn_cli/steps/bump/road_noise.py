@@ -140,13 +140,9 @@ class RoadNoise:
         """
         from scipy.linalg import expm, solve_continuous_lyapunov
 
-        mass, damping, stiffness = half_car_matrices(self.values)
-        rigid = self.values["tire_vertical_stiffness"]
-        inverse, tires = np.linalg.inv(mass), np.zeros((4, 2))
-        tires[2, 0] = tires[3, 1] = rigid
         rate = np.zeros((10, 10))
         rate[:4, 4:8] = np.eye(4)
-        rate[4:8] = np.hstack([-inverse @ stiffness, -inverse @ damping, inverse @ tires])
+        rate[4:8] = _accelerations(self.values)
         rate[8, 8] = rate[9, 9] = -2 * np.pi * LONGEST_WAVE * pace
         power = np.zeros((10, 10))
         power[8, 8] = power[9, 9] = self.intensity * pace
@@ -190,14 +186,17 @@ def _moves(crossing: Crossing, first: int) -> bool:
     return any(exceeds_noise(s, crossing.noise[n], first) for s, n in zip(spreads, LOADS, strict=True))
 
 
+def _accelerations(values: Mapping[str, float]) -> Array:
+    """Matrix (4, 10) from the state to the accelerations of heave, pitch and both axles."""
+    mass, damping, stiffness = half_car_matrices(values)
+    tires = values["tire_vertical_stiffness"] * np.eye(4)[:, 2:]
+    inverse = np.linalg.inv(mass)
+    return np.hstack([-inverse @ stiffness, -inverse @ damping, inverse @ tires])
+
+
 def _output_matrix(values: Mapping[str, float], channels: Sequence[str]) -> Array:
     """Matrix (channels, 10) from the state to the channels of ``half_car``."""
-    mass, damping, stiffness = half_car_matrices(values)
-    rigid = values["tire_vertical_stiffness"]
-    road = np.zeros((4, 2))
-    road[2, 0] = road[3, 1] = rigid
-    inverse = np.linalg.inv(mass)
-    acceleration = np.hstack([-inverse @ stiffness, -inverse @ damping, inverse @ road])
+    acceleration, rigid = _accelerations(values), values["tire_vertical_stiffness"]
     rows = {"vertical_acceleration": acceleration[0] + values["antenna_offset"] * acceleration[1]}
     rows["pitch_rate"] = np.eye(10)[5]
     for end, axle, under in (("front", 2, 8), ("rear", 3, 9)):

@@ -15,6 +15,7 @@ from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.shaft import figures, text
 from vdyn_cli.steps.shaft.sections import shared_modulus_correlation
+from vdyn_cli.steps.shaft.shaft_fit import noise_excess
 from vdyn_cli.steps.shaft.shaft_side import LoggedShaft
 from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -99,9 +100,7 @@ def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
     if not logged:
         return FitSummary(tuple(f"drawing, {s.side.name}" for s in sides), 0.0, 0.0, "N m", ())
     off = [run.torque - torque for s in logged for run, torque in zip(s.runs, s.torque, strict=True)]
-    squares = sum(float(np.sum(r**2)) for s in logged for r in s.solution.residuals)
-    conditions = sum(run.conditions_per_sample * run.time.size for s in logged for run in s.runs)
-    excess = float(np.sqrt(squares / conditions))  # 1 where the sensors' noise explains the residuals
+    excess = noise_excess((s.solution for s in logged), (run for s in logged for run in s.runs))
     warnings = [w for s in logged[1:] for w in s.solution.warnings]
     if excess > STEP_POLICY.shaft_excess:
         what = f"the residuals are {excess:.1f} times the sensors' noise"

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference.uncertainty_budget import Budget, propagate
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.shaft.spec import SOLID, SectionSpec
 
@@ -26,12 +27,13 @@ def compliance(outer: float, inner: float, length: float, shear_modulus: float, 
     """
     if end is None:
         return length / (shear_modulus * polar_moment(outer, inner))
-    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-    along = (float(x + 1) / 2 for x in points)
-    mean = sum(
-        float(w) / 2 / polar_moment(outer + (end - outer) * x, inner) for x, w in zip(along, weights, strict=True)
-    )
-    return length / shear_modulus * mean
+    from scipy.integrate import fixed_quad
+
+    def inverse(along: Array) -> Array:
+        return np.array([1.0 / polar_moment(outer + (end - outer) * x, inner) for x in along.tolist()])
+
+    mean, _ = fixed_quad(inverse, 0.0, 1.0, n=GAUSS_POINTS)
+    return length / shear_modulus * float(mean)
 
 
 def polar_moment(outer: float, inner: float = 0.0) -> float:

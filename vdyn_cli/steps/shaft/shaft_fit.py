@@ -14,7 +14,7 @@ weight.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -249,6 +249,12 @@ def linear_solution(runs: Sequence[ShaftReadings]) -> Solution:
     ResultError : the fit fails.
     """
     return solve(ShaftFit(tuple(runs)).regression, tolerance=LINEAR)
+
+
+def noise_excess(solutions: Iterable[Solution], runs: Iterable[ShaftReadings]) -> float:
+    """Rms of the residuals of solutions of these runs, in standard deviations of the sensors' noise."""
+    squares = sum(float(np.sum(r**2)) for s in solutions for r in s.residuals)
+    return float((squares / sum(run.conditions_per_sample * run.time.size for run in runs)) ** 0.5)
 
 
 def unknowns_and_change(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:

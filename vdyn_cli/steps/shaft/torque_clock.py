@@ -9,16 +9,17 @@ stated delay, and the uncertainty of the damping time is that of the delay.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vdyn_cli.inference import Solution
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.quantity import Given
-from vdyn_cli.steps.shaft.shaft_fit import MOST_DAMPING, linear_solution
+from vdyn_cli.steps.shaft.shaft_fit import MOST_DAMPING, linear_solution, noise_excess
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 from vdyn_cli.steps.shaft.spec import SideName
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -27,6 +28,7 @@ Readings = Mapping[SideName, tuple[ShaftReadings, ...]]
 LONGEST, STEP = 0.2, 2e-3  # s: the longest delay tried (telemetry: a few hundredths), and the distance of trials
 # s, c / k of half-shafts: 1 to 10 ms of steel (MOST_DAMPING), and the standard deviation of a delay for want of it.
 DAMPING_TIME, UNKNOWN = 5e-3, 3e-3
+FEWEST_INNER = 10  # samples of a run that are compared with trials
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,8 @@ def shaft_fits(readings: Readings) -> ShaftFits | None:
         solutions = [linear_solution(runs) for runs in sides]
     except ResultError:
         return None
-    squares = sum(float(np.sum(r**2)) for s in solutions for r in s.residuals)
-    conditions = sum(run.conditions_per_sample * run.time.size for runs in sides for run in runs)
-    return ShaftFits(tuple(solutions), (squares / conditions) ** 0.5, all(_physical(s) for s in solutions))
+    excess = noise_excess(solutions, [run for runs in sides for run in runs])
+    return ShaftFits(tuple(solutions), excess, all(_physical(s) for s in solutions))
 
 
 def _tried(read: Callable[[float], Readings], delay: float) -> ShaftFits | None:
@@ -110,12 +111,20 @@ def _start(runs: Sequence[ShaftReadings]) -> float:
     costs = np.zeros(delays.size)
     for run in runs:
         inner = (run.time > run.time[0] + LONGEST) & (run.time < run.time[-1] - LONGEST)
-        if np.count_nonzero(inner) < 10:
+        if np.count_nonzero(inner) < FEWEST_INNER:
             continue
-        ones = np.ones(run.time.size)
-        columns = np.column_stack([ones, run.time - run.time[0], run.twist, run.rate])[inner]
-        basis = np.linalg.qr(columns / np.abs(columns).max(axis=0))[0]
-        for k, delay in enumerate(delays):
-            torque = np.interp(run.time[inner] + delay, run.time, run.torque)
-            costs[k] += np.sum(torque**2) - np.sum((basis.T @ torque) ** 2)
+        earlier = (np.interp(run.time[inner] + delay, run.time, run.torque) for delay in delays)
+        costs += unexplained_squares(run, inner, earlier)
     return float(delays[np.argmin(costs)])
+
+
+def unexplained_squares(run: ShaftReadings, inner: Mask, torques: Iterable[Array]) -> list[float]:
+    """Sum of squares of each torque, N m, that twist and rate of a run leave, with a zero and a drift.
+
+    Parameters
+    ----------
+    inner : (n,) mask of the samples that are used. torques : (m,) each, at these samples.
+    """
+    columns = np.column_stack([np.ones(run.time.size), run.time - run.time[0], run.twist, run.rate])[inner]
+    basis = np.linalg.qr(columns / np.abs(columns).max(axis=0))[0]
+    return [float(np.sum(torque**2) - np.sum((basis.T @ torque) ** 2)) for torque in torques]

@@ -20,7 +20,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.shaft.noise import GAP
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 from vdyn_cli.steps.shaft.spec import SideName
-from vdyn_cli.steps.shaft.torque_clock import Readings, shaft_fits
+from vdyn_cli.steps.shaft.torque_clock import FEWEST_INNER, Readings, shaft_fits, unexplained_squares
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SHORTEST, LONGEST, TRIALS = 5e-4, 0.1, 30  # s: corners of 320 to 1.6 Hz, and the number of trials in each order
@@ -118,10 +118,6 @@ def _cost(runs: Sequence[ShaftReadings], one: TorqueFilter) -> float:
     for run in runs:
         read = one.applied(run)
         inner = read.time >= run.time[0] + FORGOTTEN * LONGEST  # the same samples in every trial
-        if np.count_nonzero(inner) < 10:
-            continue
-        columns = np.column_stack([np.ones(read.time.size), read.time - read.time[0], read.twist, read.rate])[inner]
-        basis = np.linalg.qr(columns / np.abs(columns).max(axis=0))[0]
-        torque = read.torque[inner]
-        cost += float(np.sum(torque**2) - np.sum((basis.T @ torque) ** 2)) / run.noise[0] ** 2
+        if np.count_nonzero(inner) >= FEWEST_INNER:
+            cost += unexplained_squares(read, inner, [read.torque[inner]])[0] / run.noise[0] ** 2
     return cost

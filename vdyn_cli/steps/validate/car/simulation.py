@@ -12,7 +12,6 @@ from typing import TypeVar
 import numpy as np
 
 from vdyn_cli.effects import effect
-from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Correction, Law, Number, Signals
 from vdyn_cli.engine.simulate import Simulator
@@ -299,55 +298,26 @@ def _substeps(time: Array, step: float) -> int:
 
 def _with_added_sensitivities(setup: SimulationSetup) -> tuple[SimulatedSegment, ...]:
     """The simulation without added effects, with sensitivities (nondifferentiable: secants) to their unknowns."""
-    before, secant = setup.point.without_effects, _secant(setup)
+    before, drives = setup.point.without_effects, setup.point.car.inputs.drives
     seen, place = before.first, len(before.vector.shared)
+    adding = _simulator(setup, setup.added.names, setup.effects)
+    assert adding.outputs  # computed before threads need it
+    start, sizes = np.array([u.start for u in setup.added.unknowns]), _secant_sizes(setup)
 
     def segment(k: int) -> SimulatedSegment:
-        without, added = ideal_readings(secant.adding(secant.drive(k), secant.start))
-        for i in secant.sizes:
-            for n, column in secant.column(k, i, without).items():
-                added[n][:, i] = column
+        drive = replace(drives[k], start={"speed": setup.vector.first_speed(k)})
+        without, added = ideal_readings(adding(drive, start))
+        for i, size in sizes.items():
+            moved = start + size * (np.arange(start.size) == i)
+            values, _ = ideal_readings(adding(drive, moved, sensitivities=False))
+            for n, value in values.items():
+                added[n][:, i] = (value - without[n]) / size
         slopes = seen[k].sensitivities
         return SimulatedSegment(
             seen[k].values, {n: np.hstack([s[:, :place], added[n], s[:, place:]]) for n, s in slopes.items()}
         )
 
     return setup.each(segment)
-
-
-@dataclass(frozen=True, eq=False)
-class _Secant:
-    """Secants of a setup.
-
-    Parameters
-    ----------
-    adding : simulator with the unknowns of effects. start : (k,) their start values.
-    sizes : by index of each nondifferentiable unknown, the amplitude over which its secant is taken.
-    """
-
-    setup: SimulationSetup
-    adding: Simulator
-    start: Array
-    sizes: Mapping[int, float]
-
-    def drive(self, segment: int) -> Drive:
-        """The inputs of one segment."""
-        begun = {"speed": self.setup.vector.first_speed(segment)}
-        return replace(self.setup.point.car.inputs.drives[segment], start=begun)
-
-    def column(self, segment: int, index: int, without: Mapping[str, Array]) -> dict[str, Array]:
-        """The secant of every channel, each (n,), over its readings ``without`` the effect."""
-        size = self.sizes[index]
-        moved = self.start + size * (np.arange(self.start.size) == index)
-        seen = self.adding(self.drive(segment), moved, sensitivities=False)
-        values = ideal_readings(seen)[0]
-        return {n: (value - without[n]) / size for n, value in values.items()}
-
-
-def _secant(setup: SimulationSetup) -> _Secant:
-    adding = _simulator(setup, setup.added.names, setup.effects)
-    assert adding.outputs  # computed before threads need it
-    return _Secant(setup, adding, np.array([u.start for u in setup.added.unknowns]), _secant_sizes(setup))
 
 
 def _secant_sizes(setup: SimulationSetup) -> dict[int, float]:

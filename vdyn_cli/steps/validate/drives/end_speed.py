@@ -37,8 +37,7 @@ def end_speed(time: Array, speed: Array, first: bool) -> tuple[float, float]:
 
 def _at_zero(x: Array, y: Array, order: int) -> tuple[float, float]:
     """A polynomial's value at zero, and its standard error."""
-    design = np.vander(x, order + 1, increasing=True)
-    fitted = np.linalg.lstsq(design, y, rcond=None)[0]
-    left = y - design @ fitted
-    variance = float(left @ left) / max(x.size - order - 1, 1) * float(np.linalg.pinv(design.T @ design)[0, 0])
-    return float(fitted[0]), float(np.sqrt(variance))
+    fitted, unit = np.polyfit(x, y, order, cov="unscaled")
+    left = y - np.polyval(fitted, x)
+    variance = float(left @ left) / max(x.size - order - 1, 1) * float(unit[-1, -1])
+    return float(fitted[-1]), float(np.sqrt(variance))

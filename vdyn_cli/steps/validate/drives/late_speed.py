@@ -78,11 +78,9 @@ def _variance(columns: Sequence[Array], y: Array) -> float:
 
 def _shifted(log: Log, delay: float) -> Log:
     """The log with its speed ``delay`` seconds earlier, by whole samples; without a value where none was read."""
-    speed, rows = log["speed"], round(delay / float(np.median(np.diff(log.time))))
-    early = np.full(speed.size, np.nan)
-    if rows > 0:
-        early[:-rows] = speed[rows:]
-    else:
-        early[-rows:] = speed[:rows]
+    from pandas import Series
+
+    rows = round(delay / float(np.median(np.diff(log.time))))
+    early = Series(log["speed"]).shift(-rows).to_numpy()
     samples = {n: s for n, s in log.samples.items() if n != "speed"}
     return replace(log, channels={**log.channels, "speed": early}, samples=samples)

@@ -184,8 +184,13 @@ class Prewhitener:
     weights: Array
     scatter: Array
 
+    def whole(self, part: NDArray[np.int64]) -> NDArray[np.intp]:
+        """Indices (r',) of the rows that have all their predecessors in the same ``part`` (r,)."""
+        lags = len(self.weights)
+        return lags + np.flatnonzero(part[lags:] == part[: part.size - lags])
+
     def white(self, fast: Array, part: NDArray[np.int64]) -> Array:
-        """The whitened fast rows (r', f, ...) that have all their predecessors."""
+        """The whitened fast rows (r', f, ...), those of ``whole``."""
         lags = len(self.weights)
         inner = fast.reshape(*fast.shape[:2], int(np.prod(fast.shape[2:])))
         rows = np.ascontiguousarray(inner.transpose(1, 0, 2))  # (f, r, c): one product of matrices for each lag
@@ -193,8 +198,7 @@ class Prewhitener:
         left = rows[:, lags:].copy()
         for k, weight in enumerate(self.weights, start=1):
             left -= (weight @ rows[:, lags - k : r - k].reshape(f, (r - lags) * c)).reshape(left.shape)
-        whole = part[lags:] == part[: part.size - lags]
-        kept = left[:, whole]
+        kept = left[:, self.whole(part) - lags]
         left = (np.linalg.inv(self.scatter) @ kept.reshape(f, kept[0].size if f else 0)).reshape(kept.shape)
         left = left.transpose(1, 0, 2)
         return np.asarray(left.reshape(len(left), *fast.shape[1:]))

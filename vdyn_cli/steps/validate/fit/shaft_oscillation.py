@@ -31,11 +31,9 @@ class ShaftOscillation:
 
     def white(self, p: RowLayout, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Times (r,) and whitened rows (r, shafts, ...) of the shafts' torque minus its mean over each fast row."""
-        lags = len(self.prewhitener.weights)
-        rows = self.prewhitener.white(_oscillating(p, values), p.part)
-        whole = p.part[lags:] == p.part[: p.part.size - lags]
-        shown = self.shown[lags:][whole]
-        return p.time[lags:][whole][shown], rows[shown]
+        rows, whole = self.prewhitener.white(_oscillating(p, values), p.part), self.prewhitener.whole(p.part)
+        shown = self.shown[whole]
+        return p.time[whole][shown], rows[shown]
 
 
 def shaft_oscillation(

@@ -65,9 +65,10 @@ class SegmentWhitening:
         speeds = p.speeds_of(both)
         slow, fast = p.slow(both, speeds=speeds), p.fast(both, speeds)
         residual, jacobian = whiten(slow[:, -1], slow[:, :-1], cholesky=self.factor)
-        quick = self.prewhitener.white(fast, p.part[p.fine.first]) / self.caution
+        part = p.part[p.fine.first]
+        quick = self.prewhitener.white(fast, part) / self.caution
         flat = quick.reshape(-1, quick.shape[-1])
-        times = np.repeat(self._fast_time, quick.shape[1])
+        times = np.repeat(p.fine.time[self.prewhitener.whole(part)], quick.shape[1])
         if self.oscillation is not None:
             at, rows = self.oscillation.white(p, both)
             flat = np.vstack([flat, rows.reshape(-1, rows.shape[-1]) / self.caution])
@@ -80,12 +81,6 @@ class SegmentWhitening:
             plain=(speed[:, -1], speed[:, :-1]),
             plain_root=self.factor[: len(speed), : len(speed)],  # of the common error of all speeds, which comes first
         )
-
-    @property
-    def _fast_time(self) -> Array:
-        p, lags = self.layout, len(self.prewhitener.weights)
-        part = p.part[p.fine.first]
-        return np.asarray(p.fine.time[lags:][part[lags:] == part[: part.size - lags]])
 
 
 @dataclass(frozen=True, eq=False)
