@@ -15,9 +15,8 @@ from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of, is_scale
 from vdyn_cli.diagnosis.strategies.fits_alone import FitsAlone, best_of, fits_alone, is_hopeless
 from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, FullModel, full_model, with_open_range
-from vdyn_cli.diagnosis.strategies.nested_fits import KnownFits, NestedFits
+from vdyn_cli.diagnosis.strategies.nested_fits import NestedFits
 from vdyn_cli.diagnosis.strategies.relinearization import Relinearization, with_unbounded_scales
-from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference import Regression, solve
 from vdyn_cli.inference.linearized_regression import linearized
 from vdyn_cli.quantities.errors import ResultError
@@ -26,24 +25,21 @@ from vdyn_cli.steps.contract import NO_VALUES
 
 
 @dataclass(frozen=True)
-class LinearizedStrategy(Strategy):
+class LinearizedStrategy(NestedFits):
     """Linear fits about one point, whose error grows with the square of the step from that point.
 
     Parameters
     ----------
     relinearization : the fits about other points, which strategies of one setup share.
-    known : fits from elsewhere.
     refuted : candidates without a fit, since their fit on their own linearization is no answer.
     """
 
-    model: FullModel
-    relinearization: Relinearization
-    known: KnownFits = field(default_factory=dict)
+    relinearization: Relinearization = field(kw_only=True)
     refuted: frozenset[str] = frozenset()
 
     @cached_property
-    def _fits(self) -> NestedFits:
-        return NestedFits(self.model, known={**self.known, **{(n,): None for n in self.refuted}})
+    def _made(self) -> dict[tuple[str, ...], FittedModel | None]:
+        return {**self.known, **{(n,): None for n in self.refuted}}
 
     @property
     def nonlinear(self) -> bool:
@@ -58,7 +54,7 @@ class LinearizedStrategy(Strategy):
 
     def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
         """See Strategy. None also where a linear fit moves a scale out of its possible range; none ends early."""
-        made = self._fits.fitted(effects)
+        made = super().fitted(effects)
         return None if made is None or _leaves_range(self.model.setup, made) else made
 
     def relinearized(self, fitted: FittedModel) -> FittedModel:
@@ -199,7 +195,7 @@ class LinearizedStrategy(Strategy):
         names = self.model.with_base(fit.effects)
         try:
             model = _linearized_model(self.model.setup, {n: fit.values[n] for n in names if n in fit.values})
-            there = LinearizedStrategy(model, self.relinearization)
+            there = LinearizedStrategy(model, relinearization=self.relinearization)
             there.fitted(())
         except (ResultError, ArithmeticError):
             return None
@@ -226,7 +222,7 @@ def open_linearized(setup: DiagnosisSetup) -> LinearizedStrategy:
     ResultError : the baseline itself cannot be fitted.
     """
     model = _linearized_model(setup, _baseline_values(setup))
-    return LinearizedStrategy(model, Relinearization(setup, model.base))
+    return LinearizedStrategy(model, relinearization=Relinearization(setup, model.base))
 
 
 def _linearized_model(setup: DiagnosisSetup, point: Mapping[str, float]) -> FullModel:

@@ -1,13 +1,15 @@
-"""Fits of models nested in the full model, each computed once."""
+"""Fits of models nested in the full model, each computed once: the part that both strategies share."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import inf
 
 from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.linearized_system import linearize, linearized_system
+from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.quantities.errors import ResultError
@@ -17,35 +19,28 @@ PROFILE_ITERATIONS = 25  # of a free profile: a fit that has not converged by th
 KnownFits = Mapping[tuple[str, ...], FittedModel | None]  # by sorted effects; None: they cannot be fitted
 
 
-@dataclass
-class NestedFits:
-    """The fits of one full model, by their effects.
+@dataclass(frozen=True)
+class NestedFits(Strategy):
+    """A strategy that keeps the fits of one full model, by their effects.
 
     Parameters
     ----------
-    starts : (regression, effects, whether their shapes are free) -> the regression with further starts.
-    secants : effects in the model -> by unknown without a slope at zero, the amplitude of its secant.
     known : fits from elsewhere.
     """
 
     model: FullModel
-    starts: Callable[[Regression, Sequence[str], bool], Iterable[Regression]] = lambda regression, effects, free: ()
-    secants: Callable[[Sequence[str]], Mapping[str, float]] = lambda effects: {}
     known: KnownFits = field(default_factory=dict)
-    _made: dict[tuple[str, ...], FittedModel | None] = field(init=False)
 
-    def __post_init__(self) -> None:
-        self._made = dict(self.known)
+    @cached_property
+    def _made(self) -> dict[tuple[str, ...], FittedModel | None]:
+        return dict(self.known)
+
+    def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterable[Regression]:
+        """The regression with further starts of these effects (by default none); ``shapes``: these are free."""
+        return ()
 
     def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
-        """The fit with these effects; None where the data do not determine it, or it exceeds the plausible range.
-
-        A fit that does not predict a cost ``below`` the one given ends early, as None, and is not kept.
-
-        Raises
-        ------
-        ResultError, ArithmeticError : the baseline itself cannot be fitted.
-        """
+        """See Strategy. A fit that ends early is not kept."""
         key = tuple(sorted(effects))
         if key not in self._made:
             made = self._fit(key, below)
@@ -83,7 +78,7 @@ class NestedFits:
         for held in (nominal, free) if shapes else (free,):
             regression = restricted(full, held, best[0] if best else before.solution if before else None)
             found: list[Solution] = []
-            for start in (regression, *self.starts(regression, others, bool(shapes) and held is free)):
+            for start in (regression, *self._starts(regression, others, bool(shapes) and held is free)):
                 start = replace(start, reached=min((below, *(s.cost for s in found))))
                 try:
                     found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))

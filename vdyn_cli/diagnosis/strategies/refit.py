@@ -3,42 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from math import inf
+from dataclasses import dataclass, replace
 
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, shapes_of, started_at
-from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel, with_open_range
-from vdyn_cli.diagnosis.strategies.nested_fits import KnownFits, NestedFits
-from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.diagnosis.strategies.full_model import with_open_range
+from vdyn_cli.diagnosis.strategies.nested_fits import NestedFits
 from vdyn_cli.inference import Regression
 
 
 @dataclass(frozen=True)
-class RefitStrategy(Strategy):
-    """Nonlinear fits, from several starts for effects whose slope at zero amplitude is zero or misleading.
-
-    Parameters
-    ----------
-    known : fits from elsewhere.
-    """
-
-    model: FullModel
-    known: KnownFits = field(default_factory=dict)
-
-    @cached_property
-    def _fits(self) -> NestedFits:
-        return NestedFits(self.model, self._starts, self.secants, self.known)
+class RefitStrategy(NestedFits):
+    """Nonlinear fits, from several starts for effects whose slope at zero amplitude is zero or misleading."""
 
     @property
     def nonlinear(self) -> bool:
         """True: every fit simulates at its own values."""
         return True
-
-    def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
-        """See Strategy."""
-        return self._fits.fitted(effects, below)
 
     def with_open_range(self, about: str = "") -> RefitStrategy:
         """See Strategy."""
