@@ -197,7 +197,7 @@ class Policy:
         "The error of a linearization is of second order: 1 % of what the effect explains, far below hopeless_share.",
     )  # fmt: skip
     clearly_better: float = _threshold(
-        4.5, "log likelihood", "by which a nondifferentiable effect must exceed effects collinear with it",
+        4.5, "log likelihood", "by which play must exceed effects collinear with it, and a part at fault every other",
         "needed_t^2 / 2: a likelihood ratio of 90, which collinear laws reach by chance in 0.3 % (chi-square with one "
         "degree of freedom above 9).",
     )  # fmt: skip
@@ -305,10 +305,6 @@ class Policy:
         "The bound of a 95 % interval: an effect whose interval contains zero is not named.",
     )  # fmt: skip
     # Parts and learned laws -----------------------------------------------------------------------------------------
-    part_gain: float = _threshold(
-        4.5, "log likelihood", "of evidence that a part needs, and by which it must exceed every other part",
-        "3^2 / 2, as clearly_better: half the square of three standard errors.",
-    )  # fmt: skip
     part_near: float = _threshold(
         0.7, "share of the strongest evidence", "above which another element, or one place of it, is refitted as well",
         "On linearizations about the baseline, wrong elements reached at most 70 % of the evidence of the right one; "

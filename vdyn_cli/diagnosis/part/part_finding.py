@@ -94,7 +94,7 @@ def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding |
     if search is None:
         return None
     best = _strongest(search)
-    if best is None or best.gain < POLICY.part_gain:
+    if best is None or best.gain < POLICY.clearly_better:
         return None
     drawn = (curve_of(p, best, search.start, problem.coordinate(p, search.start)) for p in best.parts)
     curves = tuple(c for c in drawn if c is not None)
@@ -116,7 +116,7 @@ def _strongest(search: PartSearch) -> FittedParts | None:
     fits: list[FittedParts] = []
 
     def gain(one: FittedParts) -> float:
-        return one.gain - (POLICY.part_gain if one.parts[0].sensor else 0.0)
+        return one.gain - (POLICY.clearly_better if one.parts[0].sensor else 0.0)
 
     for key in near:
         best = max(fits, key=gain, default=None)
@@ -148,7 +148,7 @@ def _by_coordinate(search: PartSearch) -> dict[tuple[str, str], float]:
         first = min(as_strong, key=lambda c: listed[group, c])
         best[group, first] = gains[first]
     elements = max((gain for (group, _), gain in best.items() if group not in sensors), default=0.0)
-    return {key: g for key, g in best.items() if key[0] not in sensors or g > elements + POLICY.part_gain}
+    return {key: g for key, g in best.items() if key[0] not in sensors or g > elements + POLICY.clearly_better}
 
 
 def _rivals(search: PartSearch, best: FittedParts) -> tuple[str, ...]:
@@ -164,7 +164,7 @@ def _rivals(search: PartSearch, best: FittedParts) -> tuple[str, ...]:
 
 def _margin(gain: float) -> float:
     """The difference in evidence from which a gain is significantly larger than another."""
-    return max(POLICY.part_gain, POLICY.rival_share * gain)
+    return max(POLICY.clearly_better, POLICY.rival_share * gain)
 
 
 def _laws(search: PartSearch, best: FittedParts, curves: Sequence[Curve]) -> list[LawWithin]:

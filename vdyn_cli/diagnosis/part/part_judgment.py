@@ -113,7 +113,7 @@ def _surpassed(judgment: Judgment, finding: PartFinding) -> bool:
         if fitted is None:
             continue
         explained = search.explained(fitted)
-        if explained >= POLICY.part_squares * most or most - explained < 2 * POLICY.part_gain * search.floor:
+        if explained >= POLICY.part_squares * most or most - explained < 2 * POLICY.clearly_better * search.floor:
             return False
     return True
 
@@ -135,7 +135,7 @@ def _explains_more(finding: PartFinding, answer: CandidateModel) -> bool:
     """Whether an answer explains more than the free curve of the part."""
     search = finding.search
     fitted = search.with_effects(answer.effects)
-    least = search.explained(finding.fitted) + 2 * POLICY.part_gain * search.floor
+    least = search.explained(finding.fitted) + 2 * POLICY.clearly_better * search.floor
     return fitted is not None and search.explained(fitted) > least
 
 

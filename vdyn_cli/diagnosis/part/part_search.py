@@ -118,7 +118,7 @@ class PartSearch:
         beside = [e for _, e in gains] + [
             e for n, e in rivals.items() if not fitted.parts[0].concerns(self.strategy.model.setup.candidates[n])
         ]
-        return max((e.explained * self.noise(fitted) for e in beside if e.gain > POLICY.part_gain), default=0.0)
+        return max((e.explained * self.noise(fitted) for e in beside if e.gain > POLICY.clearly_better), default=0.0)
 
     def share_of_part(self, law: FittedParts, part: FittedParts) -> float:
         """The rms error that a law explains, as a share of that which the part explains, 0 to 1."""

@@ -140,18 +140,14 @@ def with_accepted_effects(prior: ParameterPrior, sizes: Mapping[str, Estimate]) 
     )
 
 
-def _assumed_std(name: str, value: float) -> float:
-    """Standard deviation of an assumed value, SI."""
-    return ABSOLUTE.get(name, RELATIVE.get(name, 0.0) * abs(value))
-
-
 def _propagated(
     known: Parameters, wanted: tuple[str, ...], full: Completed, assumed: Mapping[str, str]
 ) -> ParameterPrior:
     """The model's parameters and their covariance D R D', with D the derivatives to given and assumed values."""
     base = {n: e.value for n, e in known.items()}
     given = {n: e.std for n, e in known.items() if e.std > 0}
-    added = {n: spread for n in assumed if n not in DERIVED and (spread := _assumed_std(n, full.values[n])) > 0}
+    spread = {n: ABSOLUTE.get(n, RELATIVE.get(n, 0.0) * abs(full.values[n])) for n in assumed if n not in DERIVED}
+    added = {n: std for n, std in spread.items() if std > 0}
     if full.values.get("driveline_efficiency") == 1.0:  # without a loss its sign has no effect
         added.pop("recuperation_loss", None)
     slopes = np.zeros((len(wanted), len(given) + len(added)))  # per standard deviation
@@ -243,8 +239,19 @@ def _refuse_unphysical(known: Parameters) -> None:
 
 
 def prior_unknowns(prior: ParameterPrior) -> tuple[Unknown, ...]:
-    """Every parameter as an unknown with its prior, started at its mean."""
-    return tuple(_prior_unknown(prior, i) for i in range(len(prior.names)))
+    """Every parameter as an unknown with its prior, started at its mean.
+
+    The bounds are wide: drives may contradict the prior by many standard deviations, which is then a finding.
+    """
+    found = []
+    for name, std, row in zip(prior.names, prior.std.tolist(), prior.correlation.tolist(), strict=True):
+        value = prior.values[name]
+        related = {b: r for b, r in zip(prior.names, row, strict=True) if b != name and abs(r) > 1e-12}
+        low, high = value - FARTHEST * std, value + FARTHEST * std
+        if value > 0 and name not in SIGNED:
+            low = max(low, LEAST_SHARE * value)
+        found.append(Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related))
+    return tuple(found)
 
 
 def clipped_to_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict[str, float]:
@@ -260,17 +267,6 @@ def clipped_to_prior(prior: ParameterPrior, values: Mapping[str, float]) -> dict
             low, high = max(u.lower, u.start - LINEAR_RANGE * std), min(u.upper, u.start + LINEAR_RANGE * std)
             near[u.name] = float(np.clip(values[u.name], low, high))
     return near
-
-
-def _prior_unknown(prior: ParameterPrior, i: int) -> Unknown:
-    name, value, std = prior.names[i], prior.values[prior.names[i]], float(prior.std[i])
-    row = {b: float(prior.correlation[i, j]) for j, b in enumerate(prior.names) if j != i}
-    related = {b: r for b, r in row.items() if abs(r) > 1e-12}
-    # Wide bounds: drives may contradict the prior by many standard deviations, which is then a finding.
-    low, high = value - FARTHEST * std, value + FARTHEST * std
-    if value > 0 and name not in SIGNED:
-        low = max(low, LEAST_SHARE * value)
-    return Unknown(name, value, low, high, "", (value, std), nuisance=True, prior_correlation=related)
 
 
 def carried_effects(model: Model, known: Parameters) -> tuple[Effect, ...]:

@@ -288,17 +288,10 @@ def _partition(y: Array, x: Array, penalty: float) -> list[int]:
 def _follow_torque(rate: Array, torque: Array, rest: Array, starts: list[int]) -> bool:
     """Whether the pieces differ by a factor of the torque rather than by forces of their own, such as hills."""
     own, others = _indicators(rate.size, starts), rest[:, 1:]  # the first of the common columns is constant
-    by_ratio, by_force, both = (
-        _variance(np.column_stack(columns), rate)
-        for columns in (
-            [own * torque[:, None], rest],
-            [own, torque, others],
-            [own * torque[:, None], own, others],
-        )
-    )
-    evidence = 0.5 * rate.size / LASTING * np.log(by_force / by_ratio)  # log likelihood
-    certain = evidence > STEP_POLICY.ratio_evidence * (len(starts) - 1)
-    return bool(certain) and by_ratio < STEP_POLICY.ratio_alone * both
+    ratios = own * torque[:, None]
+    by_ratio, by_force = _variance(rate, ratios, rest), _variance(rate, own, torque, others)
+    certain = log_evidence(rate.size, by_force, by_ratio) > STEP_POLICY.ratio_evidence * (len(starts) - 1)
+    return certain and by_ratio < STEP_POLICY.ratio_alone * _variance(rate, ratios, own, others)
 
 
 def _returns(rate: Array, torque: Array, rest: Array, starts: list[int], ratio: Array) -> bool:
@@ -308,17 +301,9 @@ def _returns(rate: Array, torque: Array, rest: Array, starts: list[int], ratio: 
     if ratio.size - count < FEWEST_RETURNS:
         return False
     same = own @ (level[:, None] == np.arange(count))
-    by_level, by_ratio, by_force = (
-        _variance(np.column_stack(columns), rate)
-        for columns in (
-            [same * torque[:, None], rest],
-            [own * torque[:, None], rest],
-            [own, torque, rest[:, 1:]],
-        )
-    )
-    evidence = 0.5 * rate.size / LASTING * np.log(by_force / by_level)
-    certain = evidence > STEP_POLICY.level_evidence * (count - 1)
-    return bool(certain) and by_level < STEP_POLICY.level_alone * by_ratio
+    by_level, by_force = _variance(rate, same * torque[:, None], rest), _variance(rate, own, torque, rest[:, 1:])
+    certain = log_evidence(rate.size, by_force, by_level) > STEP_POLICY.level_evidence * (count - 1)
+    return certain and by_level < STEP_POLICY.level_alone * _variance(rate, own * torque[:, None], rest)
 
 
 def _indicators(n: int, starts: list[int]) -> Array:
@@ -331,6 +316,13 @@ def _residual(columns: Array, y: Array) -> Array:
     return np.asarray(y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0])
 
 
-def _variance(columns: Array, y: Array) -> float:
-    residual = _residual(columns, y)
-    return float(residual @ residual) / max(y.size - int(np.linalg.matrix_rank(columns)), 1) + LEAST_NOISE**2
+def _variance(y: Array, *columns: Array) -> float:
+    """Variance of the residual of y (n,) beside columns (n,) or (n, k), (m/s^2)^2."""
+    whole = np.column_stack(columns)
+    residual = _residual(whole, y)
+    return float(residual @ residual) / max(y.size - int(np.linalg.matrix_rank(whole)), 1) + LEAST_NOISE**2
+
+
+def log_evidence(samples: int, worse: float, better: float) -> float:
+    """Log likelihood by which a law with the residual variance ``better`` exceeds one with the variance ``worse``."""
+    return 0.5 * samples / LASTING * float(np.log(worse / better))
