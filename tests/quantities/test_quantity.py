@@ -69,6 +69,7 @@ def test_quantities_become_si(text: str | float, si_unit: str, value: float, std
         ("1 m+m", "m", "not a unit"),
         ("1.5 ton", "kg", "ambiguous: write t or kg"),
         ("1588 +- -2 kg", "kg", "has a negative standard deviation: write 1588 \\+- 2 kg"),
+        ("1588 kg +- -0.3 %", "kg", "has a negative standard deviation: write 1588 kg \\+- 0.3 %"),
         ("1 +- 1e999 m", "m", "not a finite number"),
         ("1e999 m", "m", "not a finite number"),
         (float("inf"), "m", "not a finite number"),

@@ -215,19 +215,21 @@ def parse(text: str | float, si_unit: str) -> Given:
     if match is None:
         raise UnitError(f"'{text[:40]}' is not a number with a unit, such as '1 {si_unit}'")
     number, spread, unit = match.groups()
+    own = ""  # unit of the standard deviation, where it has one
     if re.match(r",\d", unit) and not spread:
         raise UnitError(f"'{text[:40]}' has a {_without_comma(number, unit[1:])}")
     if not spread and (behind := _DEVIATION.match(unit)):
         unit, spread, own = behind.groups()
-        relative = own == "%" and unit != "%"
-        spread = float(spread) * (abs(float(number)) / 100.0 if relative else 1.0)
-        if own and not relative:
-            spread *= _scale(own, si_unit)[0] / _scale(unit or si_unit, si_unit)[0]
-    if spread and float(spread) < 0.0:
-        right = f"{number} +- {str(spread)[1:]} {unit}".rstrip()
+    std = float(spread or 0.0)
+    if std < 0.0:
+        right = " ".join([number, *([unit, "+-", f"{-std:g}", own] if own else ["+-", f"{-std:g}", unit])]).rstrip()
         raise UnitError(f"'{text[:40]}' has a negative standard deviation: write {right[:60]}")
     factor, offset = _scale(unit or si_unit, si_unit)
-    return _finite(float(number) * factor + offset, float(spread) * factor if spread else 0.0, text)
+    if own == "%" and unit != "%":
+        std *= abs(float(number)) / 100.0 * factor
+    else:
+        std *= _scale(own, si_unit)[0] if own else factor
+    return _finite(float(number) * factor + offset, std, text)
 
 
 def _without_comma(number: str, rest: str) -> str:

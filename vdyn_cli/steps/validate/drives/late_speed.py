@@ -78,9 +78,9 @@ def _variance(columns: Sequence[Array], y: Array) -> float:
 
 def _shifted(log: Log, delay: float) -> Log:
     """The log with its speed ``delay`` seconds earlier, by whole samples; without a value where none was read."""
-    from pandas import Series
+    from scipy.ndimage import shift
 
     rows = round(delay / float(np.median(np.diff(log.time))))
-    early = Series(log["speed"]).shift(-rows).to_numpy()
+    early = shift(log["speed"], -rows, order=0, cval=np.nan)
     samples = {n: s for n, s in log.samples.items() if n != "speed"}
     return replace(log, channels={**log.channels, "speed": early}, samples=samples)
