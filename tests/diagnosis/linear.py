@@ -14,6 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from vdyn_cli.diagnosis.judgment import Judgment
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
+from vdyn_cli.diagnosis.verdict_text import verdict_sentence
 from vdyn_cli.effects import Effect, effect
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Regression, Rows, Unknown
@@ -149,3 +153,17 @@ class Campaign:
             one_way="all runs have the same direction" if self.one_way else "",
             **more,
         )
+
+
+SLOPE, WIND = cause("slope", turns=True), cause("wind", turns=True)
+WAVE, STEP = cause("wave"), cause("step")
+CATALOG = (SLOPE, WIND, WAVE, STEP)
+
+
+def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: Any) -> tuple[DiagnosisSetup, Judgment]:
+    made = campaign.setup(*(causes or CATALOG), level=level, **case)
+    return made, judge(open_strategy(made))
+
+
+def told(case: DiagnosisSetup, verdict: Judgment) -> str:
+    return verdict_sentence(verdict, case.candidates, {})

@@ -10,31 +10,14 @@ from typing import Any, cast
 
 import pytest
 
-from tests.diagnosis.linear import Campaign, cause
-from vdyn_cli.diagnosis.detect.detection import detect, reachable_t
-from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup
+from tests.diagnosis.linear import CATALOG, SLOPE, STEP, WAVE, WIND, Campaign, cause, judged, told
+from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.candidate_models import candidate_model, catalog_falls_short, pairs
-from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
-from vdyn_cli.diagnosis.verdict_text import verdict_sentence
-from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding
-
-SLOPE, WIND = cause("slope", turns=True), cause("wind", turns=True)
-WAVE, STEP = cause("wave"), cause("step")
-CATALOG = (SLOPE, WIND, WAVE, STEP)
-
-
-def judged(campaign: Campaign, *causes: Effect, level: float = 0.05, **case: Any) -> tuple[DiagnosisSetup, Judgment]:
-    made = campaign.setup(*(causes or CATALOG), level=level, **case)
-    return made, judge(open_strategy(made))
-
-
-def told(case: DiagnosisSetup, verdict: Judgment) -> str:
-    return verdict_sentence(verdict, case.candidates, {})
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -216,137 +199,6 @@ def test_the_verdict_follows_from_the_evidence(evidence: dict[str, Any], verdict
     assert bool(judgment.answers) is (verdict in ("named", "ambiguous") or SENSOR in judgment.accepted)
     assert judgment.confounded == (judgment.accepted if judgment.one_way else ())
     assert judgment.immaterial is (ONE if judgment.material is False else None)
-
-
-# What can't be told ----------------------------------------------------------------------------------------------
-
-
-def test_too_few_runs_are_never_given_a_name() -> None:
-    case, verdict = judged(Campaign(7, runs=2, hidden={"wind": 5.0}), fewest_runs=4)
-    assert verdict.verdict == "not_testable"
-    assert "2 runs are too few" in told(case, verdict)
-
-
-def test_runs_all_one_way_name_what_does_not_turn_with_the_direction() -> None:
-    _, verdict = judged(Campaign(8, hidden={"wave": 5.0}, one_way=True))
-    assert verdict.verdict == "named"
-    assert verdict.answer is not None
-    assert verdict.answer.effects == ("wave",)
-
-
-def test_runs_all_one_way_do_not_name_what_a_slope_at_their_start_imitates(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Effect, "begins_with_run", property(lambda effect: effect.name == "wave"))
-    case, verdict = judged(Campaign(8, hidden={"wave": 5.0}, one_way=True))
-    assert verdict.verdict == "not_testable"
-    assert told(case, verdict).startswith("A wave would explain the misfit (p = ")
-    assert [one.effects for one in verdict.confounded] == [("wave",)]
-    assert judged(Campaign(8, hidden={"wave": 5.0}))[1].verdict == "named"
-
-
-def test_runs_all_one_way_without_an_error_are_not_called_adequate() -> None:
-    case, verdict = judged(Campaign(8, one_way=True))
-    assert verdict.verdict == "not_testable"
-    assert told(case, verdict).startswith("No other error detected (p = ")
-
-
-def test_runs_all_one_way_name_neither_wind_nor_slope() -> None:
-    case, verdict = judged(Campaign(8, hidden={"wind": 5.0}, one_way=True))
-    assert verdict.verdict == "not_testable"
-    assert "all runs have the same direction" in told(case, verdict)
-    assert told(case, verdict).startswith("A wind would explain the misfit (p = ")
-    (test,) = next_tests(open_strategy(case), verdict)
-    assert "out and back" in test.manoeuvre
-    assert test.runs == 8
-
-
-def test_short_runs_hold_too_little_evidence() -> None:
-    case, verdict = judged(Campaign(9, runs=2, rows=18, hidden={"wind": 20.0}))
-    assert verdict.verdict == "not_testable"
-    assert "too few to certify an effect" in told(case, verdict)
-
-
-def test_stated_values_are_no_pieces_of_evidence() -> None:
-    """Each short run has two blocks, and a start with a prior."""
-    case, verdict = judged(Campaign(9, runs=5, rows=12, hidden={"wind": 20.0}))
-    assert verdict.detection.system.units == 15
-    assert verdict.verdict == "not_testable"
-    assert "10 blocks (effective number " in told(case, verdict)
-    (test,) = next_tests(open_strategy(case), verdict)
-    assert test.runs == 10
-
-
-def test_an_effect_that_differs_between_runs_needs_runs_enough_for_the_level() -> None:
-    warming = cause("warming", between=True)
-    for level, runs, name in ((0.05, 8, "named"), (0.005, 8, "adequate"), (0.005, 10, "named")):
-        _, verdict = judged(Campaign(1, runs=runs, hidden={"warming": 3.0}), *CATALOG, warming, level=level)
-        assert verdict.verdict == name
-        because = [i.because for i in verdict.untestable if i.effect == "warming"]
-        assert ["too few to test it" in one for one in because] == [True] * (name == "adequate")
-
-
-def test_a_level_that_the_units_cannot_reach_is_refused() -> None:
-    _, verdict = judged(Campaign(10, hidden={"wind": 5.0}), level=1e-4)
-    assert verdict.verdict == "not_testable"
-    assert "cannot reach the level of 0.0001" in verdict.insufficient
-
-
-def test_effects_that_would_not_be_visible_are_listed_with_the_bias_they_would_cause() -> None:
-    _, verdict = judged(Campaign(11), *CATALOG, cause("copy_of_bend"), cause("nothing"))
-    assert verdict.verdict == "adequate"
-    (unseen,) = verdict.untestable  # what has no trace at all biases nothing
-    assert unseen.effect == "copy_of_bend"
-    assert unseen.because == "exactly collinear with bend"
-    assert unseen.size == pytest.approx(10.0)  # half of the plausible range
-    assert unseen.would_bias == {"bend": pytest.approx(30.0)}
-
-
-def test_where_no_effect_would_be_visible_nothing_is_testable() -> None:
-    case, verdict = judged(Campaign(13), cause("copy_of_bend"))
-    assert verdict.verdict == "not_testable"
-    assert "no candidate effect would be visible" in told(case, verdict)
-
-
-def test_runs_that_last_next_to_no_time_give_no_name() -> None:
-    case, verdict = judged(Campaign(7, hidden={"slope": 0.6}), too_short="no run lasts longer than 2 s")
-    assert verdict.verdict == "not_testable"
-    assert "no run lasts longer than 2 s; effects are confounded in runs this short" in told(case, verdict)
-
-
-def test_an_effect_too_small_to_matter_at_its_largest_is_not_testable() -> None:
-    bench = open_strategy(Campaign(13).setup(SLOPE, cause("wave", reach=0.05)))
-    base = bench.fitted(())
-    assert base is not None
-    found = detect(bench, base)
-    assert found.testable == ("slope",)
-    assert reachable_t(bench.model, found.scores, "wave") < 3 < reachable_t(bench.model, found.scores, "slope")
-
-
-# What to drive next ----------------------------------------------------------------------------------------------
-
-
-def test_rivals_that_more_runs_would_part_are_promised_so() -> None:
-    case = Campaign(2, runs=4, hidden={"slope": 0.2}).setup(SLOPE, WIND)
-    bench = open_strategy(case)
-    verdict = judge(bench)
-    assert verdict.verdict == "ambiguous"
-    more = [t for t in next_tests(bench, verdict) if t.runs is not None]
-    assert set(more[0].separates) == {"slope", "wind"}
-    expected, runs = more[0].expected_t, more[0].runs
-    assert expected is not None
-    assert runs is not None
-    assert expected == pytest.approx(6.0, abs=0.4)
-    assert str(runs) in more[0].manoeuvre
-    base = Campaign(2, runs=4 + runs, hidden={"slope": 0.2}).setup(SLOPE, WIND)
-    later = judge(open_strategy(base))
-    assert later.verdict == "named"
-
-
-def test_rivals_with_the_same_trace_need_another_manoeuvre() -> None:
-    case = Campaign(2, hidden={"wind": 2.0}).setup(*CATALOG, cause("wind_twin"))
-    bench = open_strategy(case)
-    tests = next_tests(bench, judge(bench))
-    assert {t.manoeuvre for t in tests} <= {"Show the wind alone.", "Show the wind_twin alone."}
-    assert all(t.runs is None for t in tests)
 
 
 def test_numbers_are_finite() -> None:

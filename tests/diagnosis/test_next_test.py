@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.bench import cases
-from tests.diagnosis.linear import Campaign, cause
+from tests.diagnosis.linear import CATALOG, Campaign, cause
 from tests.plant import coast
 from tests.plant.coast_information import information
 from tests.plant.information import total
@@ -249,3 +249,28 @@ def test_nothing_is_simulated_for_a_question_that_is_not_asked() -> None:
     verdict, tests = told(made)
     assert verdict.verdict == "not_testable"
     assert [t.expected_t for t in tests] == [None]
+
+
+def test_rivals_that_more_runs_would_part_are_promised_so() -> None:
+    case = Campaign(2, runs=4, hidden={"slope": 0.2}).setup(SLOPE, WIND)
+    bench = open_strategy(case)
+    verdict = judge(bench)
+    assert verdict.verdict == "ambiguous"
+    more = [t for t in next_tests(bench, verdict) if t.runs is not None]
+    assert set(more[0].separates) == {"slope", "wind"}
+    expected, runs = more[0].expected_t, more[0].runs
+    assert expected is not None
+    assert runs is not None
+    assert expected == pytest.approx(6.0, abs=0.4)
+    assert str(runs) in more[0].manoeuvre
+    base = Campaign(2, runs=4 + runs, hidden={"slope": 0.2}).setup(SLOPE, WIND)
+    later = judge(open_strategy(base))
+    assert later.verdict == "named"
+
+
+def test_rivals_with_the_same_trace_need_another_manoeuvre() -> None:
+    case = Campaign(2, hidden={"wind": 2.0}).setup(*CATALOG, cause("wind_twin"))
+    bench = open_strategy(case)
+    tests = next_tests(bench, judge(bench))
+    assert {t.manoeuvre for t in tests} <= {"Show the wind alone.", "Show the wind_twin alone."}
+    assert all(t.runs is None for t in tests)
