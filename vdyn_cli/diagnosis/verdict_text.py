@@ -54,8 +54,9 @@ def verdict_sentence(
     if judgment.nuisance is not None:
         text += _nuisance(judgment.nuisance, effects, amplitudes)
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
-    if readable:
-        text += f" Smallest errors these data could reveal: {' and '.join(_revealed(d) for d in readable[:REVEALED])}."
+    revealed = [f"{d.label} ({_amount(d)})" for d in readable[:REVEALED]]
+    if revealed:
+        text += f" Smallest errors these data could reveal: {' and '.join(revealed)}."
     if narrowed and effects:
         text += f" Only {', '.join(effects)} {'was' if len(effects) == 1 else 'were'} tested."
     return text
@@ -90,11 +91,6 @@ def _nuisance(nuisance: NuisanceError, effects: Mapping[str, Effect], amplitudes
     label, late = _with_amplitude(effects[nuisance.model.effects[-1]], amplitudes), two_digits(nuisance.expected)
     expected = f": values that the logger holds may be up to {late} s (one row) late"
     return f" {capitalized(label)} is part of the fit{expected if nuisance.expected else ' and does not matter'}."
-
-
-def _revealed(smallest: Detectable) -> str:
-    """The effect with its detectable amplitude, "brakes that drag (9 N)"."""
-    return f"{smallest.label} ({_amount(smallest)})"
 
 
 def _amount(smallest: Detectable) -> str:
@@ -168,12 +164,8 @@ def _immaterial(
     named = " with ".join(_with_amplitude(effects[e], amplitudes) for e in judgment.immaterial.effects)
     verb = "come" if len(judgment.immaterial.effects) > 1 or is_plural(named) else "comes"
     what = "would explain it" if judgment.accepted else f"{verb} closest to it"
-    return f"{text}{size_text(size)}. {capitalized(named)} {what}."
-
-
-def size_text(size: Size | None) -> str:
-    """The size of a finding after a colon: ": speed 0.012 m/s rms (noise floor 0.3 m/s), drag area 0.05 std"."""
-    return "" if size is None else f": {_size(size, ' ')}"
+    of_size = f": {_size(size, ' ')}" if size else ""
+    return f"{text}{of_size}. {capitalized(named)} {what}."
 
 
 def _size(size: Size, between: str) -> str:

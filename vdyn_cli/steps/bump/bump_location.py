@@ -63,7 +63,7 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
     along = np.interp(clock, log.time, way)
     changes = {n: np.interp(clock, *_changes(log, n)) for n in CHANNELS if n in log}
     at = int(np.argmax(np.abs(changes["front_load"])))
-    pace = np.full(1, max(abs(_speed_near(log, float(clock[at]))), CREEPING))
+    pace = _pace_from(log, clock[at : at + 1])
     for _ in range(SEARCH_ROUNDS):
         response = _response(simulator, pace, step, width + wheelbase)
         before, at = at, _best_place(changes, response, along, stated, wheelbase, round(LEAD / step))
@@ -89,7 +89,8 @@ def _changes(log: Log, name: str) -> tuple[Array, Array]:
 
 def _pace_from(log: Log, clock: Array) -> Array:
     """Speed (n,) from the start of the response at the first of the times ``clock``, (n,), s, smoothed; m/s."""
-    time, speed = _finite(log)
+    good = np.isfinite(log["speed"])
+    time, speed = log.time[good], log["speed"][good]
     window = np.searchsorted(time, [clock - NEAR, clock + NEAR])
     total = np.append(0.0, np.cumsum(speed))
     count = np.maximum(window[1] - window[0], 1)
@@ -103,18 +104,6 @@ def _time_for(pace: Array, step: float, length: float) -> float:
     way = np.append(0.0, np.cumsum(after * step))
     beyond = max(length - float(way[-1]), 0.0) / float(after[-1])
     return float(np.interp(length, way, step * np.arange(way.size))) + beyond
-
-
-def _finite(log: Log) -> tuple[Array, Array]:
-    """Times and values (n,) of the speed where it has a reading."""
-    good = np.isfinite(log["speed"])
-    return log.time[good], log["speed"][good]
-
-
-def _speed_near(log: Log, time: float) -> float:
-    near = np.abs(log.time - time) < NEAR
-    values = log["speed"][near] if np.isfinite(log["speed"][near]).any() else log["speed"]
-    return float(np.nanmean(values))
 
 
 def _response(simulator: Simulator, pace: Array, step: float, length: float) -> dict[str, Array]:

@@ -18,6 +18,7 @@ from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.bump.drop_run import DropRun
+from vdyn_cli.steps.bump.known_car import carried_masses
 from vdyn_cli.steps.bump.measured_channels import MeasuredChannels
 from vdyn_cli.steps.contract import NO_VALUES
 
@@ -65,9 +66,7 @@ class DropFit:
         """The mass that the springs of each axle carry, kg."""
         if len(self.axles) == 1:
             return {self.axles[0]: self.known["sprung_mass"]}
-        mass, to_front = sprung_body(*(self.known[n] for n in BODY_OF))
-        share = to_front / self.known["wheelbase"]
-        return {"front": mass * (1 - share), "rear": mass * share}
+        return carried_masses(self.known)
 
     @cached_property
     def start(self) -> Mapping[str, float]:

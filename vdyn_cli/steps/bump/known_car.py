@@ -82,8 +82,9 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
     place = numbers["antenna_offset"]
     if "vertical_acceleration" in spec.mapped:
         numbers["antenna_offset"] = Given(place.value, place.std or STEP_POLICY.bump_accelerometer)
-    stated = {n: Given(e.value, e.std) for n, e in known.items()}
-    numbers["longitudinal_lever"] = Given(_lever(stated, numbers).value, LEVER_STD)
+    sprung, _ = sprung_body(*(numbers[n].value for n in BODY_OF))
+    above = _height_above_wheels({n: Given(e.value, e.std) for n, e in known.items()}).value
+    numbers["longitudinal_lever"] = Given(numbers["mass"].value / sprung * above, LEVER_STD)  # of the sprung body
     if settings.load_sensor == "hub":
         known.require("wheel_mass", where="bump")
         wheel = known["wheel_mass"]
@@ -187,14 +188,6 @@ def _height_above_wheels(stated: Mapping[str, Given]) -> Given:
     return Given(height.value - radius.value, float(np.hypot(height.std, radius.std)))
 
 
-def _lever(stated: Mapping[str, Given], found: Mapping[str, Given]) -> Given:
-    """Height of the sprung body's center above the wheels' centers, m: M (h - r) / Ms."""
-    sprung, _ = sprung_body(*(found[n].value for n in BODY_OF))
-    height = _height_above_wheels(stated)
-    factor = found["mass"].value / sprung
-    return Given(factor * height.value, factor * height.std)
-
-
 def static_loads(values: Mapping[str, float]) -> dict[str, float]:
     """Axle loads at rest, N, by channel: M g (L - lf) / L in front, M g lf / L at the rear.
 
@@ -207,6 +200,13 @@ def static_loads(values: Mapping[str, float]) -> dict[str, float]:
     return {"front_load": weight * (1 - share), "rear_load": weight * share}
 
 
+def carried_masses(values: Mapping[str, float]) -> dict[str, float]:
+    """The part of the sprung mass that the springs of each axle carry, kg; ``values`` of the car, SI."""
+    sprung, to_front = sprung_body(*(values[n] for n in BODY_OF))
+    share = to_front / values["wheelbase"]
+    return {"front": sprung * (1 - share), "rear": sprung * share}
+
+
 def usual_car(values: Mapping[str, float]) -> dict[str, float]:
     """Springs, dampers and tires of a typical car of this weight, SI by name.
 
@@ -216,10 +216,8 @@ def usual_car(values: Mapping[str, float]) -> dict[str, float]:
     ----------
     values : masses (kg), cg_to_front and wheelbase (m).
     """
-    sprung, to_front = sprung_body(*(values[n] for n in BODY_OF))
-    share = to_front / values["wheelbase"]
     start = {"tire_vertical_stiffness": 250.0 * values["mass"]}
-    for end, mass in (("front", sprung * (1 - share)), ("rear", sprung * share)):
+    for end, mass in carried_masses(values).items():
         stiffness = mass * (2 * np.pi * 1.3) ** 2
         start[f"suspension_stiffness_{end}"] = stiffness
         start[f"suspension_damping_{end}"] = 2 * 0.3 * float(np.sqrt(stiffness * mass))

@@ -70,7 +70,8 @@ def with_corners(
     for group, least, most in _groups(found, lines, time.size):
         middle = 0.5 * (time[group] + time[group + 1])
         broken = _fit(time, torque, least, most, middle)
-        if _is_consistent(broken, level):
+        free = max(broken.misses.size - 2 - 2 * broken.corners.size, 1)
+        if _is_noise(broken.misses, level, free):
             values[broken.first : broken.end] = broken.at(time[broken.first : broken.end])
             times.append(broken.corners)
             heights.append(broken.at(broken.corners))
@@ -192,11 +193,6 @@ def _fit(time: Array, torque: Array, first: int, end: int, corners: Array) -> _B
         return np.asarray(columns(at, corners) @ shape)
 
     return _Broken(first, end, corners, line, torque[first:end] - line(t))
-
-
-def _is_consistent(broken: _Broken, level: float) -> bool:
-    """Whether the residuals of the broken line are consistent with white noise of ``level``."""
-    return _is_noise(broken.misses, level, max(broken.misses.size - 2 - 2 * broken.corners.size, 1))
 
 
 def _is_noise(misses: Array, level: float, free: int) -> bool:

@@ -86,7 +86,7 @@ def posterior(w: WhitenedDrives) -> Posterior:
     system = _BorderedSystem([r.jacobian for r in rows], known, held)
     residuals, scores = [r.residual for r in rows], None
     for step in range(CHORD_STEPS + 1):
-        gradients = [r.jacobian.T @ residual for r, residual in zip(rows, residuals, strict=True)]
+        gradients = np.array([r.jacobian.T @ residual for r, residual in zip(rows, residuals, strict=True)])
         zeros = own @ (held.T @ held)  # their priors are about zero; a start speed has none
         if scores is None:
             scores = system.reduced_gradient(gradients, zeros)
@@ -112,40 +112,30 @@ class _BorderedSystem:
 
     def __init__(self, jacobians: list[Array], known: Array, held: Array) -> None:
         self.s = s = known.shape[1]
-        self.prior = known.T @ known
-        self.blocks = []
-        self.information = np.zeros((s, s))
-        for j in jacobians:
-            normal = j.T @ j
-            a, b, c = normal[:s, :s], normal[:s, s:], normal[s:, s:] + held.T @ held
-            c = c + 1e-9 * np.diag(np.diag(c)) + 1e-12 * np.eye(len(c))
-            follow = np.linalg.solve(c, b.T) if len(c) else np.zeros((0, s))
-            self.blocks.append((b, c, follow))
-            self.information += a - b @ follow
-        self.covariance = np.linalg.inv(self.prior + self.information)
+        normal = np.array([j.T @ j for j in jacobians])
+        own, unit = normal[:, s:, s:] + held.T @ held, np.eye(len(held.T))
+        self.border, self.own = normal[:, :s, s:], own * (1 + 1e-9 * unit) + 1e-12 * unit
+        self.follow = np.linalg.solve(self.own, self.border.swapaxes(1, 2))
+        self.information = np.sum(normal[:, :s, :s] - self.border @ self.follow, axis=0)
+        self.covariance = np.linalg.inv(known.T @ known + self.information)
         self.std = np.sqrt(np.diag(self.covariance))
 
-    def reduced_gradient(self, gradients: list[Array], own_prior: Array) -> Array:
+    def reduced_gradient(self, gradients: Array, own_prior: Array) -> Array:
         """Scores (s,) of the shared unknowns with each segment's own eliminated.
 
         Parameters
         ----------
-        gradients : (s + m,) of each segment. own_prior : (segments, m) gradients of the priors of the own unknowns.
+        gradients : (segments, s + m). own_prior : (segments, m) gradients of the priors of the own unknowns.
         """
-        total = np.zeros(self.s)
-        for (_, _, follow), gradient, prior in zip(self.blocks, gradients, own_prior, strict=True):
-            total += gradient[: self.s] - follow.T @ (gradient[self.s :] + prior)
-        return total
+        own = gradients[:, self.s :] + own_prior
+        return np.asarray(np.sum(gradients[:, : self.s] - np.einsum("kms,km->ks", self.follow, own), axis=0))
 
-    def step(self, gradients: list[Array], shared_prior: Array, own_prior: Array) -> tuple[Array, Array]:
+    def step(self, gradients: Array, shared_prior: Array, own_prior: Array) -> tuple[Array, Array]:
         """Newton steps of shared (s,) and own (segments, m) unknowns from the gradients of rows and priors."""
         right = self.reduced_gradient(gradients, own_prior) + shared_prior
         moved = -self.covariance @ right
-        own = [
-            -np.linalg.solve(c, gradient[self.s :] + prior + b.T @ moved) if len(c) else np.zeros(0)
-            for (b, c, _), gradient, prior in zip(self.blocks, gradients, own_prior, strict=True)
-        ]
-        return moved, np.array(own)
+        right_own = gradients[:, self.s :] + own_prior + moved @ self.border
+        return moved, -np.linalg.solve(self.own, right_own[:, :, None])[:, :, 0]
 
 
 def _pulls(prior: ParameterPrior, system: _BorderedSystem, shared: Array, scores: Array) -> Posterior:
