@@ -213,25 +213,21 @@ def _beside_baseline(base: Result, extended_result: Result, extension: Extension
     }
     before = {(c.run, c.channel): c for c in base.comparisons}
     labels = " and ".join(f"{e.label}{amplitude_text(e, amplitudes)}" for e in effects) + extension.labels_end
-    restate = extended_result.restate
+    includes, restate = f"The model includes {labels}.", extended_result.restate
     return replace(
         extended_result,
-        sentence=_with_effects(extended_result.sentence, labels),
-        restate=None if restate is None else partial(_extended_sentence, labels, restate),
+        sentence=f"{extended_result.sentence} {includes}",
+        restate=None if restate is None else partial(_extended_sentence, includes, restate),
         parameters=Parameters(estimates, extended_result.parameters.correlation, lasting, laws),
         comparisons=tuple(_with_baseline(c, before) for c in extended_result.comparisons),
     )
 
 
 def _extended_sentence(
-    labels: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]
+    includes: str, restate: Restate, estimates: Mapping[str, Estimate], extra: Mapping[str, Any]
 ) -> str:
-    return _with_effects(restate(estimates, extra), labels)
-
-
-def _with_effects(sentence: str, labels: str) -> str:
-    """The sentence of a result, and the effects that its model includes."""
-    return f"{sentence} The model includes {labels}."
+    """The sentence of a result, and the effects that its model ``includes``."""
+    return f"{restate(estimates, extra)} {includes}"
 
 
 def _without_effects(base: Result, extension: Extension) -> tuple[Finding, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -73,10 +74,9 @@ def ratio_of_angles_doubts(log: Log, gear_ratio: float) -> list[Finding]:
     if np.count_nonzero(good) < 10:
         return []
     columns = np.column_stack([np.ones(twist.size), log["shaft_torque"], turned])[good]
-    size = np.abs(columns).max(axis=0)
-    if not (size > 0).all():
+    if not columns.any(axis=0).all():
         return []
-    slope = np.linalg.lstsq(columns / size, twist[good], rcond=None)[0] / size
+    slope, _ = least_squares(columns, twist[good])
     drift = abs(slope[2]) * float(np.ptp(turned[good]))
     if drift <= WRONG_RATIO * abs(slope[1]) * float(np.ptp(log["shaft_torque"][good])):
         return []

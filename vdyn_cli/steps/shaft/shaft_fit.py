@@ -259,10 +259,8 @@ def noise_excess(solutions: Iterable[Solution], runs: Iterable[ShaftReadings]) -
 
 def unknowns_and_change(fit: ShaftFit, at: Array, solution: Solution) -> tuple[Array, float]:
     """All unknowns (u,) at a solution; largest change of a shared one from ``at`` (u,), in standard deviations."""
-    later = fit.unknowns_at(solution)
-    free = [i for i, u in enumerate(fit.regression.shared) if u.name in solution.values]
-    std = np.array([solution.std[fit.regression.shared[i].name] for i in free])
-    return later, float(np.max(np.abs(later - at)[free] / std))
+    shared = zip(fit.regression.shared, at.tolist(), strict=False)
+    return fit.unknowns_at(solution), solution.move_from({u.name: x for u, x in shared if u.name in solution.values})
 
 
 def _zeros_beyond_priors(runs: Sequence[ShaftReadings], stiffness: float) -> float:

@@ -13,7 +13,7 @@ drawn by Monte Carlo.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -187,10 +187,10 @@ def band_tests(w: WhitenedDrives, found: tuple[dict[str, PredictionBand], ...]) 
     for name in outputs:
         tally = drawn[name]
         noise = rng.standard_normal(DRAWS)
-        share, fake = tally.whole(noise)
+        share, fake = tally.shares(noise)
         chance = (1 + float(np.sum(fake >= share - 1e-12))) / (1 + DRAWS)
         ranks.append((share, fake))
-        by = {r: tally.in_regime(i, noise) for i, r in enumerate(REGIMES) if tally.count[i]}
+        by = {r: tally.shares(noise, [i]) for i, r in enumerate(REGIMES) if tally.count[i]}
         limits = {r: (real, float(np.quantile(f, 0.975))) for r, (real, f) in by.items()}
         out[name] = BandTest(share, float(np.quantile(fake, 0.975)), chance, limits)
     return out, _worst(ranks)
@@ -231,17 +231,11 @@ class _Tally:
             self.fake[i] += samples @ fake
             self.scatter[i] += alike * (samples @ scatter)
 
-    def in_regime(self, i: int, noise: Array) -> tuple[float, Array]:
-        return self._shares(self.real[i], self.count[i], self.fake[i], self.scatter[i], noise)
-
-    def whole(self, noise: Array) -> tuple[float, Array]:
-        parts = (self.real.sum(), self.count.sum(), self.fake.sum(axis=0), self.scatter.sum(axis=0))
-        return self._shares(*parts, noise)
-
-    @staticmethod
-    def _shares(real: float, count: float, fake: Array, scatter: Array, noise: Array) -> tuple[float, Array]:
+    def shares(self, noise: Array, regimes: Sequence[int] = range(len(REGIMES))) -> tuple[float, Array]:
+        """The share of the time in these regimes that is outside, measured and drawn (draws,)."""
+        count, fake, scatter = (sums[list(regimes)].sum(axis=0) for sums in (self.count, self.fake, self.scatter))
         drawn = np.clip((fake + np.sqrt(scatter) * noise) / count, 0.0, 1.0)
-        return float(real / count), np.asarray(drawn)
+        return float(self.real[list(regimes)].sum() / count), np.asarray(drawn)
 
 
 def _drawn_outside(

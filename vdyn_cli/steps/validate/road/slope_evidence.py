@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vdyn_cli.inference.bins import cut
+from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
@@ -45,13 +46,11 @@ def shown_slope(setup: SimulationSetup, logs: Sequence[Log], slopes: Sequence[Ar
         made.append((np.hstack([starts, responses[:, 1:]]), error))
     columns, error = np.vstack([c for c, _ in made]), np.concatenate([e for _, e in made])
     there = np.isfinite(error)
-    scale = np.maximum(np.abs(columns[there]).max(axis=0), 1e-12)
-    columns, error = columns[there] / scale, error[there]
-    without = error - columns[:, :-1] @ np.linalg.lstsq(columns[:, :-1], error)[0]
-    share = np.linalg.lstsq(columns, error)[0]
-    rest = error - columns @ share
+    columns, error = columns[there], error[there]
+    share, rest = least_squares(columns, error)
+    _, without = least_squares(columns[:, :-1], error)
     # Without the hill, the simulation is too fast uphill: the error has the sign opposite to that of its response.
-    return float(-share[-1] / scale[-1]), float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
+    return float(-share[-1]), float(1.0 - np.linalg.norm(rest) / np.linalg.norm(without))
 
 
 def _responses(s: DriveSegment, error: Array, slope: Array, values: Mapping[str, float]) -> tuple[Array, Array]:
