@@ -33,7 +33,7 @@ class RollingPath:
     radius : of the wheels, m. gap : the largest height of the wheel's lowest point above the road under its center, m.
     stated : whether the description gives the radius.
     shape : of the path: a hump over a described bump, points (position, height) in m over a measured profile.
-    ground : heights (n,) of the road and their positions (n,), m, the bump from 0 on.
+    ground : positions and heights (n,) of the road, m, the bump from 0 on.
     """
 
     radius: float

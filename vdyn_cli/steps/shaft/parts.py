@@ -34,7 +34,7 @@ def shaft_parts(sides: Sequence[str], twist: tuple[float, float], rate: tuple[fl
     return (over_twist, part("twist_rate", rate, "rad/s", "rate of twist", damping))
 
 
-def largest(logs: Sequence[np.ndarray]) -> tuple[float, float]:
+def symmetric_span(logs: Sequence[np.ndarray]) -> tuple[float, float]:
     """The smallest span symmetric about zero that contains all finite values."""
     most = max((float(np.nanmax(np.abs(x))) for x in logs if x.size), default=1.0)
     return -most, most

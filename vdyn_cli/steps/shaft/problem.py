@@ -24,7 +24,7 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile
 from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
 from vdyn_cli.steps.shaft.combined_regression import combined_regression
-from vdyn_cli.steps.shaft.parts import largest, shaft_parts
+from vdyn_cli.steps.shaft.parts import shaft_parts, symmetric_span
 from vdyn_cli.steps.shaft.result import shaft_result
 from vdyn_cli.steps.shaft.sections import drawing_budget
 from vdyn_cli.steps.shaft.shaft_readings import readings_of
@@ -75,7 +75,7 @@ class ShaftProblem(SimulatedProblem):
         if not logged:
             return ()
         runs = [run for side in logged for run in side.runs]
-        twist, rate = largest([r.twist for r in runs]), largest([r.rate for r in runs])
+        twist, rate = symmetric_span([r.twist for r in runs]), symmetric_span([r.rate for r in runs])
         found = shaft_parts([side.name for side in logged], twist, rate)
         return found if self._resolves_rate else found[:1]
 

@@ -12,6 +12,7 @@ Marks = NDArray[np.int64]
 
 REGIMES = ("launch", "acceleration", "cruise", "coast", "braking", "low speed")
 SLOW = 3.0  # m/s, below which the car is almost at rest
+STARTING = 0.3  # m/s, below which the car is at rest, or has just begun to move
 LAUNCHED = 6.0  # m/s, at which a start from rest is over
 STEADY = 0.3  # m/s^2, limit between cruising and accelerating
 PRESSED = 0.02  # share of the largest brake torque above which the brake is on
@@ -80,12 +81,12 @@ def _brake_noise(time: Array, brake: Array) -> float:
 
 
 def _launching(speed: Array, driven: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Mask (n,) of launches: from the last moment at rest to 6 m/s, while driven."""
+    """Mask (n,) of launches: from the last moment below ``STARTING`` to 6 m/s, while driven."""
     launching, found = False, np.zeros(speed.size, dtype=bool)
     for i, (v, on) in enumerate(zip(speed.tolist(), driven.tolist(), strict=True)):
         if not on or v > LAUNCHED:
             launching = False
-        elif v < 0.3:
+        elif v < STARTING:
             launching = True
         found[i] = launching
     return found

@@ -141,13 +141,13 @@ class RunConditions:
 
 
 def drive_segments(
-    logs: Sequence[Log], notes: Sequence[RunConditions], cut: Segmentation
+    logs: Sequence[Log], conditions: Sequence[RunConditions], cut: Segmentation
 ) -> tuple[list[DriveSegment], list[Finding]]:
     """The segments that are simulated, and findings about the logs.
 
     Parameters
     ----------
-    logs : one for each run. notes : conditions of each run. cut : the rules.
+    logs : one for each run. conditions : of each run. cut : the rules.
 
     Raises
     ------
@@ -166,9 +166,9 @@ def drive_segments(
     nowhere = [np.zeros(time.size, dtype=bool) for time, _, _ in driven]
     unlogged = unlogged_braking(driven) if rolls and not cut.powered else [UnloggedBraking(n) for n in nowhere]
     changes = ratio_changes(driven, cut.motion) if rolls else [RatioChange(n) for n in nowhere]
-    odd, said = _odd_drives(logs, [HEADING[n.direction] for n in notes], driven, changes, cut)
+    odd, said = _odd_drives(logs, [HEADING[n.direction] for n in conditions], driven, changes, cut)
     findings += said
-    for k, (log, note, (whole, doubts), braked) in enumerate(zip(logs, notes, drives, unlogged, strict=True)):
+    for k, (log, condition, (whole, doubts), braked) in enumerate(zip(logs, conditions, drives, unlogged, strict=True)):
         for found_here in (limits[k], braked, changes[k]):
             doubts += found_here.finding(log.name)
         findings += doubts
@@ -176,7 +176,7 @@ def drive_segments(
         if k in odd:
             continue
         parts = _parts(whole, cut, top, limits[k].beyond | braked.braked | changes[k].other) if top > MOVING else []
-        made = [_segment(k, whole, note, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
+        made = [_segment(k, whole, condition, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
         made = [replace(s, creeping=slow, sampled=_sampled(log, s)) for s in made]
         made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST_SAMPLES // 2]
@@ -281,16 +281,16 @@ def total_drive_torque(signals: Mapping[str, Array]) -> Array:
     return signals["drive_torque_left"] + signals["drive_torque_right"]
 
 
-def _segment(run: int, log: Log, note: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
+def _segment(run: int, log: Log, condition: RunConditions, a: int, b: int, timed: bool) -> DriveSegment:
     part = slice(a, b + 1)
     time = log.time[part]
     names = [n for n in (*DRIVE_TORQUES, SENSED_SLOPE, *INPUTS) if n in log]
     inputs = {n: log[n][part] for n in names}
     outputs = {n: log[n][part] for n in (*OUTPUTS, "jerk") if n in log}
     name = f"{log.name}, {time[0]:.0f} to {time[-1]:.0f} s" if timed else log.name
-    heading = HEADING[note.direction]
+    heading = HEADING[condition.direction]
     speed = outputs["speed"]
     start, end = end_speed(time, speed, first=True), end_speed(time, speed, first=False)
     marks = marked(time, speed, total_drive_torque(log.channels)[part], inputs["brake_torque"])
-    made = DriveSegment(run, name, time, inputs, outputs, marks, heading, note.temperature, start, end)
-    return replace(made, since=float(time[0] - log.time[0]), run_start=note.start)
+    made = DriveSegment(run, name, time, inputs, outputs, marks, heading, condition.temperature, start, end)
+    return replace(made, since=float(time[0] - log.time[0]), run_start=condition.start)
