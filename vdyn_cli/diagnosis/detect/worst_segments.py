@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.diagnosis import WorstSegment
@@ -23,9 +22,10 @@ def worst_segments(result: Result) -> tuple[WorstSegment, ...]:
     """
     noise: dict[str, list[float]] = {}
     for c in result.comparisons:
-        good = _finite(c)
-        if good.sum() >= 4 * SEGMENTS:
-            noise.setdefault(c.channel, []).append(white_level((c.measured - c.simulated)[good]))
+        error = c.measured - c.simulated
+        error = error[np.isfinite(error)]
+        if error.size >= 4 * SEGMENTS:
+            noise.setdefault(c.channel, []).append(white_level(error))
     least = {channel: LEAST_NOISE * float(np.median(each)) for channel, each in noise.items()}
     worst = [
         max(found, key=lambda s: abs(s.over_noise))
@@ -35,15 +35,12 @@ def worst_segments(result: Result) -> tuple[WorstSegment, ...]:
     return tuple(sorted(worst, key=lambda s: -abs(s.over_noise))[:SHOWN])
 
 
-def _finite(c: Comparison) -> NDArray[np.bool_]:
-    return np.asarray(np.isfinite(c.measured) & np.isfinite(c.simulated))
-
-
 def _significant(c: Comparison, least_noise: float) -> list[WorstSegment]:
-    good = _finite(c) if c.used is None else _finite(c) & c.used
+    error = c.measured - c.simulated
+    good = np.isfinite(error) if c.used is None else np.isfinite(error) & c.used
     if good.sum() < 4 * SEGMENTS:
         return []
-    x, error = c.x[good], (c.measured - c.simulated)[good]
+    x, error = c.x[good], error[good]
     noise = max(white_level(error), least_noise)
     found = []
     for part in np.array_split(np.arange(x.size), SEGMENTS):

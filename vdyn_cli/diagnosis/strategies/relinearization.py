@@ -75,8 +75,8 @@ class Relinearization:
         """
         if effects not in self._fits:
             try:
-                if self.nondifferentiable(effects):
-                    fit, settled = self._twice(effects, values), True
+                if self.nondifferentiable(effects):  # it changes other sensitivities: linearized once about its result
+                    fit, settled = self._once(effects, self._once(effects, values).values), True
                 else:
                     fit, settled = self._until_settled(effects, values, stop)
             except (ResultError, ArithmeticError):
@@ -216,10 +216,6 @@ class Relinearization:
         solution = solve(linear, tolerance=LEAST_STEP)
         runs = linearize(linear, solution.values, solution.per_run)
         return FittedModel(effects, solution, runs, linearized_system(runs))
-
-    def _twice(self, effects: tuple[str, ...], about: Mapping[str, float]) -> FittedModel:
-        """The fit relinearized once about its result, since nondifferentiable effects change other sensitivities."""
-        return self._once(effects, self._once(effects, about).values)
 
 
 def _is_near(fit: FittedModel, about: Mapping[str, float]) -> bool:

@@ -165,17 +165,15 @@ def mode_table(found: Sequence[Mode]) -> Table:
 
 def window_table(found: WindowEnds) -> Table:
     """End errors of windows, one row a trip."""
-    rows: list[Row] = []
-    for u in np.unique(found.run):
-        e = found.error[found.run == u]
+
+    def cells(e: Array) -> Row:
         spread = f"{e.std(ddof=1):.2f}" if e.size > 1 else ""
-        rows.append(
-            (short_name(found.names[u]), f"{e.size}", f"{e.mean():+.2f}", spread, f"{100 * (np.mean(e > 0)):.0f} %")
-        )
-    (low, high), e = found.interval95, found.error
+        return f"{e.size}", f"{e.mean():+.2f}", spread, f"{100 * np.mean(e > 0):.0f} %"
+
+    rows = [(short_name(found.names[u]), *cells(found.error[found.run == u])) for u in np.unique(found.run)]
+    low, high = found.interval95
     if found.units > 1:
-        every = f"{100 * (np.mean(e > 0)):.0f} %"
-        rows.append(("mean of windows", f"{e.size}", f"{e.mean():+.2f}", f"{e.std(ddof=1):.2f}", every))
+        rows.append(("mean of windows", *cells(found.error)))
         rows.append(("mean of trips", "", f"{found.mean:+.2f} ({low:+.2f} to {high:+.2f})", "", ""))
     return Table(
         "window_ends",
