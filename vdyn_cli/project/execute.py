@@ -25,7 +25,8 @@ from vdyn_cli.quantities.number_text import capitalized
 from vdyn_cli.quantities.parameters import wider_than_value
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, Step, load_step, published
-from vdyn_cli.steps.interval_text import with_interval, within_physical_range
+from vdyn_cli.steps.interval_text import with_interval
+from vdyn_cli.steps.wider_intervals import within_physical_range
 
 _LOG = logging.getLogger(__name__)
 

@@ -20,7 +20,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import BASELINE, Estimate
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import SimulatedProblem
-from vdyn_cli.steps.interval_text import with_wider_intervals
+from vdyn_cli.steps.wider_intervals import with_wider_intervals
 
 NO_RESULTS: Mapping[tuple[str, ...], Result] = MappingProxyType({})
 HOLD_ALL = "The intervals include every answer that the diagnosis leaves open."

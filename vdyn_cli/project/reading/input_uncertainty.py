@@ -30,8 +30,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import Failure, published
-from vdyn_cli.steps.interval_text import with_wider_intervals
 from vdyn_cli.steps.road_survey import MODES, RoadSurvey
+from vdyn_cli.steps.wider_intervals import with_wider_intervals
 
 Slopes = Mapping[str, float]
 SHOWN = 1.02  # times the half width: smaller increases are not visible in two digits

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
-from vdyn_cli.steps.interval_text import within_physical_range
+from vdyn_cli.steps.wider_intervals import within_physical_range
 
 
 def test_an_impossible_estimate_is_withheld_and_an_interval_ends_at_the_range() -> None:
