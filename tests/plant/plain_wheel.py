@@ -17,9 +17,9 @@ STEP, LENGTH, RATE = 0.002, 40.0, 50.0  # s, s, Hz
 
 
 def write_drives(
-    folder: Path, seed: int, stated_radius: float = 1.0, torque_gain: float = 1.0, fading: float = 0.0, runs: int = 3
+    folder: Path, seed: int, stated_radius: float = 1.0, torque_factor: float = 1.0, fading: float = 0.0, runs: int = 3
 ) -> Path:
-    """The logs and their description; ``stated_radius`` and ``torque_gain`` as shares of the true ones.
+    """The logs and their description; ``stated_radius`` and ``torque_factor`` as shares of the true ones.
 
     ``fading``: torque of pads that let go within 8 s, N m when each log begins.
     """
@@ -40,7 +40,7 @@ def write_drives(
 
         at = np.arange(0.3, LENGTH - 0.3, 1.0 / RATE)
         exact = {
-            "M": (torque_gain * torque, 3.0, 0.8),
+            "M": (torque_factor * torque, 3.0, 0.8),
             "w": (spin, 0.06, 0.0),
             "Fx": (ground - MASS * gained, 10.0, 8.0),
             "Fz": (load - MASS * 9.81, 10.0, 8.0),

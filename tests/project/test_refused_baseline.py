@@ -18,7 +18,7 @@ from vdyn_cli.project.execute import RefusedResultError, execute
 @pytest.mark.slow  # two diagnoses of 3 s
 @pytest.mark.parametrize(
     "fault",
-    [{"torque_gain": 0.95}, {"stated_radius": 1.03}],
+    [{"torque_factor": 0.95}, {"stated_radius": 1.03}],
     ids=["gain", "radius"],
 )
 def test_a_negative_inertia_is_published_with_what_mends_it(fault: dict[str, float], tmp_path: Path) -> None:
@@ -35,14 +35,14 @@ def test_a_negative_inertia_is_published_with_what_mends_it(fault: dict[str, flo
     assert found.interval95[0] < INERTIA < found.interval95[1]
     assert found.interval95[1] < 1.6 * INERTIA
     for name in re.findall(r"gain of (-[\d.]+)|radius of (-[\d.]+)", diagnosis.sentence):
-        assert float(max(name)) == pytest.approx(-5.0 if "torque_gain" in fault else -2.9, abs=0.6)  # %, 3 std
+        assert float(max(name)) == pytest.approx(-5.0 if "torque_factor" in fault else -2.9, abs=0.6)  # %, 3 std
     assert not result.parameters.extensions  # one of several possible effects is not stored with the vehicle
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
 def test_a_baseline_that_the_data_exclude_is_neither_value_nor_interval(tmp_path: Path) -> None:
     """A torque that reads 4 % high triples the inertia, and no check refuses such a value."""
-    path = write_drives(tmp_path, 21, torque_gain=1.04)
+    path = write_drives(tmp_path, 21, torque_factor=1.04)
     assert execute("inertia", path, level=None).result.parameters["wheel_inertia"].value > 2 * INERTIA
     result = execute("inertia", path).result
     found = result.parameters["wheel_inertia"]

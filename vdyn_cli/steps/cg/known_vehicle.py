@@ -136,7 +136,7 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         )
         findings.append(Finding("cg", what, "", remedy))
     half = (USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)) / 2
-    nuisances = {AXIS: (half, hypot(AXIS_STD * values["wheelbase"], half)), **_slip(known)}
+    nuisances = {AXIS: (half, hypot(AXIS_STD * values["wheelbase"], half)), **_tire_prior(known)}
     nuisances |= {COMPLIANCE: (values[COMPLIANCE], std.pop(COMPLIANCE))} if COMPLIANCE in std else {}
     nuisances |= {} if "drag_height" in known else {"drag_height": (values["drag_height"], DRAG_HEIGHT_STD)}
     values |= {n: mean for n, (mean, _) in nuisances.items()}
@@ -174,7 +174,7 @@ def _unsprung(known: Parameters, mass: float) -> tuple[dict[str, float], dict[st
     return {**values, **{n: known[n].value for n in UNSPRUNG}}, std
 
 
-def _slip(known: Parameters) -> dict[str, tuple[float, float]]:
+def _tire_prior(known: Parameters) -> dict[str, tuple[float, float]]:
     """Mean and standard deviation of the tires' slip per friction, and of their relaxation length, m."""
     found = {
         "slip_compliance": (USUAL_COMPLIANCE, COMPLIANCE_STD),
