@@ -15,15 +15,11 @@ from vdyn_cli.steps.coastdown.campaign_checks.campaign_balance import CampaignCo
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import stated_starts
 from vdyn_cli.steps.coastdown.coasts.idle_drive import IDLE_DRIVES
 from vdyn_cli.steps.coastdown.coasts.segments import (
-    CoastSegment,
     NoSegmentError,
     RejectedSegment,
     coast_segment,
     longest_of_runs,
 )
-from vdyn_cli.steps.coastdown.doubts.changed_runs import CHANGED
-from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED_PAIR, INSPECT
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts, whole_coasts
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.preparation import prepare
@@ -74,28 +70,17 @@ def track_check(
     runs = [spec.runs[origin.index(k)] for k in range(len(whole))]
     longest = longest_of_runs(kept)
     coasts = CampaignCoasts(problem, whole_coasts(longest), tuple(r.direction for r in runs), stated_starts(runs))
-    worst = coasts.rates.outlier()
+    odd = coasts.rates.odd()
+    rejected |= {one.segment.run: one.fact for one in odd if one.rejected}
     findings = [f for f in problem.findings if f.where in IDLE_DRIVES]
     findings += [
         replace(f, what=f"{f.what}{_WITHOUT}", doubt=True)
         for f in partial_coasts(longest, {k: log.name for k, log in enumerate(whole)})
     ]
-    if worst is not None and worst[2]:
-        rejected[worst[0].run] = worst[1]
-    else:  # an outlier at one end of the day resembles a step
-        findings += _notes(coasts.rates, worst, whole)
+    doubted = [one for one in odd if not one.rejected]
+    findings += [Finding(whole[o.segment.run].name, o.fact, remedy=o.remedy, doubt=True) for o in doubted]
     balance, wrong = coasts.balance([log.name for log in whole]), position_direction_findings(runs, whole)
     return TrackCheck(rejected, evaluated, balance, parts, tuple(findings), wrong)
-
-
-def _notes(
-    rates: RunDecelerations, worst: tuple[CoastSegment, str, bool] | None, whole: Sequence[Log]
-) -> list[Finding]:
-    """Doubts about runs that need not be repeated: an outlying run, a step, two runs that differ from the others."""
-    found = [] if worst is None else [(worst[0], worst[1], INSPECT)]
-    found += [] if (step := rates.step()) is None else [(*step, CHANGED)]
-    found += [] if step else [(*one, CHANGED_PAIR) for one in rates.pair()]
-    return [Finding(whole[one.run].name, what, remedy=remedy, doubt=True) for one, what, remedy in found]
 
 
 def _evaluated(spec: CoastdownSpec, whole: Sequence[Log]) -> dict[int, tuple[float, float]]:

@@ -19,15 +19,12 @@ from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.number_text import number
+from vdyn_cli.steps.coastdown.doubts.odd_decelerations import CHANGED
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, resistance_step
 from vdyn_cli.steps.coastdown.fit.residuals import fast_forces, fitted_to, run_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-CHANGED = (  # the remedy
-    "check what changed before this run (load, trailer, tire pressure, roof box, windows, wet road); if something did, "
-    "describe the runs before and after the change in two files, each with at least 4 runs, 2 in either direction"
-)
 UNITS = {"rolling_resistance": "", "drag_area": " m^2"}
 AFTER = {"rolling_resistance": "changed_rolling", "drag_area": "changed_drag"}  # their relative change by the effect
 

@@ -16,6 +16,25 @@ from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
 SHARES = (1.0, 1.0 / 3.0)  # upper parts of the common speeds, tested for changes (``changed_runs``)
+# Remedies.
+INSPECT = "inspect this run; remove it if traffic, a brake or a gust disturbed it"
+CHANGED = (
+    "check what changed before this run (load, trailer, tire pressure, roof box, windows, wet road); if something did, "
+    "describe the runs before and after the change in two files, each with at least 4 runs, 2 in either direction"
+)
+CHANGED_PAIR = (
+    "check what differed in these two runs (load, roof box, windows, tires, rain); if something did, repeat them"
+)
+
+
+@dataclass(frozen=True)
+class OddRun:
+    """The longest usable segment of a run that contradicts others, the fact, the remedy, and whether it is rejected."""
+
+    segment: CoastSegment
+    fact: str
+    remedy: str
+    rejected: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,11 +70,21 @@ class RunDecelerations:
         top, bottom = self.common[0], self.common[0] - share * (self.common[0] - self.common[1])
         return (top - bottom) / np.array([fall_time(falling_speed(s), top, bottom) for s in self.segments])
 
-    def outlier(self) -> tuple[CoastSegment, str, bool] | None:
-        """The run whose mean deceleration is an outlier, the fact, and whether it is rejected; None without one.
+    def odd(self) -> list[OddRun]:
+        """Runs that contradict the others: one that is rejected, else an outlier, a step, or a pair without a step.
 
-        It is rejected at ``outlier_level``, and only noted at ``outlying_run``: gusts hide what a calm day shows.
+        A run is rejected at ``outlier_level``, and only doubted at ``outlying_run``: gusts hide what a calm day shows.
+        An outlier at one end of the day resembles a step.
         """
+        worst = self._outlier()
+        if worst is not None and worst.rejected:
+            return [worst]
+        step = self.step()
+        others = [step] if step else self._pair()
+        return [*([worst] if worst else []), *others]
+
+    def _outlier(self) -> OddRun | None:
+        """The run whose mean deceleration is an outlier."""
         found = self.means()
         worst = None if found is None else outlying_run(found, self.heading, STEP_POLICY.outlying_run)
         if found is None or worst is None:
@@ -71,30 +100,31 @@ class RunDecelerations:
         )
         other = fits_opposite(found, [s.direction for s in self.segments], worst.run)
         cause = direction_doubt(other) if other else "brake, gear, traffic or a gust, or its direction is wrong"
-        return self.segments[worst.run], why + cause, rejected
+        return OddRun(self.segments[worst.run], why + cause, INSPECT, rejected)
 
-    def step(self) -> tuple[CoastSegment, str] | None:
-        """The run from which on the deceleration is another one than before, and the fact; None without one."""
+    def step(self) -> OddRun | None:
+        """The run from which on the deceleration is another one than before; None without one."""
         found = self._changed(resistance_step)
         if found is None:
             return None
         first, change, where, p_value = found
         way = "higher" if change > 0 else "lower"
         fact = f"from this run on the deceleration{where} is {100 * abs(change):.1f} % {way} than before"
-        return self.segments[first], f"{fact} (p = {p_value:.1g})"
+        return OddRun(self.segments[first], f"{fact} (p = {p_value:.1g})", CHANGED)
 
-    def pair(self) -> tuple[tuple[CoastSegment, str], ...]:
-        """Two successive runs that differ from the runs before and after, each with the fact; empty without them."""
+    def _pair(self) -> list[OddRun]:
+        """Two successive runs that differ from the runs before and after; empty without them."""
         found = self._changed(outlying_pair)
         if found is None:
-            return ()
+            return []
         first, change, where, p_value = found
         size = f"{100 * abs(change):.1f} % {'more' if change > 0 else 'less'}{where}"
+        differ = f"{size} than the runs before and after both (p = {p_value:.1g})"
         one, two = self.segments[first], self.segments[first + 1]
-        return tuple(
-            (run, f"decelerates, like {other.name}, {size} than the runs before and after both (p = {p_value:.1g})")
+        return [
+            OddRun(run, f"decelerates, like {other.name}, {differ}", CHANGED_PAIR)
             for run, other in ((one, two), (two, one))
-        )
+        ]
 
     def _changed(self, test: Callable[[Array, Array, int], OutlyingRun | None]) -> tuple[int, float, str, float] | None:
         """Run, relative change, speeds in words and p value of the most significant change that is material."""

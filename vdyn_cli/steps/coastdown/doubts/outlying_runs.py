@@ -18,11 +18,7 @@ from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.run_change import WARMING
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
-INSPECT = "inspect this run; remove it if traffic, a brake or a gust disturbed it"  # the remedy
 ROUNDING = 1e-12  # share of a sum of squares that counts as zero
-CHANGED_PAIR = (
-    "check what differed in these two runs (load, roof box, windows, tires, rain); if something did, repeat them"
-)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from vdyn_cli.quantities.number_text import number, two_digits
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection
-from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import CHANGED_PAIR, INSPECT, outlying_run
+from vdyn_cli.steps.coastdown.doubts.odd_decelerations import CHANGED_PAIR, INSPECT, RunDecelerations
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts, whole_coasts
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN
@@ -121,13 +121,11 @@ def _contradicting_coasts(estimates: RoadLoadEstimates) -> list[Finding]:
     runs = estimates.fit.campaign.runs
     coasts = [replace(s, run=r.origin) for s, r in zip(estimates.selection.segments, runs, strict=True)]
     rates = RunDecelerations(whole_coasts(longest_of_runs(coasts)), estimates.fit.inertia)
-    if (worst := rates.outlier()) is not None and worst[2]:
-        what = worst[1] + _without(estimates, [worst[0].name])
-        return [Finding(worst[0].name, what, remedy=INSPECT, doubt=True)]
-    if rates.step() is None and (pair := rates.pair()):
-        what = pair[0][1] + _without(estimates, [run.name for run, _ in pair])
-        return [Finding(pair[0][0].name, what, remedy=CHANGED_PAIR, doubt=True)]
-    return []
+    odd = [one for one in rates.odd() if one.rejected or one.remedy == CHANGED_PAIR]
+    if not odd:
+        return []
+    name, what = odd[0].segment.name, odd[0].fact + _without(estimates, [one.segment.name for one in odd])
+    return [Finding(name, what, remedy=odd[0].remedy, doubt=True)]
 
 
 def _without(estimates: RoadLoadEstimates, runs: Sequence[str]) -> str:
