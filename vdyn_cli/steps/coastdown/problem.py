@@ -24,7 +24,7 @@ from vdyn_cli.steps.coastdown.doubts.speed_gain import SpeedGain, speed_gain, wi
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
-from vdyn_cli.steps.coastdown.fit.road_load_regression import rows_of, weighted_start, with_noise_of
+from vdyn_cli.steps.coastdown.fit.road_load_regression import weighted_start, with_noise_of
 from vdyn_cli.steps.coastdown.fit.road_load_with_effects import regression_with_effects
 from vdyn_cli.steps.coastdown.fit.run_change import changed_from
 from vdyn_cli.steps.coastdown.parts import road_parts
@@ -135,9 +135,7 @@ class CoastdownProblem(SimulatedProblem):
             fit = fit_road_load(replace(self.campaign_on_road, unknowns=own), added, base=self._located.base)
         except RefusedFitError as error:
             regression = error.regression
-            raise unpublished(
-                error, lambda s: self._result(RoadLoadFit(rows_of(regression), regression, s), added)
-            ) from None
+            raise unpublished(error, lambda s: self._result(RoadLoadFit(regression, s), added)) from None
         return self._result(fit, added)
 
     def _result(self, fit: RoadLoadFit, added: AddedEffects) -> Result:

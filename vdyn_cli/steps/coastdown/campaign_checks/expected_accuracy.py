@@ -17,8 +17,8 @@ from vdyn_cli.inference.gust_covariance import Surroundings, speed_noise
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN
 
-PAIR = ("rolling_resistance", "drag_area")
 SIMULATION_STEP = 0.5  # s of a simulated coast: a quarter of a bin
 LONGEST_COAST = 900.0  # s, of a simulated coast
 LEAST_FORCE = 1.0  # N: without a force the car would coast forever
@@ -90,7 +90,7 @@ def expected_accuracy(setup: CoastSetup, window: tuple[float, float]) -> Expecte
     """
     (upper, lower), at = window, setup.at
     model = road_load()
-    simulator = Simulator(model, {n: at[n] for n in model.parameters}, unknowns=(*PAIR, "start.speed"))
+    simulator = Simulator(model, {n: at[n] for n in model.parameters}, unknowns=(*MAIN, "start.speed"))
     duration = min(float(coasting_clock(at, upper, lower)[1][-1]), LONGEST_COAST)
     time = np.arange(0.0, duration + 2 * SIMULATION_STEP, SIMULATION_STEP)
     inputs: dict[str, Array | float] = {"grade": 0.0, "wind_speed": 0.0, "elapsed": time}

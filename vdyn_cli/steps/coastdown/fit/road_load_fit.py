@@ -50,9 +50,13 @@ CONVERGED = 1e-6  # of one residual variance: a further step would move a value 
 class RoadLoadFit:
     """The fitted road load with the noise model that weighted it."""
 
-    rows: RoadLoadRows
     regression: Regression
     solution: Solution
+
+    @property
+    def rows(self) -> RoadLoadRows:
+        """The rows of the regression."""
+        return rows_of(self.regression)
 
     @property
     def campaign(self) -> Campaign:
@@ -161,4 +165,4 @@ def fit_road_load(
         regression = reweighted(regression, *approach(regression, PRELIMINARY_STEPS))
         first = regression, solve(regression, tolerance=CONVERGED)
     regression, solution = until_settled(refit, first, 0 if campaign.white else rounds, SETTLED).state
-    return RoadLoadFit(rows_of(regression), starting_at(regression, solution.values, solution.per_run), solution)
+    return RoadLoadFit(starting_at(regression, solution.values, solution.per_run), solution)
