@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 
@@ -12,9 +11,9 @@ from vdyn_cli.engine.model_builder import Correction
 from vdyn_cli.inference import Solution, Unknown
 from vdyn_cli.quantities.parameters import Estimate, normal_interval
 from vdyn_cli.steps.added_effects import AddedEffects
+from vdyn_cli.steps.contract import NO_VALUES
 
 LAW_UNKNOWNS = 3  # most unknowns of a law: an amplitude and two shape parameters
-NO_STD: Mapping[str, float] = MappingProxyType({})
 
 
 def unbounded(added: AddedEffects) -> AddedEffects:
@@ -37,7 +36,7 @@ def unknowns_of_profiles(effects: Sequence[Correction]) -> dict[str, float]:
 
 
 def effect_amplitudes(
-    solution: Solution, unknowns: Sequence[Unknown], least_std: Mapping[str, float] = NO_STD
+    solution: Solution, unknowns: Sequence[Unknown], least_std: Mapping[str, float] = NO_VALUES
 ) -> dict[str, Estimate]:
     """The estimates of the unknowns of effects in the model, for ``Result.amplitudes``.
 

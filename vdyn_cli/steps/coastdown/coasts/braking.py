@@ -276,18 +276,18 @@ def _undisturbed_part(
 ) -> tuple[CoastSegment | None, list[RejectedSegment]]:
     """The windows of a coast between its interruptions that cover most speed, and the rejected rest."""
     name, time = one.segment.name, one.segment.log.time
-    begin, end = float(time[0]), float(time[-1])
     middle = float(np.median(one.excess))
     if middle > max(STEP_POLICY.engaged_least, STEP_POLICY.engaged_share * one.usual):
         cause = direction_doubt(one.like) if one.like else "check for an engaged driveline or a dragging brake"
-        why = f"decelerates by {middle:.2f} m/s^2 more than the other runs throughout: {cause}"
-        return None, [RejectedSegment(name, begin, end, why)]
+        return None, [
+            one.segment.rejected(f"decelerates by {middle:.2f} m/s^2 more than the other runs throughout: {cause}")
+        ]
     if not (at := one.outliers).size:
         return one.segment, []
     best = _undisturbed(one, shortest)
     if _covered(one.segment, best) < STEP_POLICY.least_covered * window:
-        return None, [RejectedSegment(name, begin, end, one.reason(int(at[0])))]
-    edges = [begin, *(t for pair in best for t in pair), end]
+        return None, [one.segment.rejected(one.reason(int(at[0])))]
+    edges = [float(time[0]), *(t for pair in best for t in pair), float(time[-1])]
     lost = [(a, b, at[(one.time[at] > a) & (one.time[at] < b)]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     label = np.searchsorted([a for a, _ in best], time, side="right")
     label += (label.max() + 1) * one.segment.part  # windows between gaps of the speed stay apart

@@ -22,7 +22,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.gradual_release import gradual_release
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, rows
-from vdyn_cli.steps.coastdown.coasts.start_cuts import StartCut, from_start, without_starts
+from vdyn_cli.steps.coastdown.coasts.start_cuts import from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LAGS = tuple(float(t) for t in np.geomspace(0.2, 1.6, 13))  # s, grid of T: shorter ones change no estimate
@@ -85,7 +85,7 @@ def without_filtered_start(segments: Sequence[CoastSegment]) -> KeptAndRejected:
         why += "filtered by the receiver, or a slow pedal?"
     else:
         why = f"the speed of all runs lags by {lag:.2g} s at the start of the coast: filtered by the receiver?"
-    return without_starts(segments, starts, StartCut(SETTLED * lag, lag, why))
+    return without_starts(segments, starts, SETTLED * lag, lag, why)
 
 
 def _exponential(log: Log, lag: float) -> tuple[float, float] | None:

@@ -22,7 +22,7 @@ from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected
-from vdyn_cli.steps.coastdown.coasts.start_cuts import StartCut, from_start, without_starts
+from vdyn_cli.steps.coastdown.coasts.start_cuts import from_start, without_starts
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
@@ -96,7 +96,7 @@ def without_late_clutch(segments: Sequence[CoastSegment]) -> KeptAndRejected:
     drag, size = seen
     more = f"{size:.2f} m/s^2 more in their first {drag.time:.1f} s than later"
     why = f"all runs decelerate by {more}: clutch or driveline?"
-    return without_starts(segments, starts, StartCut(drag.until, drag.time, why))
+    return without_starts(segments, starts, drag.until, drag.time, why)
 
 
 def _fitted(logs: Sequence[Log], begin: float, drag: StartDrag) -> tuple[Array, float] | None:

@@ -28,6 +28,27 @@ MARGIN = 1.0  # s left out where torque sets in and ends: a brake may still be a
 
 
 @dataclass(frozen=True)
+class RejectedSegment:
+    """A part of a run that is left out: ``start`` and ``stop`` in s of the log's clock, and why.
+
+    ``usual``: as in every test, so that it is listed and not reported. ``length``: s, of what is left out between
+    start and stop; None: all of it.
+    """
+
+    run: str
+    start: float
+    stop: float
+    why: str
+    usual: bool = False
+    length: float | None = None
+
+    @property
+    def seconds(self) -> float:
+        """Duration of what is left out."""
+        return self.stop - self.start if self.length is None else self.length
+
+
+@dataclass(frozen=True)
 class CoastSegment:
     """A part of a run that is fitted.
 
@@ -62,26 +83,9 @@ class CoastSegment:
         """The segment reduced to the rows where ``keep`` (n,) is True."""
         return replace(self, log=rows(self.log, keep), part=self.part[keep], pushed=self.pushed[keep])
 
-
-@dataclass(frozen=True)
-class RejectedSegment:
-    """A part of a run that is left out: ``start`` and ``stop`` in s of the log's clock, and why.
-
-    ``usual``: as in every test, so that it is listed and not reported. ``length``: s, of what is left out between
-    start and stop; None: all of it.
-    """
-
-    run: str
-    start: float
-    stop: float
-    why: str
-    usual: bool = False
-    length: float | None = None
-
-    @property
-    def seconds(self) -> float:
-        """Duration of what is left out."""
-        return self.stop - self.start if self.length is None else self.length
+    def rejected(self, why: str) -> RejectedSegment:
+        """The whole segment as rejected."""
+        return RejectedSegment(self.name, float(self.log.time[0]), float(self.log.time[-1]), why)
 
 
 KeptAndRejected = tuple[list[CoastSegment], list[RejectedSegment]]  # what a filter of the segments returns

@@ -179,10 +179,9 @@ class _LoggedRuns:
         kept: list[CoastSegment] = []
         rejected: list[RejectedSegment] = []
         for one in segments:
-            begin, end = float(one.log.time[0]), float(one.log.time[-1])
-            above = [why for time, why in braked.get(one.run, ()) if time < begin]
+            above = [why for time, why in braked.get(one.run, ()) if time < one.log.time[0]]
             if above:
-                rejected.append(RejectedSegment(one.name, begin, end, f"{above[0]} (above the speed window)"))
+                rejected.append(one.rejected(f"{above[0]} (above the speed window)"))
             else:
                 kept.append(one)
         return kept, rejected
@@ -269,7 +268,7 @@ def _calm(segments: Sequence[CoastSegment], limit: float) -> KeptAndRejected:
         wind = abs(float(np.mean(s.log["wind_speed"]))) if "wind_speed" in s.log else 0.0
         if wind > limit:
             why = f"mean wind {3.6 * wind:.0f} km/h, above the limit of {3.6 * limit:.0f} km/h"
-            windy.append(RejectedSegment(s.name, float(s.log.time[0]), float(s.log.time[-1]), why))
+            windy.append(s.rejected(why))
         else:
             calm.append(s)
     return calm, windy

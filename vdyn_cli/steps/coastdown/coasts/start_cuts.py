@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,38 +12,26 @@ from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndReject
 BEFORE = 1.0  # s before a coast within which a log counts as beginning with it: the speed is smoothed over this span
 
 
-@dataclass(frozen=True)
-class StartCut:
-    """What is cut from the start of every coast.
-
-    Parameters
-    ----------
-    length : s from the start. slack : s, by which a span that the user keeps may be shorter at either end of the cut.
-    why : a sentence.
-    """
-
-    length: float
-    slack: float
-    why: str
-
-
-def without_starts(segments: Sequence[CoastSegment], starts: Sequence[Log], cut: StartCut) -> KeptAndRejected:
+def without_starts(
+    segments: Sequence[CoastSegment], starts: Sequence[Log], length: float, slack: float, why: str
+) -> KeptAndRejected:
     """Coasts without their start, except those whose start the user keeps, and the cut parts.
 
     Parameters
     ----------
-    starts : of each segment, the log from the start of the coast (``from_start``).
+    starts : of each segment, the log from the start of the coast (``from_start``). length : s, that is cut from it.
+    slack : s, by which a span that the user keeps may be shorter at either end of the cut. why : a sentence.
     """
     found: list[CoastSegment] = []
     rejected: list[RejectedSegment] = []
     for one, start in zip(segments, starts, strict=True):
-        begin, until = float(one.log.time[0]), float(start.time[0]) + cut.length
-        if any(first <= begin + cut.slack and until - cut.slack <= stop for first, stop in one.kept):
+        begin, until = float(one.log.time[0]), float(start.time[0]) + length
+        if any(first <= begin + slack and until - slack <= stop for first, stop in one.kept):
             found.append(one)
             continue
         keep = f"[{{channel: speed, from: {begin:.6g} s, to: {until:.6g} s}}]"
         found.append(one.rows(one.log.time > until))
-        rejected.append(RejectedSegment(one.name, begin, until, f"{cut.why} To use it, add 'keep: {keep}' to the run"))
+        rejected.append(RejectedSegment(one.name, begin, until, f"{why} To use it, add 'keep: {keep}' to the run"))
     return found, rejected
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 
@@ -26,9 +25,9 @@ from vdyn_cli.steps.coastdown.road.shared_road import (
     independent_slopes,
     road_unknowns,
 )
+from vdyn_cli.steps.contract import NO_VALUES
 
 PRELIMINARY_STEPS = 6  # of a preliminary fit, whose values are not published
-NO_LIMIT: Mapping[str, float] = MappingProxyType({})  # of the noise amplitudes
 
 
 def with_noise_of(known: Regression, added: AddedEffects) -> Regression:
@@ -51,7 +50,7 @@ def _at_center(regression: Regression, base: RoadLoadRows) -> Regression:
 
 
 def weighted_start(
-    campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = NO_LIMIT
+    campaign: Campaign, near: Regression | None = None, most: Mapping[str, float] = NO_VALUES
 ) -> Regression:
     """The baseline's regression after a few steps, with the noise amplitudes estimated from its residuals.
 
@@ -188,7 +187,7 @@ def scaled_to_residuals(regression: Regression) -> Regression:
 
 
 def reweighted(
-    regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array], most: Mapping[str, float] = NO_LIMIT
+    regression: Regression, shared: Mapping[str, float], own: Mapping[str, Array], most: Mapping[str, float] = NO_VALUES
 ) -> Regression:
     """The regression started at these values, whitened with the noise amplitudes estimated from its residuals there.
 
