@@ -12,7 +12,6 @@ import numpy as np
 from vdyn_cli.inference import Unknown
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.inference.mixture import mixture_interval
-from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate, Parameters, normal_interval
 from vdyn_cli.quantities.result import FitSummary, Result
@@ -30,6 +29,7 @@ from vdyn_cli.steps.coastdown.noise import noise_of
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed, table_speeds
 from vdyn_cli.steps.coastdown.road_load_estimates import SOURCE, RoadLoadEstimates
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
+from vdyn_cli.steps.fit_outcome import fit_summary
 
 SAME = 1e-6  # km/h, largest difference of two speeds that count as equal
 
@@ -139,17 +139,9 @@ def _summary(estimates: RoadLoadEstimates) -> FitSummary:
     fit, solution = estimates.fit, estimates.fit.solution
     name, unit = ("speed", "m/s") if fit.campaign.speed_fitted else ("acceleration", "m/s^2")
     misses = [fit.simulate(k).outputs[name] - run.channel(name) for k, run in enumerate(fit.campaign.runs)]
-    return FitSummary(
-        runs=tuple(r.name for r in fit.campaign.runs),
-        rms=rms(*misses),
-        noise_floor=_noise_floor(fit, name),
-        unit=unit,
-        unknowns=tuple(n for n in solution.names if n not in estimates.fixed and n not in fit.rows.road),
-        interval_unit=solution.unit,
-        interval_units=solution.n_units,
-        held_out_rms=held_out_rms(fit),
-        warnings=solution.warnings,
-    )
+    summary = fit_summary(solution, (r.name for r in fit.campaign.runs), misses, [_noise_floor(fit, name)], unit)
+    unknowns = tuple(n for n in solution.names if n not in estimates.fixed and n not in fit.rows.road)
+    return replace(summary, unknowns=unknowns, held_out_rms=held_out_rms(fit))
 
 
 def _noise_floor(fit: RoadLoadFit, channel: str) -> float:
