@@ -116,8 +116,8 @@ def _campaign(
     unknowns = campaign_unknowns(given, values, use, spec.settings.terms, both_ways)
     white, levels = spec.settings.noise == "white", tuple(r.levels for r in runs)
     rough = spec.settings.road.roughness.value if spec.settings.road.roughness else None
-    campaign = Campaign(runs, drive, values, unknowns, use, white, levels, road_of(runs))
-    return replace(campaign, air_share=air_share, roughness=rough, flat_road=rough == 0)
+    road = road_of(runs)
+    return Campaign(runs, drive, values, unknowns, use, white, levels, road, air_share, rough, flat_road=rough == 0)
 
 
 def _with_winds(spec: CoastdownSpec, logs: Sequence[Log]) -> list[Log]:

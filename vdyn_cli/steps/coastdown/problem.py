@@ -143,7 +143,7 @@ class CoastdownProblem(SimulatedProblem):
         wider, contradiction = with_speed_gain(quality.fit, self._speed_gain)
         across, wind = crosswind_shift(wider, stated_crosswind(self.spec))
         quality = replace(quality, fit=wider)
-        estimates = RoadLoadEstimates(wider, self.spec, self.selection, self.zeros, quality, added.effects, across)
+        estimates = RoadLoadEstimates(self.spec, self.selection, self.zeros, quality, added.effects, across)
         of_logs = (f for log in self.logs for f in log.findings)
         findings = (*self.findings, *contradiction, *wind, *doubts(estimates), *of_logs)
         return result_of(estimates, self.known.estimates.get("frontal_area"), added.unknowns, findings)

@@ -50,7 +50,7 @@ def result_of(
     loads = {"as tested": load} | ({} if corrected is None else {"corrected": corrected})
     tables = [text.coefficients(loads), text.forces(loads, table_speeds(fit.speeds))]
     tables += [text.times(estimates.times, load, fit.inertia)] if estimates.times else []
-    tables += [text.influence(estimates.quality.shifts, estimates.quality.fit)] if estimates.quality.shifts else []
+    tables += [text.influence(estimates.quality.shifts, fit)] if estimates.quality.shifts else []
     tables += [text.rejections(estimates.selection.rejected)] if estimates.selection.rejected else []
     parameters, extra = _parameters(estimates, frontal_area), _extra(estimates)
     findings += implausible_drag(parameters.get("drag_coefficient"))

@@ -47,18 +47,22 @@ class RoadLoadEstimates:
 
     Parameters
     ----------
-    quality : of the fit. effects : accepted effects, in the model. zeros : of the accelerometer, by run.
+    quality : of the fit, with the fit. effects : accepted effects, in the model. zeros : of the accelerometer, by run.
     across : change of the main parameters, SI, by the drag of a crosswind that the fit attributes to them; see
         ``doubts.crosswind``.
     """
 
-    fit: RoadLoadFit
     spec: CoastdownSpec
     selection: SegmentSelection
     zeros: Mapping[str, AccelerometerZero]
     quality: FitQuality
     effects: tuple[Effect, ...] = ()
     across: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def fit(self) -> RoadLoadFit:
+        """The fit, with intervals that include the doubts."""
+        return self.quality.fit
 
     @property
     def fixed(self) -> frozenset[str]:
