@@ -23,7 +23,7 @@ def calm() -> RoadLoadFit:
 def in_wind(fit: RoadLoadFit, wind: float) -> RoadLoadFit:
     """The fit with this mean wind, m/s, in its noise."""
     noise = replace(fit.rows.noise, sizes={**fit.sizes, "run_wind": wind})
-    return replace(fit, rows=replace(fit.rows, noise=noise))
+    return replace(fit, regression=replace(fit.regression, rows=replace(fit.rows, noise=noise)))
 
 
 def deceleration_fit(fit: RoadLoadFit, wind: tuple[float, float]) -> np.ndarray:

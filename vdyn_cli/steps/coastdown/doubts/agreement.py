@@ -127,8 +127,6 @@ def _road_force(fit: RoadLoadFit, low: float, high: float) -> float:
         inside = (run.speed >= low) & (run.speed <= high)
         if inside.any():
             each.setdefault(run.heading, []).append(layout.weights(k)[inside].mean(axis=0))
-    if not each:
-        return 0.0
     way = np.mean([np.mean(rows, axis=0) for rows in each.values()], axis=0)
     return fit.at["mass"] * GRAVITY * fit.sizes[ROUGHNESS] * float(np.linalg.norm(way @ layout.factor))
 
