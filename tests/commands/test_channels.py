@@ -81,6 +81,17 @@ def test_several_logs_say_what_differs(tmp_path: Path) -> None:
     assert [d["log"] for d in json.loads(channels_json(*paths))] == [p.name for p in paths]
 
 
+def test_the_log_of_another_logger_has_its_own_table(tmp_path: Path) -> None:
+    paths = [tmp_path / f"{name}.csv" for name in ("can_1", "gps_1", "can_2", "gps_2")]
+    for path in paths:
+        names = "t [s],rpm [1/min],dlc" if path.stem.startswith("can") else "t [s],v [m/s],dlc"
+        path.write_text(names + "\n" + "".join(f"{i},{i % 7},8\n" for i in range(100)))
+    text = shown(*paths)
+    assert text.count("channel  ") == 2
+    assert "    against can_1.csv: the same columns" in text
+    assert "    against gps_1.csv: the same columns" in text
+
+
 def test_one_log_that_cannot_be_read_hides_no_other(tmp_path: Path) -> None:
     paths = [tmp_path / f"run_{k}.csv" for k in range(3)]
     for path in paths:

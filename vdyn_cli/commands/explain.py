@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 
 from vdyn_cli import steps
 from vdyn_cli.commands.glossary import glossary
@@ -16,11 +17,16 @@ from vdyn_cli.steps import Step
 
 PAGES = ("glossary", "policy")  # topics with one page each
 MOST_LISTED = 6  # largest number of unknowns of an effect that are all listed
+_SHORTEST = 4  # letters of a word that is searched in texts
 _MOST_NAMED = 5  # topics with a word in their name that a message names
 
 
-def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
+def closest_topic(name: str, known: Sequence[str], kind: str, texts: Mapping[str, str] | None = None) -> str:
     """Return the name if it is known.
+
+    Parameters
+    ----------
+    texts : of topics, in which a name like none is searched, such as roofbox.
 
     Raises
     ------
@@ -30,8 +36,14 @@ def closest_topic(name: str, known: Sequence[str], kind: str) -> str:
         return name
     parts = [one for one in known if name.lower() in one.split("_")]  # such as rolling_resistance for rolling
     parts = sorted(parts, key=lambda one: not one.startswith(name.lower()))[:_MOST_NAMED]
-    remedy = f"did you mean {' or '.join(parts)}?" if parts else did_you_mean(name, known, "see 'vdyn list'")
+    said = [one for one, text in (texts or {}).items() if _letters(name) in _letters(text)][:_MOST_NAMED]
+    otherwise = f"see 'vdyn explain {' or '.join(said)}'" if said and len(name) >= _SHORTEST else "see 'vdyn list'"
+    remedy = f"did you mean {' or '.join(parts)}?" if parts else did_you_mean(name, known, otherwise)
     raise InputError(Finding(name, f"{kind} unknown", remedy=remedy))
+
+
+def _letters(text: str) -> str:
+    return re.sub(r"[\W_]", "", text.lower())
 
 
 def raise_refused(name: str) -> None:
@@ -69,7 +81,9 @@ def explanation(topic: str) -> str:
     effects = {e.name: e for e in catalog()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)
-    closest_topic(topic, (*steps.names(), *effects, *quantities, *PAGES), "step, effect or parameter")
+    texts = {name: f"{e.label} {e.law.__doc__} {e.confirm}" for name, e in effects.items()}
+    texts |= {name: f"{q.meaning} {texts.get(name, '')}" for name, q in quantities.items()}
+    closest_topic(topic, (*steps.names(), *effects, *quantities, *PAGES), "step, effect or parameter", texts)
     found = [_step(topic)] if topic in steps.names() else []
     found += [_quantity(quantities[topic])] if topic in quantities else []
     found += [_effect(effects[topic])] if topic in effects else []

@@ -21,12 +21,15 @@ _BUS_FRAMES = ("CAN_DataFrame", "LIN_Frame", "FLX_Frame", "ETH_Frame")  # names 
 _TOGETHER = 3  # number of channels constant at the same time from which the logger itself seems to have stopped
 _LIKE_RATE = 0.05  # relative difference of clock rates that is normal between runs of one logger
 _MOST_NAMED = 6  # missing or additional columns to name; of the others the number is stated
+_ALIKE = 0.5  # share of the channels of a log from which their differences to those of another one are shown
 _MOST_SPANS = 20  # recordings of a file that are listed
 _SAME_TIME = 0.25  # s, largest difference of start and end of constant segments that count as simultaneous
 
 
 def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
     """The channels of the first log, one line each, remarks on them, and the differences of further logs.
+
+    A log with other channels, such as that of another logger, has a table of its own.
 
     Returns
     -------
@@ -40,9 +43,21 @@ def channels_table(*paths: Path) -> tuple[str, tuple[Finding, ...]]:
         except InputError as error:
             problems += [f.renamed(path.name or name, name) for f in error.findings]
     text = _table(*found[0]) if found else ""
+    shown = found[:1]
     for other, facts in found[1:]:
-        text += "\n" + "\n".join([*_summary(other, facts), *_differences(*found[0], facts)])
+        like, share = max(((one, _shared(one[1], facts)) for one in shown), key=lambda pair: pair[1])
+        if share < _ALIKE:
+            text += "\n\n" + _table(other, facts)
+            shown.append((other, facts))
+        else:
+            text += "\n" + "\n".join([*_summary(other, facts), *_differences(*like, facts)])
     return text, tuple(problems)
+
+
+def _shared(facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> float:
+    """The share of the varying channels of a log (``found``) whose names another log has; 1 if none varies."""
+    own = {f.column for f in found if f.state == "varies"}
+    return len(own & {f.column for f in facts}) / len(own) if own else 1.0
 
 
 def _differences(name: str, facts: Sequence[ChannelFacts], found: Sequence[ChannelFacts]) -> list[str]:

@@ -38,5 +38,7 @@ def exact_values(inputs: Inputs) -> tuple[Finding, ...]:
     value = known[exact[0]]
     stated = " and ".join(f"{n} = {known[n].value:g} {known[n].unit}" for n in exact)
     what = f"{stated}, without an error: the intervals are too narrow, since estimates are proportional to the mass"
-    remedy = f"state it, such as '{exact[0]}: {value.value:.6g} +- {0.002 * value.value:.1g} {value.unit}'"
+    remedy = (
+        f"state it, such as '{exact[0]}: {value.value:.6g} +- {float(f'{0.002 * value.value:.1g}'):g} {value.unit}'"
+    )
     return (Finding("vehicle", what, remedy=remedy),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from vdyn_cli.project.drafting.channel_guess import NO_NAME, ChannelGuess, columns_by_unit
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog
@@ -17,9 +17,14 @@ UNUSED = "  # unused columns:"
 
 
 def channel_lines(
-    step: Step, log: GuessedLog, logs: Sequence[GuessedLog], required: bool
+    step: Step, log: GuessedLog, logs: Sequence[GuessedLog], required: bool, elsewhere: Collection[str] = ()
 ) -> tuple[list[str], list[str], list[str]]:
-    """The lines of a log's channels, the mapped channels, and the required ones that are undecided."""
+    """The lines of a log's channels, the mapped channels, and the required ones that are undecided.
+
+    Parameters
+    ----------
+    elsewhere : channels that other loggers have, or lack as well; no line states that this log has none.
+    """
     lines: list[str] = []
     mapped: list[str] = []
     undecided: list[str] = []
@@ -47,7 +52,7 @@ def channel_lines(
             )
         elif guess.why != NO_NAME:
             lines.append(f"  # {channel}: {guess.why}")
-        else:
+        elif channel not in elsewhere:
             left.append(channel)
     if left:
         lines.append(f"  # optional, and {NO_NAME}: {', '.join(left)}")

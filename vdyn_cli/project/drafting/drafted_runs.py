@@ -154,7 +154,8 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
     mapped: list[str] = []
     undecided: list[str] = []
     for k in useful:
-        own, found, open_ones = channel_lines(step, runs[0][k], [run[k] for run in runs], required=False)
+        elsewhere = mapped if k == useful[-1] else tuple(step.channels())  # the last one's lines state what none has
+        own, found, open_ones = channel_lines(step, runs[0][k], [run[k] for run in runs], False, elsewhere)
         log = runs[0][k]
         if "speed" not in found:
             first = runs[0][useful[0]].columns()
