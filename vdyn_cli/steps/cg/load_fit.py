@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
@@ -142,7 +142,7 @@ class LoadFit:
     @cached_property
     def measured(self) -> tuple[BalanceInputs, ...]:
         """The measured channels of each run."""
-        return tuple(_balance_inputs(w, w.channels, SPAN, _lever(self)) for w in self.runs)
+        return tuple(_balance_inputs(w, w.channels, w.channels, SPAN, _lever(self)) for w in self.runs)
 
     @cached_property
     def first_solution(self) -> Solution:
@@ -218,7 +218,7 @@ class LoadFit:
         with the balances of the measured ones (hence no bias), and smoothed, because their noise only adds scatter.
         """
         noise = self.heave_noise(at) if heave is None else heave
-        driven = _driven(self, at, noise)
+        driven = driven_channels(self.runs, self.known["antenna_height"] - float(at[0]))  # the height comes first
         whitened_runs = [self._whitened_run(k, _local(self, at, k), noise, one) for k, one in enumerate(driven)]
         rows = BalanceRows(self, at, tuple(whitened_runs), noise)
         regression = Regression(self.unknowns, tuple(w.run for w in self.runs), rows)
@@ -254,14 +254,19 @@ class LoadFit:
         return balance / scale, band
 
     def _whitened_run(self, run: int, theta: Array, heave: Array, driven: Mapping[str, Array]) -> WhitenedRun:
-        """One run's noise and true channels at its local unknowns; ``driven`` replace the most probable channels."""
+        """One run's noise and true channels at its local unknowns.
+
+        Their derivatives are those of ``driven``, the parts that the driver causes. On an uneven road these replace the
+        most probable channels, too.
+        """
         windows = self.runs[run]
         balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
         factor = factored(balance_covariance(windows, partial, heave))
         residual = whitened(factor, balance)
         channels = true_channels(windows, partial, weighed(factor, residual), _delays(self, theta))
-        true = _balance_inputs(windows, {**channels, **driven}, TRUE_SPAN, _lever(self))
+        derived = {**channels, **driven}
+        true = _balance_inputs(windows, derived if heave.size else channels, derived, TRUE_SPAN, _lever(self))
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
@@ -309,13 +314,6 @@ def _local(fit: LoadFit, at: Array, run: int) -> Array:
     return np.concatenate([at[:s], at[s + run * m : s + (run + 1) * m]])
 
 
-def _driven(fit: LoadFit, at: Array, heave: Array) -> Sequence[Mapping[str, Array]]:
-    """For each run, the parts of its channels that the driver causes; empty on a smooth road."""
-    if not heave.size:
-        return [{}] * len(fit.runs)
-    return driven_channels(fit.runs, fit.known["antenna_height"] - float(at[0]))  # the height comes first
-
-
 def _delays(fit: LoadFit, theta: Array) -> dict[str, float]:
     """Delays of the logged loads and of the acceleration at these unknowns, s."""
     values = dict(zip(fit.simulators[0].unknowns, theta.tolist(), strict=False))
@@ -338,19 +336,22 @@ def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Si
     return lambda s: law(inner, s, q)
 
 
-def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float, lever: float) -> BalanceInputs:
-    """Inputs of the balance with the derivatives of loads and acceleration, computed over ``span`` s to either side.
+def _balance_inputs(
+    windows: LoadWindows, values: Mapping[str, Array], derived: Mapping[str, Array], span: float, lever: float
+) -> BalanceInputs:
+    """Inputs of the balance, with the derivatives of loads and acceleration.
 
     Parameters
     ----------
+    values : channels (n,). derived : those whose derivatives are computed over ``span`` s to either side.
     lever : height of the antenna above the center of gravity, m.
     """
     inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
     inputs |= {n: values[n] for n in HEAVES if n in values}
-    inputs |= {f"{n}_bend": local_derivative(values[n], windows.step, span) for n in windows.loads}
-    swing = lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
+    inputs |= {f"{n}_bend": local_derivative(derived[n], windows.step, span) for n in windows.loads}
+    swing = lever * local_derivative(derived["pitch_rate"], windows.step, span, 1)
     inputs["swing"] = swing
-    for name, push in (("push", values["acceleration"]), ("swing", swing)):
+    for name, push in (("push", derived["acceleration"]), ("swing", swing)):
         inputs[f"{name}_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
         inputs[f"{name}_bend"] = local_derivative(push, windows.step, span)
     context = {"heading": windows.heading}
