@@ -11,11 +11,11 @@ from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.input_file import open_regular
 
 MOST_PIXELS = 60_000_000
-FORMATS = ("PNG", "JPEG")
+FORMATS = ("PNG", "JPEG", "BMP", "TIFF")
 
 
 def read_gray(path: Path, where: str = "") -> NDArray[np.float64]:
-    """Gray levels of a PNG or JPEG, (rows, columns), 0 black to 1 white, rotated as its EXIF data state.
+    """Gray levels of a PNG, JPEG, BMP or TIFF, (rows, columns), 0 black to 1 white, rotated as its EXIF data state.
 
     Parameters
     ----------
@@ -35,12 +35,16 @@ def read_gray(path: Path, where: str = "") -> NDArray[np.float64]:
                 got = f"{wide} x {high} pixels"
                 raise InputError(Finding(place, f"{path.name} is too large", got, "scale it down to some 4000 pixels"))
             turned = ImageOps.exif_transpose(picture)
-            deep = turned.mode in ("I", "I;16", "F")
+            if turned.mode == "F":
+                raise ValueError("floating-point gray levels, whose white is not stated")
+            deep = turned.mode.startswith("I")  # 16 bits, in either order of bytes
             grey = np.asarray(turned if deep else turned.convert("L"), dtype=np.float64)
     except FileNotFoundError:
         raise InputError(Finding(place, f"{path} does not exist", remedy="check the path of the picture")) from None
     except UnidentifiedImageError:
-        raise InputError(Finding(place, f"{path.name} is not a PNG or JPEG picture", remedy="convert it")) from None
+        raise InputError(
+            Finding(place, f"{path.name} is not a PNG, JPEG, BMP or TIFF picture", remedy="convert it")
+        ) from None
     except Image.DecompressionBombError:
         what = f"{path.name} is too large to be a photo"
         raise InputError(Finding(place, what, remedy="reduce it to at most 60 million pixels")) from None

@@ -12,6 +12,7 @@ from PIL import Image
 
 from tests.plant import silhouette as plant
 from tests.plant.vehicle import REFERENCE, random_vehicle
+from vdyn_cli.io.picture import read_gray
 from vdyn_cli.quantities.errors import InputError, ResultError
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
@@ -156,8 +157,8 @@ def test_pictures_that_are_none_are_refused_in_words(tmp_path: Path) -> None:
     assert STEP.load is not None
     good = plant.photo(REFERENCE, 4).png
     for content, says in (
-        (b"not a picture", "not a PNG or JPEG picture"),
-        (b"", "not a PNG or JPEG picture"),
+        (b"not a picture", "not a PNG, JPEG, BMP or TIFF picture"),
+        (b"", "not a PNG, JPEG, BMP or TIFF picture"),
         (good[: len(good) // 2], "not readable as a picture"),
         (None, "does not exist"),
     ):
@@ -166,6 +167,19 @@ def test_pictures_that_are_none_are_refused_in_words(tmp_path: Path) -> None:
             (tmp_path / "car.png").write_bytes(content)
         with pytest.raises(InputError, match=says):
             STEP.load(spec(), tmp_path, ())
+
+
+@pytest.mark.parametrize(
+    ("kind", "levels"), [("BMP", np.uint8), ("TIFF", np.uint8), ("TIFF", np.uint16), ("TIFF", ">u2")]
+)
+def test_pictures_of_scanners_are_read(kind: str, levels: str, tmp_path: Path) -> None:
+    grey = np.add.outer(np.arange(20), np.arange(30)) / 48.0
+    white = np.iinfo(levels).max
+    Image.fromarray(np.round(grey * white).astype(levels)).save(tmp_path / "car.img", kind)
+    assert read_gray(tmp_path / "car.img") == pytest.approx(grey, abs=0.5 / 255)
+    Image.fromarray(grey.astype(np.float32)).save(tmp_path / "car.img", "TIFF")
+    with pytest.raises(InputError, match="floating-point gray levels"):
+        read_gray(tmp_path / "car.img")
 
 
 def test_a_mask_of_another_size_is_refused(tmp_path: Path) -> None:

@@ -57,7 +57,7 @@ class AreaSettings(Strict):
 class AreaSpec(Description):
     """A silhouette's description."""
 
-    image: str = Field(description="file of the picture, PNG or JPEG")
+    image: str = Field(description="file of the picture: PNG, JPEG, BMP or TIFF")
     box: ReferenceBox = Field(description="reference box around or beside the car")
     mask: str | None = Field(None, description="file of a picture that is bright where the car is")
     exclude_mask: str | None = Field(None, description="file of a picture that is bright where pixels are left out")
