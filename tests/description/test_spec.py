@@ -115,6 +115,11 @@ def test_refusals(tmp_path: Path, text: str, says: str) -> None:
         ("test.yaml", b"test: coastdown\nruns:\n\t- {log: a.csv}\n", "test.yaml:3: .*\n    -> indent with blanks"),
         ("run.csv", b"t;v\n0,1;2,3\n", "run.csv: is not a description of a test.*\n    -> .*'vdyn init STEP LOG"),
         ("run.CSV", "t;H\u00f6he\n0;1\n".encode("latin-1"), "run.CSV: is not a description of a test"),
+        (
+            "c.json",
+            b'{"format": "vdyn/parameters/1", "step": "cg"}',
+            "^[^\n]*c.json: is a result of vdyn cg, not a[^\n]*\n.*--known",
+        ),
         ("test.yaml", b"test: coastdown\nruns:\n  - a.csv\n", "-> write '{log: a.csv}'"),
         (
             "test.yaml",

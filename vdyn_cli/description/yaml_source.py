@@ -20,6 +20,7 @@ MAX_BYTES = 1_000_000
 _SYNTAX = "check indentation, colons, brackets and quotes there"
 _SUFFIXES = (".yaml", ".yml")
 MAX_DEPTH = 30
+_WRITTEN = "vdyn/"  # begins the format of every JSON document of vdyn
 _FROM_LOG = "'vdyn init STEP LOG -o TEST.yaml' writes a description"
 MAX_NODES = 50_000
 
@@ -63,7 +64,7 @@ def load_yaml(path: Path) -> YamlSource:
     Raises
     ------
     InputError : the file is missing, too large, not UTF-8, not YAML, nested too deeply, expands to too many values, has
-        a repeated key, or is of another kind, such as a log.
+        a repeated key, or is of another kind, such as a log or a result.
     """
     named_so = path.suffix.lower() in _SUFFIXES or not _is_file(path)
     try:
@@ -72,10 +73,20 @@ def load_yaml(path: Path) -> YamlSource:
         if named_so:
             raise
     else:
+        _refuse_result(source)
         if named_so or isinstance(source.data, dict):
             return source
     what = "is not a description of a test, which is a YAML file"
     raise InputError(Finding(str(path), what, remedy=f"for a log, {_FROM_LOG}")) from None
+
+
+def _refuse_result(source: YamlSource) -> None:
+    """Refuse a JSON document that vdyn wrote, in one finding instead of one for each of its keys."""
+    data = source.data if isinstance(source.data, dict) else {}
+    if str(data.get("format", "")).startswith(_WRITTEN):
+        what = f"is a result of vdyn {data.get('step', '')}".rstrip() + ", not a description of a test"
+        remedy = "name the YAML file of the test; a step reads the result of another one with '--known RESULT.json'"
+        raise InputError(Finding(str(source.path), what, remedy=remedy))
 
 
 def _is_file(path: Path) -> bool:
