@@ -45,3 +45,8 @@ def test_a_radius_is_judged_alike_in_all_runs() -> None:
     judged, findings = compared_over_runs(mixed)
     assert [pair.good for pair in judged] == [False, False, False]
     assert len(findings) == 1
+
+
+def test_a_speed_computed_from_a_wheel_is_not_compared_with_it() -> None:
+    computed = [("wheel_speed", "vehicle_speed")]
+    assert list(tied_pairs(_run("a"), _known(1.0, 0.0005), computed)) == []

@@ -82,7 +82,8 @@ def check(path: Path, known_files: Iterable[Path] = ()) -> tuple[CheckDocument, 
         raise type(error)(*lacking, *error.findings) from None
     contradicted = (*found.contradicted, *contradicted_conditions(inputs.spec, inputs.source))
     wrong = _corrections(inputs, refused, contradicted)
-    tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known)]
+    computed = [(one.channel.source, one.channel.target) for one in inputs.scalings]
+    tied = [pair for one in inputs.unsplit for pair in tied_pairs(one.log, inputs.known, computed)]
     redundancy, contradictions = compared_over_runs(tied)
     vehicle = implausible_rotating_mass(inputs)
     runs = [_checked(inputs, k, found, refused, redundancy) for k in range(len(inputs.unsplit))]

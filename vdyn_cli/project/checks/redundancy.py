@@ -13,7 +13,7 @@ The limits are those of the quality tests, whose findings decide whether a run i
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from math import atan, degrees
 
 import numpy as np
@@ -42,12 +42,13 @@ ROLLING = 3.0  # m/s, above which wheel speeds are compared
 MEDIAN_ERROR = 0.93  # standard error of the median of n normal values / (interquartile range / sqrt(n)): 1.253 / 1.349
 
 
-def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
+def tied_pairs(log: Log, known: Parameters, computed: Collection[tuple[str, str]] = ()) -> Iterator[TiedPair]:
     """Every physically related pair of the log's channels.
 
     Parameters
     ----------
     log : SI, NaN where a sample is missing or cut. known : mass and wheel radius are used if they are known.
+    computed : source and target of channels that are computed from another one, with which they agree by definition.
     """
     speed = next((n for n in ("speed", "vehicle_speed") if n in log), None)
     if speed is not None and "position" in log:
@@ -61,7 +62,7 @@ def tied_pairs(log: Log, known: Parameters) -> Iterator[TiedPair]:
         radius = known["wheel_radius"]
         limit = min(QUALITY.reported_scale, CHECK.rolling_slip + STEP_POLICY.agreeing_std * radius.std / radius.value)
         for wheel in ("wheel_speed", *WHEEL_SPEEDS):
-            if wheel in log:
+            if wheel in log and (wheel, speed) not in computed:
                 yield _ratio(log, wheel, speed, radius.value, limit)
     if {"front_load", "rear_load"} <= set(log.channels) and "mass" in known.estimates:
         total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
