@@ -82,8 +82,8 @@ def _clock_row(clock: ClockDifference) -> tuple[str, ...]:
     first, second = clock.pair
     return (
         *(run_name(clock.logger), run_name(clock.run), first if first == second else f"{first} ~ {second}"),
-        f"{1e3 * clock.delay:+.1f} +- {1e3 * clock.delay_std:.1f}",
-        f"{1e6 * clock.drift:+.0f} +- {1e6 * clock.drift_std:.0f}",
+        f"{1e3 * clock.delay:+z.1f} +- {1e3 * clock.delay_std:.1f}",
+        f"{1e6 * clock.drift:+z.0f} +- {1e6 * clock.drift_std:.0f}",
         "drift corrected" if clock.corrected else "drift not significant",
     )
 
@@ -143,7 +143,7 @@ def _pair_rows(pairs: Sequence[TiedPair]) -> Iterator[tuple[str, str, str, str]]
         for key, unit in (("gain", ""), ("offset", ""), ("delay", " s")):
             values = [v for one in members if (v := getattr(one, key)) is not None]
             if values:
-                parts.append(f"{key} {min(values):.3f} to {max(values):.3f}{unit}")
+                parts.append(f"{key} {min(values):z.3f} to {max(values):z.3f}{unit}")
         what = ", ".join(parts) or members[0].what
         if good is None and parts and all(one.gain is None for one in members):
             what += " m/s^2; gain not determined: hardly correlated"

@@ -257,7 +257,7 @@ def _estimated(found: ClockDifference, drift: str) -> str:
 
 def _clock_findings(found: ClockDifference, how: dict[str, str]) -> list[Finding]:
     """A note of how a logger's clock was aligned, and a warning where it drifts more than a quartz clock."""
-    drift = f"{1e6 * found.drift:+.0f} ppm +- {1e6 * found.drift_std:.0f} ppm"
+    drift = f"{1e6 * found.drift:+z.0f} ppm +- {1e6 * found.drift_std:.0f} ppm"
     what = f"clock is {found.delay:+.4f} s +- {found.delay_std:.4f} s (standard error) from that of {found.run}"
     what += ", as stated" if found.stated else _estimated(found, drift)
     for words in dict.fromkeys(how.values()):
