@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -199,3 +200,33 @@ def test_tdms_waveforms_have_the_clock_of_their_properties(tmp_path: Path) -> No
     assert np.array_equal(log["speed"], SPEED)
     with pytest.raises(InputError, match="'note': contains no numbers"):
         read_log(path, {"time": column("Timestamp", "s"), "speed": column("note")})
+
+
+@pytest.mark.parametrize("form", ["lines", "array", "in an object", "cut off"])
+def test_json_objects_of_equal_keys_are_tables(form: str, tmp_path: Path) -> None:
+    """Two tables of different rates whose written times count from one zero, below a head with other keys."""
+    rows: list[dict[str, object]] = [{"type": "head", "wheel_m": 2.1}]
+    rows += [
+        {"ts": f"2026-01-29T19:43:{t:06.3f}Z", "motion": {"speed_kmh": v}} for t, v in zip(TIME, SPEED, strict=True)
+    ]
+    rows += [{"ts": f"2026-01-29T19:43:{0.5 + k:06.3f}Z", "alt": 12.0 + k, "gear": "D"} for k in range(20)]
+    path = tmp_path / "ride.json"
+    text = "\n".join(map(json.dumps, rows))
+    contents = {"array": json.dumps(rows), "in an object": json.dumps({"app": "x", "samples": rows}), "lines": text}
+    path.write_text(contents.get(form, text + '\n{"ts": "2026-01-29T19:4'))
+    columns = {"time": column("ts", "s"), "speed": column("motion.speed_kmh", "km/h")}
+    log = read_log(path, columns)
+    assert np.allclose(log.time, TIME)
+    assert np.allclose(log["speed"] * 3.6, SPEED)
+    assert np.allclose(read_log(path, {**columns, "speed": column("alt")}).time, 0.5 + np.arange(20))
+
+
+def test_json_with_names_and_values_is_a_long_table(tmp_path: Path) -> None:
+    rows = [
+        {"name": n, "value": v, "timestamp": 1.4e9 + k / 10} for k in range(50) for n, v in (("v", k), ("gear", "D"))
+    ]
+    path = tmp_path / "trace.json"
+    path.write_text("\n".join(map(json.dumps, rows)))
+    log = read_log(path, {"time": column("timestamp", "s"), "speed": column("v")})
+    assert np.allclose(log.time - 1.4e9, np.arange(50) / 10)
+    assert np.allclose(log["speed"], np.arange(50))

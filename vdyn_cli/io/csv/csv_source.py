@@ -72,7 +72,6 @@ _TEXTS = (
         "a receiver's NMEA sentences, not a table",
         _CONVERT,
     ),
-    (rb"\s*(\[\s*)?\{\s*\"", "JSON, not a table", _CONVERT),
     (
         rb"(?i)\s*(<!doctype html|<html)",
         "a web page, not a log",

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vdyn_cli.io.csv.csv_reader import CSV
+from vdyn_cli.io.formats.json_reader import READER as JSON
 from vdyn_cli.io.formats.long_table_reader import READER as LONG
 from vdyn_cli.io.formats.lvm_reader import READER as LVM
 from vdyn_cli.io.formats.mat_reader import READER as MAT
@@ -25,7 +26,7 @@ from vdyn_cli.quantities.log import Log
 
 GROUP = "vdyn.readers"
 # CSV is not listed: it reads every file that no other reader matches.
-BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, TDMS, VBO, LONG)
+BUILT_IN: tuple[Reader, ...] = (MDF, PARQUET, MAT, LVM, TDMS, VBO, JSON, LONG)
 
 
 def readers() -> tuple[tuple[Reader, ...], tuple[Finding, ...]]:

@@ -39,7 +39,7 @@ _WIDEST = 16  # columns
 
 
 @dataclass(frozen=True)
-class _Head:
+class LongHead:
     """Delimiter, and the indices of the four columns; ``unit`` is -1 if there is none."""
 
     delimiter: str
@@ -50,12 +50,12 @@ class _Head:
     unit: int
 
 
-class _LongTable:
+class LongTable:
     """The channels of one file, each with the times of its rows."""
 
     row = "line"
 
-    def __init__(self, head: _Head, rows: Sequence[Sequence[str]], lines: Sequence[int]) -> None:
+    def __init__(self, head: LongHead, rows: Sequence[Sequence[str]], lines: Sequence[int]) -> None:
         cells = [np.array([row[i] for row in rows], dtype=object) for i in (head.time, head.name, head.value)]
         time, self._lines = _seconds(cells[0]), np.array(lines)
         self._values = _numbers(cells[2])
@@ -89,7 +89,7 @@ class _LongTable:
         return found
 
 
-def _sources(head: _Head, rows: Sequence[Sequence[str]]) -> list[str]:
+def _sources(head: LongHead, rows: Sequence[Sequence[str]]) -> list[str]:
     """The vehicle or logger of each row, if the file has a column for it with several; else empty texts."""
     for at in (i for i, name in enumerate(head.names) if _SOURCE.fullmatch(name)):
         found = [row[at].strip() if at < len(row) else "" for row in rows]
@@ -105,21 +105,28 @@ def _unit_of(clock: str, time: Array) -> str:
     return stated_unit(clock) or unit_of_name(clock) or next(iter(dates), "s")
 
 
-def _head(text: str) -> _Head | None:
+def _head(text: str) -> LongHead | None:
     """The columns of a long table; None if the first line is not the header of one."""
     line = text.splitlines()[0] if text.strip() else ""
     for delimiter in _DELIMITERS:
         names = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
         while names and not names[-1]:
             names.pop()
-        timed = [i for i, n in enumerate(names) if is_clock(n) or n.lower().startswith("second")]
-        found = [[i for i, n in enumerate(names) if kind.fullmatch(n)] for kind in (_NAME, _VALUE, _UNIT)]
-        if len(timed) == 1 and len(found[0]) == len(found[1]) == 1 and len(found[2]) < 2 and len(names) <= _WIDEST:
-            return _Head(delimiter, tuple(names), timed[0], found[0][0], found[1][0], (found[2] or [-1])[0])
+        if (head := long_head(names, delimiter)) is not None:
+            return head
     return None
 
 
-def _parsed(path: Path) -> _LongTable:
+def long_head(names: Sequence[str], delimiter: str = "") -> LongHead | None:
+    """The columns of a long table among its names; None if they are not those of one."""
+    timed = [i for i, n in enumerate(names) if is_clock(n) or n.lower().startswith("second")]
+    found = [[i for i, n in enumerate(names) if kind.fullmatch(n)] for kind in (_NAME, _VALUE, _UNIT)]
+    if len(timed) == 1 and len(found[0]) == len(found[1]) == 1 and len(found[2]) < 2 and len(names) <= _WIDEST:
+        return LongHead(delimiter, tuple(names), timed[0], found[0][0], found[1][0], (found[2] or [-1])[0])
+    return None
+
+
+def _parsed(path: Path) -> LongTable:
     refuse_missing(path)
     text = path.read_bytes().decode("utf-8-sig", "replace")
     head = _head(text)
@@ -135,7 +142,7 @@ def _parsed(path: Path) -> _LongTable:
             lines.append(reader.line_num)
     if not rows:
         raise InputError(Finding(path.name, "has no rows below its header", remedy="export the log again"))
-    return _LongTable(head, rows, lines)
+    return LongTable(head, rows, lines)
 
 
 def _seconds(cells: NDArray[np.object_]) -> Array:
