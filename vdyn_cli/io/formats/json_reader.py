@@ -103,7 +103,8 @@ def _objects(text: str) -> list[tuple[int, Record]]:
     else:
         values = whole.values() if isinstance(whole, dict) else [whole]
         arrays: list[list[Any]] = [value for value in values if isinstance(value, list)]
-        found = list(enumerate(max(arrays, key=len) if arrays else [], 1))
+        longest: list[Any] = max(arrays, key=len) if arrays else []
+        found = list(enumerate(longest, 1))
     return [(number, dict(_flat(one))) for number, one in found if isinstance(one, dict)]
 
 
