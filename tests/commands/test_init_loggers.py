@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.commands.drafts import columns, draft
+from tests.commands.drafts import WAVE, columns, draft, table
 
 
 def log_name(names: str, logger: str, run: int) -> str:
@@ -28,9 +28,9 @@ def write_loggers(folder: Path, begins: Sequence[float], names: str) -> list[Pat
             "can": {"Time [s]": time + begin, "Vehicle Speed [km/h]": speed},
             "vbox3": {"t [s]": time + begin + 3.0, "GPS Speed [km/h]": speed, "Heading [deg]": heading + 0.0 * time},
         }
-        for logger, table in tables.items():
+        for logger, channels in tables.items():
             path = folder / log_name(names, logger, run)
-            np.savetxt(path, np.column_stack(list(table.values())), "%.3f", ",", header=",".join(table), comments="")
+            np.savetxt(path, np.column_stack([*channels.values()]), "%.3f", ",", header=",".join(channels), comments="")
             paths.append(path)
     return sorted(paths)
 
@@ -133,3 +133,14 @@ def test_a_logger_without_a_speed_is_aligned_by_a_wheel_s_speed(tmp_path: Path) 
     bus = next(one["channels"] for one in description["loggers"] if "acceleration" in one["channels"])
     assert bus["wheel_speed"] == {"column": "nRad_HL [1/min]", "unit": "1/min"}
     assert "aligned by channels 'speed' and 'wheel_speed'" in found.text
+
+
+def test_the_columns_that_may_be_a_needed_channel_are_named(tmp_path: Path) -> None:
+    """A torque at the hubs is that of the drive only where no brake is between."""
+    time = np.arange(600) / 10.0
+    gps = table(tmp_path / "gps.csv", Time_s=time, Speed_mpers=20 + WAVE)
+    can = table(tmp_path / "can.csv", Time_s=time, **{"n_HL_rpm": 600 + 30 * WAVE, "M_Nabe_HL_N m": 50 * WAVE})
+    found, description = draft("validate", gps, can)
+    assert set(description["loggers"][1]["channels"]) == {"time", "wheel_speed_rl"}
+    what = "drive_torque, or drive_torque_left with drive_torque_right: needed, but not found in any of the logs"
+    assert f'# {what}; by their unit: "M_Nabe_HL [N m]"\n' in found.text

@@ -20,13 +20,15 @@ OTHERS = {
     "Speed Error|Speed Slip|Turbo Speed|Wiper speed|Sideslip velocity|Speed Limit|Steering wheel speed",
     "m": "Antenna height|Body height|Bump height|Geoid height|Hub height|Tank height|Ride Height|Brake pedal position",
     "N m": "Aligning moment|Yaw moment|Moment Z|Bearing torque|Clutch torque|Crank torque|Driver torque|EPS torque|"
-    "Engine torque|Gearbox output torque|Handwheel torque|Rider torque|Regen torque|Torque demand|Torque loss|"
+    "Engine torque|EngTrq|M_Nabe_HL|"
+    "Gearbox output torque|Handwheel torque|Rider torque|Regen torque|Torque demand|Torque loss|"
     "Torque vectoring|Turbine torque|Torque converter|Lenkmoment|Reibmoment",
     "m/s^2": "Centripetal acceleration|Gyro accel|Head acceleration|Seat acceleration|Hub acceleration|"
     "Radbeschleunigung|Pitch acceleration|Rear axle acceleration|Required acceleration|Unsprung accel|acc_norm|"
     "accel_magnitude|Wheel accel z|Hub Az|Seat acceleration z|"
     "acceleration derived|Linear Acceleration x|userAcceleration.x|vibration accel|Total acceleration|"
     "Querbeschleunigung",
+    "rpm": "Motor speed FL|n_Motor|PropShaftSpeed",
     "%": "Battery Gradient|Steering gradient|Clutch slip|Torque Converter slip|Engine Load|Grade limit",
 }  # fmt: skip
 
@@ -34,7 +36,11 @@ OTHERS = {
 OF_THE_CAR = {
     ("validate", "speed", "km/h"): "Ground Speed|True speed|Speed over ground|"
     "GPS Speed 3D|Speed filtered|Roller Speed|VehSpd|v_Fahrzeug|Vitesse|車速|车速",
-    ("validate", "drive_torque", "N m"): "Motor torque|Motordrehmoment|Inverter Torque Feedback|電機轉矩|Couple moteur",
+    ("validate", "drive_torque", "N m"): "Motor torque|PropShaftTrq|M_Motor|"
+    "Motordrehmoment|Inverter Torque Feedback|電機轉矩|Couple moteur",
+    ("validate", "drive_torque_left", "N m"): "Hub Motor Torque Left",
+    ("validate", "brake_torque", "N m"): "BrkTrq|M_Bremse|Brake torque",
+    ("validate", "wheel_speed_rl", "rpm"): "n_HL|Wheel speed RL",
     ("validate", "acceleration", "m/s^2"): "Acceleration_x|Long Accel|Längsbeschleunigung|AccelerometerX|InlineAcc",
     ("validate", "grade", "%"): "Road Grade|Slope|Steigung|坡度",
     ("cg", "pitch_rate", "deg/s"): "Pitch Rate|Gyro Y",

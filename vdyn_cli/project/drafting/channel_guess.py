@@ -14,6 +14,7 @@ from vdyn_cli.project.drafting.channel_names import (
     ELSEWHERE,
     NOT_DRIVEN,
     OF_ACCELERATION,
+    OF_TORQUE,
     RULES,
     SAME_WORD,
     STATES_UNIT,
@@ -270,6 +271,8 @@ def _words(name: str) -> tuple[Words, str]:
     words = {SAME_WORD.get(w, w) for w in lower}
     if "g" in words and (words & OF_ACCELERATION or {"a", "x"} <= words):
         suffix = suffix or "g"
+    if lower[:1] == ("m",) and words & OF_TORQUE:
+        words.add("torque")
     if words == {"s"}:
         words = {"position"}
     for corner, (end, side) in CORNERS.items():

@@ -34,7 +34,8 @@ _SPELLINGS = {
     "front": "vorn vorne vorder vorderachse vorderachslast avant delantero delantera anteriore voor",
     "rear": "hinten hinter hinterachse hinterachslast heck arriere trasero trasera posteriore achter",
     "load": "last achslast radlast radaufstandskraft aufstandskraft charge carga carico",
-    "brake": "frein freno freio bremse brems",
+    "brake": "frein freno freio bremse brems brk",
+    "hub": "nabe radnabe",
     "fx": "fxw",  # of tire test rigs
     "fz": "fzw",
     "slip": "kappa longslip",
@@ -55,6 +56,8 @@ CORNERS = {"fl": ("front", "left"), "fr": ("front", "right"), "rl": ("rear", "le
 ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"])
 # Words that name a signal whose unit is always SI: twist.linear.x of ROS (REP 103).
 STATES_UNIT = {"m/s": frozenset(("twist", "linear", "x"))}
+# With them, a first word M is a torque (German: M_Bremse), as n is a rotational speed.
+OF_TORQUE = frozenset(("motor", "brake", "hub", "drive", "shaft", "driveline"))
 NOT_DRIVEN = frozenset(("target", "max", "mean", "error", "status"))  # not the measured motion itself
 
 # Words of languages without blanks between words, Chinese, Japanese, Korean and Russian, and joined words.
@@ -85,6 +88,7 @@ _JOINED = {
     "front": "前",
     "rear": "后 後",
     "long g": "linealg",
+    "driveline": "propshaft prop_shaft propellershaft kardanwelle gelenkwelle",  # not a half-shaft
     "pitch rate": "nickrate nickgeschwindigkeit nickwinkelgeschwindigkeit",
     "lat g": "lateralg",
 }
@@ -109,7 +113,7 @@ _OTHER_SPEEDS = (
     "wheel motor engine wind fan shaft angular rotational pump turbine yaw pitch roll hub bat batt battery crank idle "
     "input output transmission turbo cruise set steering throttle pedal slip sideslip tire wiper n "
     "lat vert y z north east down air pitot airspeed "  # of other directions, and of the air
-    "drive driven "  # of the driven wheels
+    "drive driven driveline "  # of the driven wheels
     "lead preceding object obj radar relative rel closing delta difference diff lap sector sim simulated"
 )
 _NO_HEIGHT = "speed n torque force load accel g rate angle temp temperature pressure roll pitch"
@@ -127,8 +131,8 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
         "turbine crank pedal driver rider human regen loss reserve vectoring drag bearing bolt roller output "
         "yaw pitch roll x y z aligning overturning lenk reib schlepp",
     ),
-    "drive_torque_left": (("drive torque left", "motor torque left"), "brake hub wheel"),
-    "drive_torque_right": (("drive torque right", "motor torque right"), "brake hub wheel"),
+    "drive_torque_left": (("drive torque left", "motor torque left"), "brake"),
+    "drive_torque_right": (("drive torque right", "motor torque right"), "brake"),
     "drive_force": (("drive force", "traction force"), "brake"),
     "brake_torque": (("brake torque",), ""),
     "acceleration": (
@@ -166,18 +170,18 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "front_right_load": (("fr load", "fr fz"), ""),
     "rear_left_load": (("rl load", "rl fz"), ""),
     "rear_right_load": (("rr load", "rr fz"), ""),
-    "hub_torque": (("hub torque", "wheel torque", "my"), "brake"),
+    "hub_torque": (("hub torque", "wheel torque", "my"), "brake motor"),
     "hub_force_x": (("hub fx", "hub force x", "wheel fx", "fx"), ""),
     "hub_force_z": (("hub fz", "hub force z", "wheel fz", "fz"), ""),
     "force_x": (("fx", "force x", "long force"), ""),
     "force_z": (("fz", "force z", "vert force", "load"), "engine axle calculated cpu bat battery"),
     "wheel_speed": (("wheel speed", "wheel n"), "motor steering"),
-    "wheel_speed_fl": (("wheel speed fl", "wheel n fl"), ""),
-    "wheel_speed_fr": (("wheel speed fr", "wheel n fr"), ""),
-    "wheel_speed_rl": (("wheel speed rl", "wheel n rl"), ""),
-    "wheel_speed_rr": (("wheel speed rr", "wheel n rr"), ""),
+    "wheel_speed_fl": (("wheel speed fl", "wheel n fl", "n fl"), "motor shaft"),
+    "wheel_speed_fr": (("wheel speed fr", "wheel n fr", "n fr"), "motor shaft"),
+    "wheel_speed_rl": (("wheel speed rl", "wheel n rl", "n rl"), "motor shaft"),
+    "wheel_speed_rr": (("wheel speed rr", "wheel n rr", "n rr"), "motor shaft"),
     "slip": (("slip", "sr"), "angle clutch converter torque belt sideslip"),
-    "shaft_torque": (("shaft torque",), "left right"),
+    "shaft_torque": (("shaft torque", "driveline torque"), "left right"),
     "shaft_torque_left": (("shaft torque left",), ""),
     "shaft_torque_right": (("shaft torque right",), ""),
     "twist": (("twist",), "linear angular"),

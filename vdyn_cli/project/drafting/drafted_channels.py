@@ -42,7 +42,7 @@ def channel_lines(
                 undecided.append(f"unit of {channel}")
         elif channel in needed and required:
             lines.append(
-                f'  {channel}: {{column: "?", unit: "?"}}  # needed: {guess.why}{_by_unit(step, log, channel)}'
+                f'  {channel}: {{column: "?", unit: "?"}}  # needed: {guess.why}{fitting_columns(step, log, channel)}'
             )
             undecided.append(channel)
         elif missing:
@@ -101,7 +101,7 @@ def source_of(step: Step, channel: str, log: GuessedLog) -> str:
     return channel if channel in found or not sources else sources[0]
 
 
-def _by_unit(step: Step, log: GuessedLog, channel: str) -> str:
+def fitting_columns(step: Step, log: GuessedLog, channel: str) -> str:
     """Text of the unmapped columns whose unit fits a channel, or one from which it can be computed; empty if several
     columns fit by name."""
     if "'" in log.guesses[channel].why:

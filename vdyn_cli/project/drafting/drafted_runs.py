@@ -15,6 +15,7 @@ from vdyn_cli.project.drafting.drafted_channels import (
     channel_line,
     channel_lines,
     channels_needed,
+    fitting_columns,
     quoted,
     source_of,
     unused_columns,
@@ -177,8 +178,10 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
         lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
         mapped += found
         undecided += [f"{key} ({log.path.name})" for key in open_ones]
-    lines += [f"# {name}: needed, but not found in any of the logs" for name in _unfound(step, mapped)]
-    undecided += _unfound(step, mapped)
+    for name, ways in _unfound(step, mapped).items():
+        fitting = "".join(fitting_columns(step, runs[0][k], name) for k in useful)
+        lines.append(f"# {ways}: needed, but not found in any of the logs{fitting}")
+        undecided.append(name)
     for k, log in enumerate(runs[0]):
         if k not in useful:
             reasons = [f"{c}: {g.why}" for c, g in log.guesses.items() if g.facts is None and "'" in g.why]
@@ -207,13 +210,13 @@ def _mapped_as(guess: ChannelGuess) -> tuple[str, str, int] | None:
     return None if guess.facts is None else (guess.facts.column, guess.unit, guess.sign)
 
 
-def _unfound(step: Step, mapped: Sequence[str]) -> list[str]:
-    """Required channels that no logger has."""
-    open_ones = []
+def _unfound(step: Step, mapped: Sequence[str]) -> dict[str, str]:
+    """Required channels that no logger has, each with the text of its alternatives."""
+    open_ones = {}
     for entry in step.required:
         ways = alternatives(entry)
         if not any(set(way) <= set(mapped) for way in ways):
-            open_ones.append(ways[0][0])
+            open_ones[ways[0][0]] = ", or ".join(" with ".join(way) for way in ways)
     return open_ones
 
 

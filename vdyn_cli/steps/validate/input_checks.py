@@ -121,7 +121,10 @@ def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: f
     correlation = torque_correlation(segments)
     follows, remedy = "", "check unit, gear_ratio, brake_torque and grade"
     if correlation < -STEP_POLICY.own_torque:
-        remedy = "positive torque slows the car here: add 'sign: -1' to drive_torque, or remove it if it is there"
+        remedy = (
+            "positive torque slows the car here: add 'sign: -1' to drive_torque, or remove it if it is there; or, if "
+            "the column is the torque of the brakes, map it as brake_torque and another one as drive_torque"
+        )
     elif correlation > STEP_POLICY.own_torque:
         follows = f", although the acceleration follows it (correlation {correlation:.2f})"
         remedy = (
