@@ -218,10 +218,8 @@ def solution_floor(solution: Solution) -> float:
 
 
 def part_search(strategy: Strategy, problem: SimulatedProblem) -> PartSearch | None:
-    """The evidence of every part beside the baseline's fit; None where a step has no parts or cannot be linearized."""
+    """The evidence of every part beside the baseline's fit; None where the step cannot be linearized with them."""
     base, parts = strategy.base, problem.parts
-    if not parts:
-        return None
     regression = _regression(strategy, problem)
     try:
         system = linearized_system(linearize(regression, base.values, base.solution.per_run))
