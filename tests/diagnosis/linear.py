@@ -150,8 +150,7 @@ class Campaign:
             chord_regression=lambda added=NO_EFFECTS, **begun: self.regression(added.unknowns),
             effects=causes,
             profiles=tuple(profiles),
-            one_way="all runs have the same direction" if self.one_way else "",
-            **more,
+            **{"directions": ("out",) * self.runs if self.one_way else (), **more},
         )
 
 

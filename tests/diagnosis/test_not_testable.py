@@ -42,7 +42,7 @@ def test_runs_all_one_way_without_an_error_are_not_called_adequate() -> None:
 def test_runs_all_one_way_name_neither_wind_nor_slope() -> None:
     case, verdict = judged(Campaign(8, hidden={"wind": 5.0}, one_way=True))
     assert verdict.verdict == "not_testable"
-    assert "all runs have the same direction" in told(case, verdict)
+    assert "all runs used have the same direction" in told(case, verdict)
     assert told(case, verdict).startswith("A wind would explain the misfit (p = ")
     (test,) = next_tests(open_strategy(case), verdict)
     assert "out and back" in test.manoeuvre

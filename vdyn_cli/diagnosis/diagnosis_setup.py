@@ -49,8 +49,6 @@ class DiagnosisSetup:
     lacking : by name, the other effects of the catalog that one more channel would make testable, and that channel
         with what the logs lack.
     profiles : free profiles, each over one coordinate (speed, time, position ...).
-    one_way : why effects that change sign with the heading are confounded with others: runs of one direction.
-    mixed_directions : why the directions cannot be used: some runs do not state theirs.
     directions : of each fitted run, out or back; empty where nothing depends on them.
     run : what a run is called (a coast, a drive, a crossing).
     fewest_runs : least number of runs for a diagnosis.
@@ -75,8 +73,6 @@ class DiagnosisSetup:
     effects: tuple[Effect, ...]
     profiles: tuple[Effect, ...]
     lacking: Mapping[str, str] = field(default_factory=dict)
-    one_way: str = ""
-    mixed_directions: str = ""
     directions: tuple[str | None, ...] = ()
     run: str = "run"
     fewest_runs: int = 1
@@ -89,6 +85,19 @@ class DiagnosisSetup:
     stated: Mapping[str, float] = field(default_factory=dict)
     learned: frozenset[str] = frozenset()
     manoeuvres: Callable[[Regression, Mapping[str, float]], tuple[Manoeuvre, ...]] = lambda regression, values: ()
+
+    @property
+    def one_way(self) -> str:
+        """Why effects that change sign with the heading are confounded with others; empty where they are not."""
+        if len(set(self.directions)) != 1:
+            return ""
+        return "all runs used have the same direction" if any(self.directions) else "no run states its direction"
+
+    @property
+    def mixed_directions(self) -> str:
+        """Why the directions cannot be used; empty where they can."""
+        some = None in self.directions and any(self.directions)
+        return "some runs do not state their direction" if some else ""
 
     @property
     def far_off(self) -> bool:
@@ -122,15 +131,12 @@ def setup_of(prepared: PreparedStep, level: float = POLICY.level) -> DiagnosisSe
         effects, lacking = tuple(e for e in effects if e.name in spec.diagnose.effects), {}
     linearized = diagnosable.linearized(spec)
     directions = tuple(problem.directions([r.direction for r in spec.runs])) if diagnosable.two_way(spec) else ()
-    one_way, mixed_directions = _confounding_directions(directions)
     return DiagnosisSetup(
         regression=relaxed(problem.regression),
         chord_regression=relaxed(problem.chord_regression),
         effects=effects,
         profiles=problem.profiles,
         lacking=lacking,
-        one_way=one_way,
-        mixed_directions=mixed_directions,
         directions=directions,
         run=diagnosable.run,
         fewest_runs=diagnosable.fewest_runs,
@@ -211,14 +217,6 @@ def _lacked(signal: str, spec: Description) -> str:
     if signal == "position" and any(run.direction is None for run in spec.runs):
         return "the direction of every run, to which 'position' is related"
     return f"channel '{signal}' in every run, consistent with the other channels"
-
-
-def _confounding_directions(directions: Sequence[str | None]) -> tuple[str, str]:
-    """``one_way`` and ``mixed_directions`` of the setup, from the directions that the runs state."""
-    ways = set(directions)
-    if len(ways) == 1:
-        return "no run states its direction" if ways == {None} else "all runs used have the same direction", ""
-    return "", "some runs do not state their direction" if None in ways else ""
 
 
 def _refuse_others(
