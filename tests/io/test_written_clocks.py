@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.clocks.written_times import is_instant, seconds_of_digits, since_first, written_seconds
 from vdyn_cli.io.formats.log_formats import read_log
-from vdyn_cli.io.reader import Column
+from vdyn_cli.io.reader import Column, ReadOptions
 
 N = 600
 TIME = np.arange(N) / 20.0
@@ -75,6 +75,17 @@ def test_a_stamp_of_seconds_and_nanoseconds_is_one_clock(
     assert (clock.column, clock.info.unit) == (clock_name, "s")
     columns = {"time": Column(clock_name, "s", "s"), "speed": Column(speed_name, "m/s", "m/s")}
     assert read_log(path, columns).time == pytest.approx(1_778_580_000.713 + TIME, abs=1e-6)
+
+
+def test_a_clock_with_late_rows_is_listed_as_far_as_it_is_read(tmp_path: Path) -> None:
+    """Nine in a hundred times are late by three steps, as a phone writes fixes; the rows are left out by a key."""
+    time = np.where(np.random.default_rng(1).random(TIME.size) < 0.09, TIME - 0.17, TIME)
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],v [m/s]\n" + "".join(f"{t:.2f},{v}\n" for t, v in zip(time, SPEED, strict=True)))
+    (clock,) = [f for f in survey(path) if f.state == "clock"]
+    columns = {"time": Column("time [s]", "s", "s"), "speed": Column("v [m/s]", "m/s", "m/s")}
+    log = read_log(path, columns, ReadOptions(clock="drop"))
+    assert clock.info.late == TIME.size - log.time.size > 0.05 * TIME.size
 
 
 def test_a_clock_counts_nanoseconds_since_1970(tmp_path: Path) -> None:

@@ -248,7 +248,7 @@ def _summary(log: str, facts: Sequence[ChannelFacts]) -> list[str]:
     stated = ", ".join(f"{n} {state}" for state, n in count.items() if n)
     clocks = sum(f.state == "clock" for f in facts)
     lines.append(f"{log}: {len(facts)} channels" + (f", {stated}" if stated else ""))
-    if not clocks and _is_report(facts):
+    if _is_report(facts):
         lines.append(f"A report of coast-downs, one row per run: 'vdyn init coastdown {log}' describes its runs.")
     elif not clocks:
         what, remedy = without_clock(facts)

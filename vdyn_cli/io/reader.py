@@ -27,7 +27,8 @@ _CLOCK = re.compile(
 # Sampling rates, Hz, of loggers in road tests: the unit of time is known if only one unit gives such a rate.
 _RATES = (0.5, 5_000.0)
 _RARE = 1e-3  # Hz, lowest rate of a clock that counts from 1970, such as a station's
-_MOST_LATE = 0.02  # of the rows of a damaged clock: receivers and phones write some fixes late or twice
+# Of the rows of a damaged clock: receivers and phones write some fixes late or twice. A column with more is no clock.
+MOST_LATE = 0.2
 _RESTARTED = 10
 _SERIAL = (20_000.0, 80_000.0)  # days since 1900 as spreadsheets count them: the years 1954 to 2119
 _UNIX = (9e8, 4e9)  # s since 1970: the years 1998 to 2096
@@ -200,14 +201,14 @@ def late_rows(time: Array) -> Mask:
 
 
 def rises_but_for(time: Array) -> int:
-    """The number of late rows of a clock (n,) if at most ``_MOST_LATE`` of them are, so that it is damaged; else 0.
+    """The number of late rows of a clock (n,) if at most ``MOST_LATE`` of them are, so that it is damaged; else 0.
 
     ``_RESTARTED`` late rows one after another are another recording, as after an overflow of the clock.
     """
     late = late_rows(time)
     count = int(np.count_nonzero(late))
     isolated = all(stop - first < _RESTARTED for first, stop in spans(late))
-    return count if isolated and count <= _MOST_LATE * time.size else 0
+    return count if isolated and count <= MOST_LATE * time.size else 0
 
 
 def clock_units(rate: float, first: float = 0.0) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.clocks.appended_recordings import restarts
-from vdyn_cli.io.reader import rises
+from vdyn_cli.io.reader import MOST_LATE, rises
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -18,7 +18,6 @@ from vdyn_cli.quantities.log import Log
 LineOf = Callable[[int], int]
 
 _FEWEST_TIMES = 5  # different ones, from which a fixed rate is estimated
-_MOST_DROPPED = 0.2  # of the rows; a column with more errors is not a clock
 SHORTEST_LOG, LONGEST_LOG = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
 FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; one sample a minute shows no motion
 MOST_ACCELERATION = 60.0  # m/s^2, the bound of the channel 'acceleration': six times that of a tire on a dry road
@@ -76,7 +75,7 @@ def check_rising(
     what = _description(time, high, dropped, line_of, row)
     share = dropped.size / time.size
     begins = restarts(time)
-    if mode == "drop" and share <= _MOST_DROPPED and not begins:
+    if mode == "drop" and share <= MOST_LATE and not begins:
         left = f"{what}; {_count(dropped.size, 'row')} left out"
         return Rising(kept, findings=(Finding(where, left),))
     if begins:
@@ -86,20 +85,20 @@ def check_rising(
             f"'recording: {len(begins) + 1}', or split it there, or map a clock that does not restart"
         )
     elif mode == "drop":
-        most = f"{100 * _MOST_DROPPED:.0f} %"
+        most = f"{100 * MOST_LATE:.0f} %"
         remedy = f"more than {most} of the rows would be left out: export the log again, or split it"
     elif not (time[1:] != time[:-1]).any():
         remedy = "the time is constant: map the column of the clock, or export the log again"
-    elif share > _MOST_DROPPED and not (time[1:] < time[:-1]).any():
+    elif share > MOST_LATE and not (time[1:] < time[:-1]).any():
         remedy = "the time has too few digits: export it with more digits"
         if rate := _fixed_rate(time):
             remedy += f"; if the rate is fixed, remove 'time' and write 'reading: {{rate: {rate:g} Hz}}'"
-    elif share > _MOST_DROPPED and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):
+    elif share > MOST_LATE and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):
         remedy = (
             f"'{clocks[0]}' increases like a clock: exchange the columns of 'time' and '{clocks[0]}' in the "
             "description, or correct the header if it names them wrongly"
         )
-    elif share > _MOST_DROPPED:
+    elif share > MOST_LATE:
         remedy = "sort the rows by their time, or export the log again"
     else:
         remedy = "export the log again, or write 'reading: {clock: drop}' to leave these rows out"
@@ -225,6 +224,6 @@ def _count(n: int, noun: str) -> str:
 def _fixed_rate(time: Array) -> float:
     """The rows per second of a clock with too few digits, if most of its times occur equally often; else 0."""
     known, counts = np.unique(time[np.isfinite(time)], return_counts=True)
-    if known.size < _FEWEST_TIMES or np.mean(counts == np.median(counts)) < 1.0 - _MOST_DROPPED:
+    if known.size < _FEWEST_TIMES or np.mean(counts == np.median(counts)) < 1.0 - MOST_LATE:
         return 0.0
     return float(np.median(counts) / np.median(np.diff(known)))
