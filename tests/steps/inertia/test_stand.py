@@ -57,6 +57,17 @@ def test_inertia_and_drag_are_recovered_within_their_intervals() -> None:
     assert result.fit.rms == pytest.approx(result.fit.noise_floor, rel=0.2)
 
 
+def test_the_noise_of_a_coarse_encoder_does_not_hide_that_the_wheel_turns() -> None:
+    def counted(log: Log) -> Log:
+        turned = np.concatenate([[0.0], np.cumsum(np.diff(log.time) * log["wheel_speed"][1:])])
+        count = np.floor(turned / (2 * np.pi) * 90)  # teeth counted from sample to sample: steps of 7 rad/s
+        speed = np.diff(count, prepend=count[0]) * (2 * np.pi / 90) / np.median(np.diff(log.time))
+        return log.with_channels(wheel_speed=speed)
+
+    found = estimated(tuple(counted(log) for log in logs())).parameters["wheel_inertia"]
+    assert abs(found.value - CAR.wheel_inertia) < min(4 * found.std, 0.05 * CAR.wheel_inertia)
+
+
 def test_what_turns_beside_the_wheel_is_taken_off_with_its_uncertainty() -> None:
     data = logs()
     whole, wheel = estimated(data), estimated(data, stand_inertia="0.1 +- 0.02 kg m^2")
