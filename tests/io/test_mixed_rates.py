@@ -61,6 +61,15 @@ def test_messages_of_a_bus_are_read_on_their_own_clocks(tmp_path: Path) -> None:
     assert log["drive_torque"][5:-5] == pytest.approx(speed[5:-5], abs=1e-2)
 
 
+def test_a_height_every_20_s_does_not_question_the_unit_of_time(tmp_path: Path) -> None:
+    path = tmp_path / "mission.csv"
+    rows = [f"{k},{10 + np.sin(k / 30):.3f},{408 if k % 20 == 0 else ''}" for k in range(900)]
+    path.write_text("\n".join(["time [s],speed [m/s],height [m]", *rows]) + "\n")
+    columns = {"time": Column("time [s]", "s", "s"), "speed": Column("speed [m/s]", "m/s", "m/s")}
+    log = read_log(path, {**columns, "elevation": Column("height [m]", "m", "m")})
+    assert not [f for f in log.findings if "typical step" in f.what]
+
+
 def test_a_finding_names_the_line_of_the_file(tmp_path: Path) -> None:
     lines = ["t,v,x", *(f"{k / 10},{k if k % 2 else ''},{k}" for k in range(400))]
     lines[202] = "20.1,1e4,201"

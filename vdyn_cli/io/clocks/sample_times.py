@@ -136,11 +136,15 @@ def _description(time: Array, high: Array, dropped: NDArray[np.int64], line_of: 
     return text
 
 
-def check_steps(log: Log) -> tuple[Finding, ...]:
+def check_steps(log: Log, beside: bool = False) -> tuple[Finding, ...]:
     """Findings on a log's clock: gaps, uneven steps, and steps so large or small that the unit is doubtful.
 
     With the 5 %, 50 % and 95 % quantiles a, m, b of the steps: a gap exceeds max(1.6 m, m + 4 (b - a)), the steps are
     uneven for b - a > 0.1 m, and the unit is doubtful for m > 10 s or m < 10 us.
+
+    Parameters
+    ----------
+    beside : whether the file has another clock, whose steps show the unit: long ones are those of a slow channel.
     """
     time, where, line_of = log.time, log.place("time"), log.line
     steps = np.diff(time)
@@ -166,7 +170,7 @@ def check_steps(log: Log) -> tuple[Finding, ...]:
         what = f"uneven clock: 90 % of the steps lie between {low:.4g} s and {high:.4g} s"
         remedy = "the times are used as recorded, without resampling"
         findings.append(Finding(where, what, remedy=remedy, minor=True))
-    if usual > 10.0 or usual < 1e-5:
+    if (usual > 10.0 and not beside) or usual < 1e-5:
         what = f"the typical step is {usual:.3g} s and the log lasts {time[-1] - time[0]:.4g} s"
         findings.append(Finding(where, what, remedy=_unit_of_time(usual > 10.0)))
     return tuple(findings)

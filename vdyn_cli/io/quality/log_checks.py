@@ -39,7 +39,7 @@ def checked(log: Log, mapping: Mapping[str, Column], instants: bool = False, win
     found = [_checked(log, mapping, problems, window, instants)]
     del log
     while others:  # each channel of a large file is freed as soon as it is converted
-        found.append(_checked(others.pop(0), mapping, problems, window))
+        found.append(_checked(others.pop(0), mapping, problems, window, beside=True))
     raise_all(dict.fromkeys(problems))
     return replace(on_one_clock(found[0], found[1:]), begin=begin)
 
@@ -58,11 +58,16 @@ def _without_marks(log: Log) -> tuple[Log, list[Finding]]:
 
 
 def _checked(
-    log: Log, mapping: Mapping[str, Column], problems: list[Finding], window: Window, instants: bool = False
+    log: Log,
+    mapping: Mapping[str, Column],
+    problems: list[Finding],
+    window: Window,
+    instants: bool = False,
+    beside: bool = False,
 ) -> Log:
     """The channels of one clock, checked and in SI; errors are added to ``problems``."""
     own = list(log.source.problems) if log.source else []
-    findings = list(log.findings) if own or instants else [*log.findings, *check_steps(log)]
+    findings = list(log.findings) if own or instants else [*log.findings, *check_steps(log, beside)]
     log, marked = _without_marks(log)
     findings += marked
     for channel in log.channels:

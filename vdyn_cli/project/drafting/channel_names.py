@@ -10,7 +10,7 @@ from collections.abc import Mapping
 # Polish, Czech and Scandinavian languages, without accents.
 _SPELLINGS = {
     "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita "
-    "snelheid predkosc hastighet hastighed rychlost sog",
+    "snelheid predkosc hastighet hastighed rychlost sog kmph kmh kph mph",
     "accel": "acceleration accelerometer acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione "
     "versnelling przyspieszenie",
     "long": "longitudinal lon inline forward laengs längs longitudinale",
