@@ -14,7 +14,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 
 WIND_LIMIT = 16 / 3.6  # m/s, mean wind of a run; SAE J1263
-LIKELY_KMH = 45.0  # m/s, 162 km/h: coast-downs begin below (J2263: 115 km/h; GTR 15: 140 km/h)
+FASTEST_START = 45.0  # m/s, 162 km/h: coast-downs begin below (J2263: 115 km/h; GTR 15: 140 km/h)
 MINIMUM_LENGTH = 10.0  # s, of a part of a log: a shorter one contains too few gusts of 8 s to average them
 
 Speed = Annotated[Given, Si("m/s", 0, 150)]
@@ -85,7 +85,7 @@ class CoastdownSettings(Strict):
     def _with_unit(cls, value: Any) -> Any:
         """Refuse plain numbers above the speeds of coast-downs in m/s: they are likely km/h."""
         numbers = [v for v in value if isinstance(v, (int, float))] if isinstance(value, list) else []
-        if len(numbers) == 2 and max(numbers) > LIKELY_KMH:
+        if len(numbers) == 2 and max(numbers) > FASTEST_START:
             high, low = sorted(numbers, reverse=True)
             what = "plain numbers are m/s ({high} m/s is {kmh} km/h): write [{high} km/h, {low} km/h], highest first"
             raise PydanticCustomError(

@@ -44,7 +44,7 @@ class FitQuality:
 
     Parameters
     ----------
-    fit : with intervals that include the local forces where they disagree.
+    fit : with intervals that include the answers of the doubts (``quality_of``).
     local : force from decelerations and fitted force.
     shared : correlation and force (N rms) that runs of a direction share, by heading. shifts : by run and parameter.
     notes : on a change between two runs, directions, and a wind that differs along the track.
