@@ -68,9 +68,11 @@ def whiten(residual: Array, jacobian: Array, cholesky: Array) -> tuple[Array, Ar
     Parameters
     ----------
     residual : (n,); jacobian : (n, k).
-    cholesky : (n, n), lower triangular factor L of the noise covariance C = L L'.
+    cholesky : (n, n), lower triangular factor L of the noise covariance C = L L'; (n,), its diagonal, if C is diagonal.
     """
     from scipy.linalg import solve_triangular
 
+    if cholesky.ndim == 1:
+        return residual / cholesky, jacobian / cholesky[:, None]
     both = solve_triangular(cholesky, np.column_stack([jacobian, residual]), lower=True)
     return np.ascontiguousarray(both[:, -1]), np.ascontiguousarray(both[:, :-1])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vdyn_cli.inference import Solution, solve
+from vdyn_cli.inference import Solution, solve, whiten
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import ResultError
@@ -76,13 +76,12 @@ def _steady_forces(fit: RoadLoadFit, run: int, pushes: Array) -> tuple[Array, Ar
     """
     sizes = {**fit.sizes, **{n: 0.0 for n in RUN_SOURCES if n in fit.sizes}}
     residual, own = fit.residual(run)
-    rows = np.column_stack([pushes, own, residual])
     factor = noise_of(fit.campaign, run, fit.at).factor(sizes)
-    white = rows / factor[:, None] if factor.ndim == 1 else np.linalg.solve(factor, rows)
-    inverse = np.linalg.pinv(white[:, :-1].T @ white[:, :-1])
+    white, columns = whiten(residual, np.column_stack([pushes, own]), cholesky=factor)
+    inverse = np.linalg.pinv(columns.T @ columns)
     # The residual is simulated minus measured, and a push forward raises the measured speed.
     count = pushes.shape[1]
-    forces = inverse[:count] @ white[:, :-1].T @ white[:, -1]
+    forces = inverse[:count] @ columns.T @ white
     return np.asarray(fit.inertia * forces), np.asarray(fit.inertia * np.sqrt(np.diag(inverse)[:count]))
 
 

@@ -96,11 +96,7 @@ class RoadLoadRows:
         residual, jacobian = self.binned(run, theta)
         main = self.campaign.bins[run].time.size
         plain = residual[:main], jacobian[:main]
-        factor = self.noise.factors[run]
-        if factor.ndim == 1:
-            residual, jacobian = residual / factor, jacobian / factor[:, None]
-        else:
-            residual, jacobian = whiten(residual, jacobian, cholesky=factor)
+        residual, jacobian = whiten(residual, jacobian, cholesky=self.noise.factors[run])
         time = np.tile(self.campaign.bins[run].time, len(self.campaign.channels))
         return Rows(residual, jacobian, time=time, plain=plain, apart=self.campaign.runs[run].split)
 
