@@ -155,8 +155,8 @@ class CoastdownProblem(SimulatedProblem):
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:
         """The road load as tested, and the drag coefficient where the frontal area is known."""
         at = {**self.campaign.values, **values}
-        load = road_load_of(at, (), np.zeros((0, 0)), 1.0)
-        found = dict(zip(("road_load_f0", "road_load_f1", "road_load_f2"), load.coefficients.tolist(), strict=True))
+        names = ("road_load_f0", "road_load_f1", "road_load_f2")
+        found = dict(zip(names, road_load_of(at).coefficients.tolist(), strict=True))
         area = self.known.estimates.get("frontal_area")
         return found if area is None else {**found, "drag_coefficient": at["drag_area"] / area.value}
 

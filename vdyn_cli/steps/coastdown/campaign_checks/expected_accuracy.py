@@ -16,7 +16,7 @@ from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.gust_covariance import Surroundings, speed_noise
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
-from vdyn_cli.quantities.constants import GRAVITY
+from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN
 
 SIMULATION_STEP = 0.5  # s of a simulated coast: a quarter of a bin
@@ -71,9 +71,7 @@ def coasting_clock(at: Mapping[str, float], upper: float, lower: float) -> tuple
     at : parameters of the road load in SI. upper, lower : m/s.
     """
     speed = np.linspace(upper, lower, 200)
-    weight = at["mass"] * GRAVITY
-    force = (at["rolling_resistance"] + at["rolling_speed"] * speed) * weight
-    force = np.maximum(force + 0.5 * at["air_density"] * at["drag_area"] * speed**2, LEAST_FORCE)
+    force = np.maximum(road_load_of(at).force(speed), LEAST_FORCE)
     slowness = (at["mass"] + at["rotating_mass"]) / force
     return speed, cumulative_integral(speed, -slowness)
 

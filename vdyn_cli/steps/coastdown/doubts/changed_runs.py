@@ -15,12 +15,13 @@ import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.number_text import number
 from vdyn_cli.steps.coastdown.doubts.odd_decelerations import CHANGED
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, resistance_step
+from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.fit.residuals import fast_forces, fitted_to, run_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -81,7 +82,7 @@ def changed_runs(fit: RoadLoadFit) -> ChangedRuns | None:
         return None
     heading, fast = fit.campaign.headings, fast_forces(fit)
     tested: list[tuple[Array, float | None]] = [(run_forces(fit)[0], None), *([] if fast is None else [fast])]
-    least = STEP_POLICY.material_run_force * _middle_load(fit)
+    least = STEP_POLICY.material_run_force * float(road_load_of(fit.at).force(float(np.mean(fit.speeds))))
     steps = [(resistance_step(forces, heading, len(tested)), above) for forces, above in tested]
     found = [(step, above) for step, above in steps if step is not None and abs(step.force) > least]
     if (first := _first_changed(fit)) is not None:
@@ -124,12 +125,6 @@ def _sides(fit: RoadLoadFit, first: int) -> tuple[Solution | None, Solution | No
     sides = range(first), range(first, heading.size)
     before, after = (fitted_to(fit, side) if set(heading[list(side)]) == set(heading) else None for side in sides)
     return before, after
-
-
-def _middle_load(fit: RoadLoadFit) -> float:
-    """The fitted road load in the middle of the speeds, N."""
-    at, speed = fit.at, float(np.mean(fit.speeds))
-    return at["mass"] * GRAVITY * at["rolling_resistance"] + 0.5 * at["air_density"] * at["drag_area"] * speed**2
 
 
 def _listed(found: Solution) -> str:

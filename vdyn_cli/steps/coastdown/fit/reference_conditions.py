@@ -24,6 +24,8 @@ DRY_AIR = 287.055  # J/(kg K)
 DYNO_KEYS = ("F0_N", "F1_N_per_kmh", "F2_N_per_kmh2")
 EPA_KEYS = ("A_lbf", "B_lbf_per_mph", "C_lbf_per_mph2")
 
+NO_COVARIANCE: Array = np.zeros((0, 0))  # of no estimated parameters
+
 
 @dataclass(frozen=True)
 class RoadLoad:
@@ -150,9 +152,9 @@ def corrected_load(load: RoadLoad, test: Conditions, reference: Conditions) -> R
 
 def road_load_of(
     at: Mapping[str, float],
-    names: tuple[str, ...],
-    covariance: Array,
-    degrees: float,
+    names: tuple[str, ...] = (),
+    covariance: Array = NO_COVARIANCE,
+    degrees: float = float("inf"),
     lasting: LastingForce | None = None,
 ) -> RoadLoad:
     """The road load polynomial from the model's parameters, with its covariance to first order.
