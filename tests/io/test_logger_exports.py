@@ -361,3 +361,9 @@ def test_the_time_of_a_receiver_in_its_own_rows_is_not_the_clock(tmp_path: Path)
     head = '"Interval"|"ms"|0|0|1,"Utc"|"ms"|0|0|1,"Speed"|"mph"|0.0|150.0|25\n'
     path.write_text(head + "\n".join(rows) + "\n")
     assert [one.column for one in survey(path) if one.state == "clock"] == ["Interval"]
+
+
+def test_a_header_with_a_name_too_many_is_told_from_a_damaged_clock(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("v=1,t_ms,x,v,mark\n" + "".join(f"{10 * k},0,{k},{50 - k}\n" for k in range(40)))
+    assert without_clock(survey(path))[1].startswith("the last column, 'mark', is empty: if the header has a name too")
