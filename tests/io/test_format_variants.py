@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -194,6 +195,7 @@ def test_tdms_waveforms_have_the_clock_of_their_properties(tmp_path: Path) -> No
     log = read_log(path, wanted)
     assert np.allclose(log.time, 0.1 + FAST)
     assert np.allclose(log["speed"] * 3.6, 72.0 + FAST)
+    assert log.begin == pytest.approx(datetime(2026, 5, 4, 9, 30, 0, 250_000, tzinfo=UTC).timestamp())
     assert np.allclose(read_log(path, {**wanted, "speed": column("slip speed")}).time, 0.5 + TIME)
     log = read_log(path, {"time": column("Timestamp", "s"), "speed": column("gps speed")})
     assert np.allclose(log.time, TIME, atol=2e-6)

@@ -33,6 +33,8 @@ class _TdmsFile:
         self._channels = [channel for group in file.groups() for channel in group.channels()]
         starts = [c.properties[_START] for c in self._channels if _START in c.properties]
         self._first = min(starts, default=None)
+        since = np.nan if self._first is None else (self._first - np.datetime64(0, "s")) / np.timedelta64(1, "s")
+        self._begin = float(since)
         self.listed = tuple(self._listed())
 
     def _listed(self) -> Iterator[StoredChannel]:
@@ -46,7 +48,8 @@ class _TdmsFile:
             if own and table not in clocks:
                 clocks.add(table)
                 unit = str(channel.properties.get(_X_UNIT) or "s")
-                yield StoredChannel(_CLOCK, unit, table, (at, _CLOCK), channel.group_name, master=True)
+                own_clock = (at, _CLOCK)
+                yield StoredChannel(_CLOCK, unit, table, own_clock, channel.group_name, "", True, self._begin)
             unit = next((str(channel.properties[k]).strip() for k in _UNITS if channel.properties.get(k)), "")
             unit = "s" if channel.dtype.kind == "M" else unit
             yield StoredChannel(channel.name, unit, table, (at, "samples"), channel.group_name)
