@@ -55,7 +55,9 @@ def test_tires_that_warm_up_over_the_day_are_found_where_no_start_is_stated(tmp_
     description = make(Scenario("coastdown", {"tire_warmup": 0.2}, 4312, "wide"), tmp_path).description
     text = description.read_text()
     description.write_text(re.sub(r",? ?start: [^,}\n]*", "", text))
-    diagnosis = execute("coastdown", description).document["diagnosis"]
+    document = execute("coastdown", description).document
+    assert any("no run states 'start'" in f["what"] for f in document["findings"])
+    diagnosis = document["diagnosis"]
     assert diagnosis["verdict"] == "named"
     assert [c["effect"] for c in diagnosis["causes"]] == ["tire_warmup"]
     low, high = diagnosis["causes"][0]["unknowns"]["tire_warmup"]["interval95"]

@@ -14,7 +14,7 @@ from vdyn_cli.engine.maths import exp
     signature="Early runs slow down faster than late ones, and the difference decays within some ten minutes.",
     alike=("run_warmup", "brake_drag_fading", "temperature_rolling", "rolling_resistance"),
     confirm="Drive for half an hour and repeat the first runs: they must not differ from the last.",
-    tags={"test_only", "open_road"},
+    tags={"over_day", "test_only", "open_road"},
 )
 def tire_warmup(rolling: Law, s: Signals, q: Signals) -> Number:
     """Tires with a higher rolling resistance while they are cold.

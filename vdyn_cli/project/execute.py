@@ -15,6 +15,7 @@ from vdyn_cli.io.file_units import wrong_units
 from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
+from vdyn_cli.project.checks.missing_starts import missing_starts
 from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.project.reading.cut_changes import with_changes
@@ -74,6 +75,8 @@ def execute(
         refused = tuple(dict.fromkeys((*refused, *_data_faults(inputs))))
     quality = with_changes(inputs, baseline)
     given = (*exact_values(inputs), *implausible_rotating_mass(inputs), *(() if level else _dropped_extension(inputs)))
+    if "start" in (inputs.step.run_keys or ()):
+        given = (*given, *missing_starts(inputs.spec.runs, inputs.logs, result.diagnosis))
     findings = (*inputs.findings, *given, *result.findings)
     result = with_warnings(replace(result, refused=refused, findings=findings, quality=quality, restate=None))
     made = provenance_of(inputs, step_command(step_name, path, known_files, level), known_files)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.description.description_model import Run
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -27,14 +28,33 @@ def run_starts(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[float, ...]:
     stated = [run.start.value for run in runs if run.start is not None]
     if len(stated) == len(runs):
         return tuple(stated)
-    first, last = (np.array([log.time[k] for log in logs]) for k in (0, -1))
-    order = np.argsort(first, kind="stable")
-    one_clock = len({run.recordings[0] for run in runs}) == 1  # it restarts with each recording
-    if one_clock and np.all(last[order[:-1]] <= first[order[1:]]):
+    first, last = _ends(logs)
+    if _on_one_clock(runs, first, last):
         return tuple((first - first.min()).tolist())
-    if np.median(last - first) > STEP_POLICY.shortest_trip:
+    if _are_trips(first, last):
         return (0.0,) * len(runs)
     return (0.0, *np.cumsum(last - first)[:-1].tolist())
+
+
+def are_assumed(runs: Sequence[Run], logs: Sequence[Log]) -> bool:
+    """Whether neither the description nor a clock states the starts, so that the runs are taken to have no pauses."""
+    first, last = _ends(logs)
+    stated = any(run.start is not None for run in runs)
+    return not stated and len(runs) > 1 and not _on_one_clock(runs, first, last) and not _are_trips(first, last)
+
+
+def _ends(logs: Sequence[Log]) -> tuple[Array, Array]:
+    return np.array([log.time[0] for log in logs]), np.array([log.time[-1] for log in logs])
+
+
+def _on_one_clock(runs: Sequence[Run], first: Array, last: Array) -> bool:
+    order = np.argsort(first, kind="stable")
+    one_clock = len({run.recordings[0] for run in runs}) == 1  # it restarts with each recording
+    return bool(one_clock and np.all(last[order[:-1]] <= first[order[1:]]))
+
+
+def _are_trips(first: Array, last: Array) -> bool:
+    return bool(np.median(last - first) > STEP_POLICY.shortest_trip)
 
 
 def start_findings(runs: Sequence[Run]) -> tuple[Finding, ...]:

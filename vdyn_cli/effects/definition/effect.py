@@ -21,6 +21,7 @@ PROPERTIES: Mapping[str, str] = MappingProxyType(
         "test_only": "belongs to the test, not to the vehicle: later steps and exports do not keep it",
         "between_runs": "is visible only as a difference between runs",
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
+        "over_day": "changes with the time since the first run: it needs the start of every run",
         "begins_with_run": "acts at the beginning of every run: in runs of one direction a slope there imitates it",
         "beside_drawing": "is visible only in comparison with a drawing of the part",
         "of_a_car": "its range holds for cars: it increases with the mass of a heavier vehicle",
@@ -110,6 +111,11 @@ class Effect:
     def turns_with_heading(self) -> bool:
         """Whether only runs in both directions separate it."""
         return "turns_with_heading" in self.tags
+
+    @property
+    def over_day(self) -> bool:
+        """Whether it changes with the time since the first run."""
+        return "over_day" in self.tags
 
     @property
     def begins_with_run(self) -> bool:
