@@ -231,6 +231,13 @@ def test_a_run_that_decelerates_more_than_the_others_is_to_be_repeated(tmp_path:
 
 
 @pytest.mark.slow
+def test_a_run_that_decelerates_more_at_some_speeds_and_less_at_others_is_noted(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda k, t, v: np.where(k == 3, np.minimum(17.0 + 0.8 * v, 1.6 * v - 27.0), v))
+    noted = [r["run"] for r in checked(path, tmp_path, 0)["runs"] if "but not at all speeds" in str(r["why"])]
+    assert noted == ["coast_3.csv"]
+
+
+@pytest.mark.slow
 def test_two_successive_runs_that_decelerate_more_are_noted_at_both(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda k, t, v: np.where(k in {4, 5}, 85.0 - 1.2 * (85.0 - v), v))
     document = checked(path, tmp_path, 0)

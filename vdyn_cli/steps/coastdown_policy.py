@@ -164,6 +164,11 @@ class CoastdownPolicy:
         "The conventional 5 %, over all runs and unknowns together (Bonferroni), judged by the scatter of the runs "
         "without a noise model.",
     )  # fmt: skip
+    opposite_share: float = threshold(
+        0.1, "share of a run's excess decelerations in four parts of the speeds", "of the other sign, above which an "
+        "outlying run is not rejected",
+        "Runs behind another car or with another load had 0, healthy runs on roads of 0.5 % rms 0.17 to 0.32.",
+    )  # fmt: skip
     step_beside_warming: float = threshold(
         0.02, "probability", "of a downward step of the resistance beside a gradual change, above which it is warming",
         "Eight runs whose tires warm up by 20 to 40 N beside 6 N of scatter then have a false step on 1 of 100 days "

@@ -9,10 +9,10 @@ from tests.messy_cases import estimated, prepared
 from tests.plant.messy_day import Case, Run, drawn_day, drive
 
 
-def braked(case: Case) -> Case:
-    """The second run braked by 0.4 m/s^2 for 8 s, from 20 s on."""
+def braked(case: Case, start: float = 20.0, duration: float = 8.0) -> Case:
+    """The second run braked by 0.4 m/s^2 for some seconds, from ``start`` (s) on."""
     run = case.runs[1]
-    lost = 0.4 * np.clip(run.time - 20.0, 0.0, 8.0)
+    lost = 0.4 * np.clip(run.time - start, 0.0, duration)
     keep = run.speed - lost > 2.0
     slower = Run(run.time[keep], (run.speed - lost)[keep], run.position[keep], run.direction, run.start)
     return Case(case.vehicle, case.day, (case.runs[0], slower, *case.runs[2:]))
@@ -25,6 +25,15 @@ def test_a_braked_run_is_out_whatever_the_window(window: tuple[str, str]) -> Non
     case = drive(3, drawn_day("clean", 3))
     assert len(estimated(case, False, speed_window=window).fit.runs) == len(case.runs)
     assert "run_2.csv" not in estimated(braked(case), False, speed_window=window).fit.runs
+
+
+@pytest.mark.slow
+def test_a_short_braking_is_left_out_wherever_the_intervals_begin() -> None:
+    case = drive(3, drawn_day("clean", 3))
+    assert not prepared(case, False).problem.selection.rejected  # type: ignore[attr-defined]
+    for start in np.arange(20.0, 22.0, 0.5):
+        selection = prepared(braked(case, float(start), 3.0), False).problem.selection  # type: ignore[attr-defined]
+        assert [one.run for one in selection.rejected] == ["run_2.csv"], start
 
 
 @pytest.mark.slow  # a day of runs, estimated

@@ -48,12 +48,18 @@ class _ExcessDeceleration:
 
     @property
     def outliers(self) -> NDArray[np.int64]:
-        """Indices where two successive intervals exceed the limit, or one exceeds it by far.
+        """Indices where two successive intervals exceed the limit, or one exceeds it by far, or it and both beside it.
 
         A brake or a throttle changes the speed for good. An excess that the neighboring intervals cancel is a wrong
         reading and is not returned, unless the car slows first: then the driver braked and drove on.
         """
-        beyond, gross = np.abs(self.excess) > self.limit, np.abs(self.excess) > STEP_POLICY.brake_gross * self.limit
+        size, level = np.abs(self.excess), STEP_POLICY.brake_gross * self.limit
+        beyond, gross = size > self.limit, size > level
+        # Decelerations of mean speeds spread a short pulse over the intervals beside its peak.
+        padded = np.pad(self.excess, 1)
+        before, after = padded[:-2], padded[2:]
+        peak = beyond & (size >= np.maximum(np.abs(before), np.abs(after)))
+        gross |= peak & (np.abs(before + self.excess + after) > level)
         # Net excess of each pair with up to two neighbors at either side.
         total, n = np.pad(np.cumsum(np.r_[0.0, self.excess]), 2, mode="edge"), self.excess.size - 1
         net = [np.abs(total[4 + j : 4 + j + n] - total[2 - i : 2 - i + n]) for i in range(3) for j in range(3)]
@@ -100,9 +106,12 @@ class _ExcessDeceleration:
         wind = abs(self.excess[at]) / self.per_wind[at] if self.per_wind[at] > 0.0 else np.inf
         if wind < STEP_POLICY.plausible_gust:
             cause += f", or {wind:.1f} m/s more {'headwind' if self.excess[at] > 0 else 'tailwind'}"
+        # A wrong direction shifts the whole run, and is no cause of an excess that is beyond the limit without it.
+        shifted = abs(self.excess[at] - float(np.median(self.excess))) <= self.limit[at]
         return (
             f"{what} by {abs(self.excess[at]):.2f} m/s^2 more than the other runs at {self.time[at]:.0f} s, "
-            f"{3.6 * self.speed[at]:.0f} km/h ({cause}?)" + (f"; {direction_doubt(self.like)}" if self.like else "")
+            f"{3.6 * self.speed[at]:.0f} km/h ({cause}?)"
+            + (f"; {direction_doubt(self.like)}" if self.like and shifted else "")
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,10 +12,17 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import fall_time, falling_speed
 from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
-from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, outlying_pair, outlying_run, resistance_step
+from vdyn_cli.steps.coastdown.doubts.outlying_runs import (
+    OutlyingRun,
+    excess_of_run,
+    outlying_pair,
+    outlying_run,
+    resistance_step,
+)
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
+PARTS = 4  # of the common speeds, in which the excess of an outlying run is compared
 SHARES = (1.0, 1.0 / 3.0)  # upper parts of the common speeds, tested for changes (``changed_runs``)
 # Remedies.
 INSPECT = "inspect this run; remove it if traffic, a brake or a gust disturbed it"
@@ -74,6 +82,7 @@ class RunDecelerations:
         """Runs that contradict the others: one that is rejected, else an outlier, a step, or a pair without a step.
 
         A run is rejected at ``outlier_level``, and only doubted at ``outlying_run``: gusts hide what a calm day shows.
+        One that decelerates more at some speeds and less at others is only doubted, too (``opposite_share``).
         An outlier at one end of the day resembles a step.
         """
         worst = self._outlier()
@@ -90,7 +99,8 @@ class RunDecelerations:
         if found is None or worst is None:
             return None
         share, force = worst.force / float(np.mean(found)), self.inertia * abs(worst.force)
-        rejected = worst.p_value < STEP_POLICY.outlier_level
+        mixed = self._opposite_share(worst.run) > STEP_POLICY.opposite_share
+        rejected = worst.p_value < STEP_POLICY.outlier_level and not mixed
         if not rejected and abs(share) < STEP_POLICY.material_run_force:
             return None
         way, change = ("more", "higher") if share > 0 else ("less", "lower")
@@ -100,7 +110,22 @@ class RunDecelerations:
         )
         other = fits_opposite(found, [s.direction for s in self.segments], worst.run)
         cause = direction_doubt(other) if other else "brake, gear, traffic or a gust, or its direction is wrong"
+        cause = "but not at all speeds; an uneven road, traffic, a brake or a gust" if mixed else cause
         return OddRun(self.segments[worst.run], why + cause, INSPECT, rejected)
+
+    def _opposite_share(self, run: int) -> float:
+        """The share of a run's excess decelerations, in parts of the common speeds, with the sign of the smaller sum.
+
+        A dragging brake, a load or another car ahead acts in one direction at all speeds. On an uneven road a run that
+        reaches its speeds at other places than the others decelerates more at some and less at others.
+        """
+        assert self.common is not None
+        top, bottom = self.common
+        edges = np.linspace(top, bottom, min(PARTS, int((top - bottom) / LEAST_SPAN)) + 1)
+        falls = [falling_speed(s) for s in self.segments]
+        means = [(a - b) / np.array([fall_time(fall, a, b) for fall in falls]) for a, b in pairwise(edges)]
+        excess = np.array([excess_of_run(mean, self.heading, run) for mean in means])
+        return float(min(excess[excess > 0.0].sum(), -excess[excess < 0.0].sum()) / np.abs(excess).sum())
 
     def step(self) -> OddRun | None:
         """The run from which on the deceleration is another one than before; None without one."""

@@ -49,6 +49,12 @@ def outlying_run(force: Array, heading: Array, level: float = STEP_POLICY.outlie
     return found[0] if found is not None and found[0].p_value < level else None
 
 
+def excess_of_run(force: Array, heading: Array, run: int) -> float:
+    """The excess of a run's force over the prediction of ``outlying_run`` from the others, N."""
+    order = np.arange(force.size, dtype=np.float64)
+    return _added(_base(heading, order), order == run, force)[1]
+
+
 def resistance_step(force: Array, heading: Array, tests: int = 1) -> OutlyingRun | None:
     """The run from which on the force is another one than in the runs before it, if that is significant.
 
