@@ -89,7 +89,11 @@ def test_a_shape_that_no_effect_explains_is_in_the_interval(seed: int):
     strategy = open_strategy(Campaign(60 + seed, hidden={"bump": size}).setup(cause("slope"), cause("wave")))
     base = strategy.fitted(())
     assert base is not None
-    halves = half_widths(unexplained_biases(strategy.model, base))
+    every = unexplained_biases(strategy.model, base)
+    (element, *_), *_ = (family.on for family in strategy.model.setup.families.values())
+    assert len(unexplained_biases(strategy.model, base, (element,))) <= len(every)
+    assert len(unexplained_biases(strategy.model, base, ("another",))) == len(every)
+    halves = half_widths(every)
     assert halves["level"] > 5 * base.solution.std["level"]
     assert abs(base.values["level"] - 3.0) < halves["level"]
     assert abs(base.values["bend"] + 2.0) < halves["bend"]

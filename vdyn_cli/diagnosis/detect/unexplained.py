@@ -16,7 +16,7 @@ J. Am. Stat. Assoc. 78 (1983) 47.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -35,15 +35,21 @@ DECADES = 4.0  # range of tau below the largest estimated coefficient; smaller o
 Bias = Mapping[str, Array]  # by fitted unknown, (k,): half intervals of independent components of its bias
 
 
-def unexplained_biases(model: FullModel, at: FittedModel) -> tuple[Bias, ...]:
+def unexplained_biases(model: FullModel, at: FittedModel, elements: Iterable[str] = ()) -> tuple[Bias, ...]:
     """The bias of a fit's shared unknowns by its unexplained residual: t(r) tau B for every profile with tau > 0.
 
     Half the 95 % interval of an unknown's bias is the root of its sum of squares.
+
+    Parameters
+    ----------
+    elements : those at fault, where they are known: only profiles of them count, all where they have none.
     """
+    every = model.setup.families
+    families = [name for name, one in every.items() if set(one.on) & set(elements)] or list(every)
     system, fitted = at.system, model.with_base(at.effects)
     beside, found = Projection(system, fitted), []
     known = system.of([*fitted, *system.own])
-    for family in model.setup.families:
+    for family in families:
         coefficients = system.of(model.amplitudes(family))
         whole = coefficients @ walk(coefficients.shape[1])
         size, visible = unexplained_size(whole, beside.without(whole), beside.y)

@@ -63,7 +63,10 @@ def with_open_answers(
         law = answer if answer and not set(answer.effects) & learned else None
         explained = law is not None and (law.sufficient or law.nearly_sufficient)
         found, others = widening.published(filter(None, [answer or judgment.closest]), not explained)
-        return widening.including([widening.baseline(None if explained else judgment.base), *found], others)
+        at = None if explained else judgment.base
+        # A learned law shows which element is at fault; an error of others would bias other parameters.
+        elements = {on for e in answer.effects for on in strategy.model.setup.candidates[e].on} if answer else ()
+        return widening.including([widening.baseline(at, elements), *found], others)
     if base.contradicted and set(extension.effects) & learned:
         return widening.including([widening.baseline(judgment.base)])
     if answer is None:  # a sensor did not measure
@@ -94,9 +97,9 @@ class _Widening:
             result = self.problem.including(result, [(None, one) for one in whole])
         return with_wider_intervals(result, widened(result.parameters, found), note)
 
-    def baseline(self, at: FittedModel | None = None) -> OpenAnswer:
-        """The baseline as an answer, with the bias by the unexplained residual of its fit ``at``."""
-        return OpenAnswer(BASELINE, self.base.parameters, self.biases(at, self.base) if at else {})
+    def baseline(self, at: FittedModel | None = None, elements: Iterable[str] = ()) -> OpenAnswer:
+        """The baseline as an answer, with the bias by the unexplained residual of its fit ``at``, of ``elements``."""
+        return OpenAnswer(BASELINE, self.base.parameters, self.biases(at, self.base, elements) if at else {})
 
     def averaged(self, fitted: FittedModel) -> Result:
         """The result of this fit, with the intervals of its mixture with answers of one more effect."""
@@ -135,9 +138,9 @@ class _Widening:
             results += [result] if result else []
         return found, results
 
-    def biases(self, at: FittedModel, result: Result) -> dict[str, float]:
+    def biases(self, at: FittedModel, result: Result, elements: Iterable[str] = ()) -> dict[str, float]:
         """Half the 95 % interval of each published parameter's bias by the unexplained residual of a fit."""
-        found = unexplained_biases(self.strategy.model, at)
+        found = unexplained_biases(self.strategy.model, at, elements)
         fitted = {n: float(v) for n, v in at.values.items()}
         return biases(fitted, found, result.parameters, self.problem.derived)
 
