@@ -41,6 +41,15 @@ def test_a_second_clock_since_1970_gives_the_starts(tmp_path: Path) -> None:
     assert [run["start"] for run in description["runs"]] == ["0.0 s", "300.5 s"]
 
 
+def test_the_starts_that_the_heads_of_the_logs_state_are_those_of_the_runs(tmp_path: Path) -> None:
+    for k, start in enumerate(("09:59:58", "10:01:38")):
+        head = ["Datum: 27.11.2026", f"Startzeit: {start}", "Zeit [s];v [km/h]"]
+        rows = [f"{0.1 * i:.1f};{80 - k - 0.1 * i:.1f}" for i in range(300)]
+        (tmp_path / f"run_{k}.csv").write_text("\n".join([*head, *rows]))
+    _, description = draft("coastdown", *sorted(tmp_path.iterdir()))
+    assert [run["start"] for run in description["runs"]] == ["0.0 s", "100.0 s"]
+
+
 def test_a_time_of_day_beside_the_clock_gives_the_starts_and_replaces_a_clock_that_restarts(tmp_path: Path) -> None:
     clock = np.arange(600) / 10.0
     paths = []

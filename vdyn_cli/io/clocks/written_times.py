@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
 import warnings
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -44,6 +46,7 @@ _COMPACT = re.compile(
     r"(\d{4})[_-]?([01]\d)[_-]?([0-3]\d)[ T_-]([0-2]\d)[_-]?([0-5]\d)[_-]?([0-6]\d)(?:[.,_-](\d+))?" + _ZONE
 )
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
+_START = re.compile(r"begin|(?<![a-z])(start|recorded|d.{1,2}but|inicio|inizio)", re.IGNORECASE)
 _IN_DIGITS = re.compile("hhmmss", re.IGNORECASE)  # in a column's name
 _DAY_OR_MINUTE = re.compile(rf"{_DATE}|\d{{1,2}}:\d{{2}}")
 
@@ -59,6 +62,17 @@ def is_instant(cell: str) -> bool:
     plain = cell.strip() if len(cell) <= _LONGEST_TIME else ""
     forms = (_INSTANT, _MINUTES, _YEAR_LAST, _COMPACT) if ":" in plain else (_COMPACT,)
     return any(form.fullmatch(plain) for form in forms)
+
+
+def stated_start(lines: Sequence[str]) -> float:
+    """The start of a recording in lines such as ``Startzeit: 10:01:38``, s since midnight, or since 1970 with a date.
+
+    NaN where no line states one, or several state different ones.
+    """
+    words = (_START.search(line) for line in lines)
+    found = (_INSTANT.search(word.string, word.end()) for word in words if word)
+    starts = {float(written_seconds(np.array([one[0]], dtype=object))[0]) for one in found if one}
+    return starts.pop() if len(starts) == 1 else math.nan
 
 
 def is_day_or_minute(cell: str) -> bool:

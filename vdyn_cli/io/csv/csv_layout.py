@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
-from vdyn_cli.io.clocks.written_times import is_instant
+from vdyn_cli.io.clocks.written_times import is_instant, stated_start
 from vdyn_cli.io.csv.csv_cells import decimal_mark, is_written, tidy
 from vdyn_cli.io.csv.csv_table import (
     EXAMINED_ROWS,
@@ -50,7 +51,8 @@ class Layout:
     ``instants``: indices of columns of times of day, with or without date; ``milliseconds``: index of such a column to
     that of the column with its milliseconds. ``nanoseconds``: the same for columns of seconds. ``behind``: index of
     each column of cells such as ``35 km/h`` to the unit in them. ``sources``: texts of a
-    row below the header that are not units, such as the devices; as long as the header, or empty.
+    row below the header that are not units, such as the devices; as long as the header, or empty. ``start``: of the
+    recording, as the lines above the header state it (``stated_start``); NaN if they do not.
     """
 
     delimiter: str
@@ -66,6 +68,7 @@ class Layout:
     behind: Mapping[int, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
+    start: float = math.nan
 
 
 def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: ReadOptions, name: str) -> Layout:
@@ -104,7 +107,8 @@ def find_layout(head: bytes, encoding: str, wanted: Collection[str], options: Re
         tables = (table_with_header(d, records, encoding, wanted, options) for d, records in choices)
         table = max(filter(None, tables), key=lambda t: (t.hits, t.score), default=None)
         if table is not None and (most > _HEADS[0][1] or not part or 0 < table.hits == len(set(wanted))):
-            return _layout(table, [len(line) for line in lines], options, name)
+            start = stated_start(text[: max(table.header_line - 1, 0)])
+            return replace(_layout(table, [len(line) for line in lines], options, name), start=start)
         if not part:
             break
     if not choices:

@@ -47,6 +47,7 @@ from vdyn_cli.quantities.log import Log, LogSource
 # Share of the rows with a time of the most complete clock, below which another one is that of some channels only, such
 # as the receiver's time in its own rows.
 _COMPLETE = 0.5
+_FROM_START = 1.0  # s, first time of a clock that counts from the start that the head of a file states in whole seconds
 
 
 class CsvReader:
@@ -105,6 +106,8 @@ class CsvReader:
             units[at], source[at] = clock_unit(names[at], units[at], raw)
             late = rises_but_for(raw) and int(np.count_nonzero(late_rows(raw) & ~_repeated(columns.values())))
             time = clock_seconds(raw if rises(raw) else np.where(late_rows(raw), np.nan, raw), units[at])
+            if abs(time[np.isfinite(time)][0]) < _FROM_START:
+                begins.setdefault(at, layout.start)
         for i, name in names.items():
             values = None if i in text else time if i in clocks[:1] else numbers.columns[i]
             device = layout.sources[i].strip() if layout.sources else ""
