@@ -123,9 +123,11 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
         "leaves as it is, to be that of a sensor on the body",
         "A sensor that does not read gravity leaves more without it: 34 times as much on a van, and 1 without pitch.",
     )  # fmt: skip
-    implausible_tire: float = threshold(
-        3.0, "standard deviations", "of the tires' slip or compliance from its usual value, beyond which it is held",
-        "Chance exceeds it once in 370 cars; beyond, the slip or the deflection is negative, or that of a tire on ice.",
+    cg_implausible: float = threshold(
+        3.0, "standard deviations", "of the tires' slip or compliance, or of the pitch axis, from its usual value, "
+        "beyond which it is held in the fit without effects, and no effect that needs it is an answer",
+        "Chance exceeds it once in 370 cars; beyond, the slip or the deflection is negative, or that of a tire on ice, "
+        "and the body turns about a point below the road.",
     )  # fmt: skip
     uneven_road: float = threshold(
         10.0, "log-likelihood", "gained by an uneven road before the bump, above which it is part of the noise",

@@ -220,7 +220,7 @@ def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[S
     except (ResultError, ArithmeticError):
         return None
     answer = candidate_model(extended, (law.name,))
-    if answer is None or not answer.explains_most:
+    if answer is None or answer.unphysical or not answer.explains_most:
         return None
     found = detect(extended, base)
     gain = held_out_gain(extended, base, answer.fitted)

@@ -110,7 +110,7 @@ class LoadFit:
         return (
             *(Unknown(n, start[n], PARAMETERS[n].lower, PARAMETERS[n].upper, prior=priors.get(n)) for n in SOUGHT),
             *(Unknown(n, 0.0, prior=(0.0, HEAVE_STD), nuisance=True) for n in HEAVE_LEVERS if n in self.known),
-            *(Unknown(n, p[0], prior=p, nuisance=True) for n, p in usual.items()),
+            *(Unknown(n, p[0], prior=p, nuisance=True, physical=_plausible(p)) for n, p in usual.items()),
             *(gain if any(self.carried) else ()),
             *self.added.unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
@@ -300,6 +300,12 @@ class LoadFit:
         at = self.simulators[0].unknowns.index
         channels = (*windows.loads, "acceleration")
         return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
+
+
+def _plausible(prior: tuple[float, float]) -> tuple[float, float]:
+    """The range of a property of the vehicle; an answer of the diagnosis that needs another value explains nothing."""
+    reach = STEP_POLICY.cg_implausible * prior[1]
+    return prior[0] - reach, prior[0] + reach
 
 
 def _lever(fit: LoadFit) -> float:

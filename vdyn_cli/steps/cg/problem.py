@@ -271,7 +271,7 @@ def _with_plausible_tires(fit: LoadFit) -> LoadFit:
 def _implausible_tires(fit: LoadFit, found: Solution) -> list[str]:
     """The tires' properties whose estimates are not those of a tire."""
     judged = {n: fit.nuisances[n] for n in (SLIP[0], COMPLIANCE) if n in fit.nuisances}
-    limit = STEP_POLICY.implausible_tire
+    limit = STEP_POLICY.cg_implausible
     return [n for n, (mean, std) in judged.items() if abs(found.values.get(n, mean) - mean) >= limit * std]
 
 
