@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.project.checks.redundancy import compared_over_runs, tied_pairs
+from vdyn_cli.project.checks.redundancy import compared_over_runs, contradicted_radius, tied_pairs
+from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 
@@ -50,3 +51,26 @@ def test_a_radius_is_judged_alike_in_all_runs() -> None:
 def test_a_speed_computed_from_a_wheel_is_not_compared_with_it() -> None:
     computed = [("wheel_speed", "vehicle_speed")]
     assert list(tied_pairs(_run("a"), _known(1.0, 0.0005), computed)) == []
+
+
+def test_all_wheels_with_one_wrong_radius_are_one_finding() -> None:
+    wheels = ("wheel_speed_fl", "wheel_speed_fr")
+    runs = [_run(name) for name in ("a", "bb")]
+    runs = [Log(r.name, r.time, {"speed": r["vehicle_speed"], **dict.fromkeys(wheels, r["wheel_speed"])}) for r in runs]
+    (found,) = contradicted_radius(runs, _known(0.95, 0.0005), (), ())
+    assert found.doubt
+    assert found.what == f"{', '.join(wheels)} * wheel_radius is 0.950 times speed in all 2 runs that show it"
+
+
+def test_the_gain_of_a_coast_includes_the_uncertainty_of_the_clocks() -> None:
+    """V = 20 m/s exp(-t / 20 s): a delay of 0.4 s changes the ratio by 2 %."""
+    time = np.arange(0.0, 20.0, 0.05)
+    speed = 20.0 * np.exp(-time / 20.0)
+    log = Log("a", time, {"speed": speed, "wheel_speed": 1.03 * speed / RADIUS})
+    clock = {"run": "a", "logger": "b", "pair": ("speed", "wheel_speed"), "delay": 0.0, "at": 0.0, "drift": 0.0}
+    clock |= {"drift_std": 0.0, "corrected": False, "gain": 1.0, "offset": 0.0, "channels": ("wheel_speed",)}
+    judged = [
+        next(tied_pairs(log, _known(1.0, 0.0005), (), [ClockDifference(delay_std=std, **clock)])).good
+        for std in (0.01, 0.4)
+    ]
+    assert judged == [False, True]

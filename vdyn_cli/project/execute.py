@@ -16,6 +16,7 @@ from vdyn_cli.io.quality.cuts import cut_findings
 from vdyn_cli.project.checks.exact_values import exact_values, implausible_rotating_mass
 from vdyn_cli.project.checks.logged_conditions import contradicted_conditions
 from vdyn_cli.project.checks.missing_starts import missing_starts
+from vdyn_cli.project.checks.redundancy import contradicted_radius
 from vdyn_cli.project.checks.simulated_gains import simulated_gain_findings
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather, placed
 from vdyn_cli.project.reading.cut_changes import with_changes
@@ -62,7 +63,7 @@ def execute(
     RefusedResultError : the input is well-formed, but the result cannot be published.
     """
     _LOG.info("reading the logs")
-    inputs = _with_contradicted_conditions(gather(load_step(step_name), path, known_files))
+    inputs = _with_contradictions(gather(load_step(step_name), path, known_files))
     raise_all(merge_similar(wrong_units(f for log in inputs.logs for f in log.findings)))
     try:
         baseline, found = _estimated(inputs.step, inputs, level)
@@ -86,10 +87,12 @@ def execute(
     return record
 
 
-def _with_contradicted_conditions(inputs: Inputs) -> Inputs:
-    """The inputs with a doubt for each stated direction or start that the log itself contradicts."""
-    doubts = tuple(replace(f, doubt=True) for f in contradicted_conditions(inputs.spec, inputs.source))
-    return replace(inputs, findings=(*inputs.findings, *doubts)) if doubts else inputs
+def _with_contradictions(inputs: Inputs) -> Inputs:
+    """The inputs with a doubt for each stated direction, start or wheel radius that the logs contradict."""
+    conditions = (replace(f, doubt=True) for f in contradicted_conditions(inputs.spec, inputs.source))
+    computed = [(one.channel.source, one.channel.target) for one in inputs.scalings]
+    radius = contradicted_radius([one.log for one in inputs.unsplit], inputs.known, computed, inputs.clocks)
+    return replace(inputs, findings=(*radius, *inputs.findings, *conditions))
 
 
 def _dropped_extension(inputs: Inputs) -> tuple[Finding, ...]:

@@ -27,6 +27,7 @@ from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.project.checks.check_policy import CHECK
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.check_schema import TiedPair
+from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
@@ -42,13 +43,19 @@ ROLLING = 3.0  # m/s, above which wheel speeds are compared
 MEDIAN_ERROR = 0.93  # standard error of the median of n normal values / (interquartile range / sqrt(n)): 1.253 / 1.349
 
 
-def tied_pairs(log: Log, known: Parameters, computed: Collection[tuple[str, str]] = ()) -> Iterator[TiedPair]:
+def tied_pairs(
+    log: Log,
+    known: Parameters,
+    computed: Collection[tuple[str, str]] = (),
+    clocks: Sequence[ClockDifference] = (),
+) -> Iterator[TiedPair]:
     """Every physically related pair of the log's channels.
 
     Parameters
     ----------
     log : SI, NaN where a sample is missing or cut. known : mass and wheel radius are used if they are known.
     computed : source and target of channels that are computed from another one, with which they agree by definition.
+    clocks : the differences of the loggers' clocks; the gains of wheel speeds include their uncertainty.
     """
     speed = next((n for n in ("speed", "vehicle_speed") if n in log), None)
     if speed is not None and "position" in log:
@@ -58,16 +65,45 @@ def tied_pairs(log: Log, known: Parameters, computed: Collection[tuple[str, str]
     for left, right in AXLES:
         if left in log and right in log:
             yield _ratio(log, left, right, 1.0, QUALITY.axle_speeds)
-    if speed is not None and "wheel_radius" in known.estimates:
-        radius = known["wheel_radius"]
-        limit = min(QUALITY.reported_scale, CHECK.rolling_slip + STEP_POLICY.agreeing_std * radius.std / radius.value)
-        for wheel in ("wheel_speed", *WHEEL_SPEEDS):
-            if wheel in log and (wheel, speed) not in computed:
-                yield _ratio(log, wheel, speed, radius.value, limit)
+    for pair in _rolling_pairs(log, known, computed, clocks):
+        wheel = pair.first.removesuffix(TIMES_RADIUS)
+        yield _with_delay(pair, _delay(log, wheel, pair.second)) if pair.good else pair
     if {"front_load", "rear_load"} <= set(log.channels) and "mass" in known.estimates:
         total = float(np.nanmean(log["front_load"] + log["rear_load"])) / (known["mass"].value * GRAVITY)
         good = abs(total - 1.0) <= QUALITY.reported_scale
         yield _pair(log, "front_load + rear_load", "mass * g", f"gain {total:.3f}", good, gain=total)
+
+
+def contradicted_radius(
+    logs: Sequence[Log],
+    known: Parameters,
+    computed: Collection[tuple[str, str]],
+    clocks: Sequence[ClockDifference],
+) -> tuple[Finding, ...]:
+    """Findings on wheel speeds times the wheel radius that contradict the car's speed in every comparable run.
+
+    Parameters
+    ----------
+    logs, known, computed, clocks : as for ``tied_pairs``, of all runs.
+    """
+    rolling = [log for log in logs if "force_x" not in log]  # which is of a tire's test: its wheel slips
+    pairs = [p for log in rolling for p in _rolling_pairs(log, known, computed, clocks)]
+    return tuple(_radius_findings(_with_one_radius(pairs)))
+
+
+def _rolling_pairs(
+    log: Log, known: Parameters, computed: Collection[tuple[str, str]], clocks: Sequence[ClockDifference]
+) -> Iterator[TiedPair]:
+    """Each wheel's speed times the given radius against the car's speed."""
+    speed = next((n for n in ("speed", "vehicle_speed") if n in log), None)
+    if speed is None or "wheel_radius" not in known.estimates:
+        return
+    radius = known["wheel_radius"]
+    limit = min(QUALITY.reported_scale, CHECK.rolling_slip + STEP_POLICY.agreeing_std * radius.std / radius.value)
+    for wheel in ("wheel_speed", *WHEEL_SPEEDS):
+        if wheel in log and (wheel, speed) not in computed:
+            own = [c for c in clocks if c.run == log.name and (wheel in c.channels) != (speed in c.channels)]
+            yield _ratio(log, wheel, speed, radius.value, limit, max((c.delay_std for c in own), default=0.0))
 
 
 def compared_over_runs(pairs: Sequence[TiedPair]) -> tuple[list[TiedPair], tuple[Finding, ...]]:
@@ -115,19 +151,23 @@ def _with_one_radius(pairs: Sequence[TiedPair]) -> list[TiedPair]:
 
 
 def _radius_findings(pairs: Sequence[TiedPair]) -> Iterator[Finding]:
-    """Findings on wheel speeds times the radius that contradict the car's speed in every comparable run."""
+    """One finding on all wheel speeds times the radius that contradict the car's speed in every comparable run."""
     compared = [p for p in pairs if p.first.endswith(TIMES_RADIUS) and p.gain is not None]
-    for first, second in dict.fromkeys((p.first, p.second) for p in compared):
-        same = [p for p in compared if p.first == first]
-        if any(p.good for p in same):
-            continue
-        gains = [p.gain for p in same if p.gain is not None]
-        what = f"{first} is {float(np.median(gains)):.3f} times {second} in all {len(same)} runs that show it"
-        remedy = "correct wheel_radius, or the scale of one of the two speeds"
-        yield Finding(f"{first.removesuffix(TIMES_RADIUS)} and {second}", what, "", remedy, doubt=True)
+    agreeing = {p.first for p in compared if p.good}
+    wrong = [p for p in compared if p.first not in agreeing]
+    if not wrong:
+        return
+    firsts, second = list(dict.fromkeys(p.first for p in wrong)), wrong[0].second
+    gains = [float(np.median([p.gain for p in wrong if p.gain is not None and p.first == first])) for first in firsts]
+    low, high = f"{min(gains):.3f}", f"{max(gains):.3f}"
+    ratio = low if low == high else f"{low} to {high}"
+    wheels = ", ".join(first.removesuffix(TIMES_RADIUS) for first in firsts)
+    what = f"{wheels}{TIMES_RADIUS} is {ratio} times {second} in all {len({p.run for p in wrong})} runs that show it"
+    remedy = "correct wheel_radius, or the scale of one of the two speeds"
+    yield Finding(f"{wheels} and {second}", what, "", remedy, doubt=True)
 
 
-# Eight parameters: one for each result of the pair.
+# Seven parameters: one for each result of the pair.
 def _pair(
     log: Log,
     first: str,
@@ -137,7 +177,6 @@ def _pair(
     *,
     gain: float | None = None,
     offset: float | None = None,
-    delay: tuple[float, float] | None = None,
 ) -> TiedPair:
     return TiedPair(
         run=log.name,
@@ -145,12 +184,19 @@ def _pair(
         second=second,
         gain=gain,
         offset=offset,
-        delay=None if delay is None else delay[0],
-        delay_std=None if delay is None else delay[1],
+        delay=None,
+        delay_std=None,
         sign=None if gain is None or good is None else -1 if gain < 0.0 else 1,
         good=good,
-        what=what if delay is None else f"{what}, delay {1e3 * delay[0]:+.1f} +- {1e3 * delay[1]:.1f} ms",
+        what=what,
     )
+
+
+def _with_delay(pair: TiedPair, delay: tuple[float, float] | None) -> TiedPair:
+    if delay is None:
+        return pair
+    what = f"{pair.what}, delay {1e3 * delay[0]:+.1f} +- {1e3 * delay[1]:.1f} ms"
+    return pair.model_copy(update={"delay": delay[0], "delay_std": delay[1], "what": what})
 
 
 def _finite(*values: Array) -> Mask:
@@ -170,7 +216,7 @@ def _distance(log: Log, speed: str) -> TiedPair:
     gain = float(np.sum(np.abs(np.diff(ground[ends])))) / float(driven[-1]) if straight is None else straight
     good = abs(gain - 1.0) <= QUALITY.reported_scale
     delay = _delay(log, "position", speed) if good else None
-    return _pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain, delay=delay)
+    return _with_delay(_pair(log, "position", f"integral of {speed}", f"gain {gain:.3f}", good, gain=gain), delay)
 
 
 def _change(log: Log, speed: str) -> TiedPair:
@@ -195,7 +241,7 @@ def _change(log: Log, speed: str) -> TiedPair:
     what += ", opposite signs" if gain < 0.0 else f" ({found.mistake}?)" if found.mistake else ""
     # In a gentle drive, a slope that changes steadily resembles a wrong gain: only all runs together show a unit.
     good = agrees if lively or agrees else None
-    return _pair(log, first, second, what, good, gain=gain, offset=offset, delay=_delay(signed, first, speed))
+    return _with_delay(_pair(log, first, second, what, good, gain=gain, offset=offset), _delay(signed, first, speed))
 
 
 def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
@@ -212,8 +258,11 @@ def _delay(log: Log, first: str, second: str) -> tuple[float, float] | None:
     return (found.delay, found.delay_std) if clear else None
 
 
-def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> TiedPair:
-    """The median ratio of two speeds while the wheels turn; not judged if it varies because of slip or bends."""
+def _ratio(log: Log, first: str, second: str, scale: float, limit: float, delay_std: float = 0.0) -> TiedPair:
+    """The median ratio of two speeds while the wheels turn; not judged if it varies because of slip or bends.
+
+    A wrong delay of two loggers, s, changes the ratio in proportion to V' / V, which is alike in all of a coast-down.
+    """
     y, x = np.abs(log[first]) * scale, np.abs(log[second])
     own = ROLLING if scale != 1.0 else ROLLING / 0.3
     use = _finite(x, y) & (np.maximum(np.nan_to_num(x), np.nan_to_num(y)) > own)
@@ -226,7 +275,10 @@ def _ratio(log: Log, first: str, second: str, scale: float, limit: float) -> Tie
     if scale == 1.0:
         return _pair(log, shown, second, f"gain {gain:.3f}", abs(gain - 1.0) <= limit, gain=gain)
     error = MEDIAN_ERROR * (high - low) / max(1.0, use.mean() * log.duration / WINDOW) ** 0.5
+    if delay_std > 0.0:
+        rate = np.gradient(x[use], log.time[use]) / np.maximum(x[use], ROLLING)
+        error = float(np.hypot(error, gain * delay_std * abs(float(np.median(rate)))))
     if abs(gain - 1.0) > limit + STEP_POLICY.agreeing_std * error:
         what = f"gain {gain:.3f} +- {error:.3f}{_CHECK_RADIUS}"
         return _pair(log, shown, second, what, False, gain=gain)
-    return _pair(log, shown, second, f"gain {gain:.3f}", True, gain=gain, delay=_delay(log, first, second))
+    return _pair(log, shown, second, f"gain {gain:.3f}", True, gain=gain)
