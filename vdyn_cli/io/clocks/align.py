@@ -87,7 +87,7 @@ def _from_one_origin(reference: Log, other: Log, stated: bool) -> Log:
 
 
 def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -> tuple[ClockDifference, list[Finding]]:
-    """The difference of two clocks, and a warning for each other pair of channels that contradicts it."""
+    """The difference of two clocks, and a warning for the pair of channels that contradicts it most."""
     possible = _possible(reference, other, align_on) if delay is None else ties(reference.channels, other.channels)
     sound, also = (_sound(log, possible) for log in (reference, other))
     found, problems = list[tuple[ChannelTie, ClockDifference]](), list[Finding]()
@@ -97,10 +97,10 @@ def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -
         except InputError as error:
             problems += error.findings
     if delay is not None:
-        best, by = stated_difference(reference, other, delay), "the stated one"
+        best, by = stated_difference(reference, other, delay), "stated"
     elif found:
         best_tie, best = min(found, key=lambda one: one[1].delay_std)
-        by = f"that of {best_tie}"
+        by = f"from {best_tie}"
     else:
         raise InputError(*problems)
     doubts = []
@@ -108,12 +108,13 @@ def _clock(reference: Log, other: Log, align_on: AlignOn, delay: Given | None) -
         apart = one.delay - float(best.stamp(np.array([one.at]))[0] - one.at)
         std = float(np.hypot(one.delay_std, best.delay_std))
         if one is not best and abs(apart) > CLOCKS.pairs_apart * std:
-            what = f"the delay from {tie} differs by {apart:+.4f} s +- {std:.4f} s from {by}: one of these "
-            what += "sensors lags behind its own logger"
+            what = f"the delay from some channels differs by up to {abs(apart):.4f} s +- {std:.4f} s "
+            what += f"from {'the stated one' if best.stated else 'that of others'}: a sensor lags behind its own logger"
+            got = f"{one.delay:+.4f} s from {tie}, {best.delay:+.4f} s {by}"
             remedy = "check the stated 'delay'" if best.stated else "select the pair to use with 'align_on'"
             remedy += ", and see the sensors' data sheets for their delay"
-            doubts.append(Finding(other.name, what, remedy=remedy, doubt=True))
-    return best, doubts
+            doubts.append((abs(apart), Finding(other.name, what, got, remedy, doubt=True)))
+    return best, [max(doubts, key=lambda d: d[0])[1]] if doubts else []
 
 
 def _sound(log: Log, pairs: Sequence[ChannelTie]) -> Log:

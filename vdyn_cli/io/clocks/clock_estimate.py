@@ -46,7 +46,9 @@ def clock_difference(reference: Log, other: Log, tie: ChannelTie) -> ClockDiffer
     means = tuple(
         compared_means(s, grid, width / FINE, tie, k) for k, (s, grid) in enumerate(zip((x, y), grids, strict=True))
     )
-    cells = CellMeans(grids, means, width, tie.vehicle)
+    rolling = _rolling(tie)
+    speed = None if rolling is None else (x, y)[rolling].averages(grids[rolling], width / FINE)
+    cells = CellMeans(grids, means, width, tie, rolling, speed)
     first = best_delay_fit(cells, coarse, 0.0, 0.0)
     if first is None:
         what = "varies too little or too uniformly to separate a delay from a gain and an offset"
@@ -149,6 +151,13 @@ def _check_drift(drift: float, std: float, where: str) -> None:
         )
         remedy = "check which logs belong to this run, and the unit and the sampling rate of their times; or "
         raise InputError(Finding(where, what, got, f"{remedy}{OTHER_CHANNELS}"))
+
+
+def _rolling(tie: ChannelTie) -> int | None:
+    """Which channel (0, 1) gives the speed in the slip term: the vehicle's speed, else the wheel's; None if no slip."""
+    if tie.wheel is None:
+        return None
+    return 1 - tie.wheel if tie.order == 0 else tie.wheel
 
 
 def _signal(log: Log, channel: str) -> Signal:

@@ -34,12 +34,23 @@ def compared_means(signal: Signal, grid: Array, step: float, tie: ChannelTie, si
     ----------
     grid : (m,) s, middles of the cells. step : their width, s. side : which of the tie's channels it is, 0 or 1.
     """
-    if tie.order == 0:
-        return signal.averages(grid, step)
-    higher = side == (1 if tie.order > 0 else 0)
-    if higher:
+    if tie.order != 0 and side == (1 if tie.order > 0 else 0):
         signal = replace(signal, values=cumulative_integral(signal.time, signal.values))
-    cells, half = signal.averages(grid, step), max(round(0.5 * _CHANGE / step), 1)
+    return _compared(signal.averages(grid, step), step, tie)
+
+
+def compared_slip(cells: Array, step: float, tie: ChannelTie) -> Array:
+    """The compared quantity (m,) of a part of the wheel's speed, from its cell means (m,); arguments as above."""
+    integrated = tie.order != 0 and tie.wheel == (1 if tie.order > 0 else 0)
+    whole = np.where(np.isfinite(cells), np.nancumsum(cells) * step, np.nan) if integrated else cells
+    return _compared(whole, step, tie)
+
+
+def _compared(cells: Array, step: float, tie: ChannelTie) -> Array:
+    """The cell means, or their change per second."""
+    if tie.order == 0:
+        return cells
+    half = max(round(0.5 * _CHANGE / step), 1)
     change = np.full(cells.size, np.nan)
     if cells.size > 2 * half:
         change[half:-half] = (cells[2 * half :] - cells[: -2 * half]) / (2 * half * step)

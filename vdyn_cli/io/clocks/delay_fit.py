@@ -2,28 +2,39 @@
 
 For two recordings x (the reference's) and y (the other's) of the same motion::
 
-    y(t + delay + drift (t - at)) = gain x(t) + offset [+ slip V V']
+    y(t + delay + drift (t - at)) = gain x(t) + offset [+ slip]
+    slip = s_1 V max(V', 0) + s_2 V min(V', 0) + s_3 V min(V' + a, 0)
 
-The slip term is used for a wheel speed against the vehicle speed V: slip grows with the tire force and so with the
-acceleration, which a delay of the speed would imitate. Both signals are smoothed by the same symmetric kernel, which
-shifts neither in time, and weighted by a slope that is smoothed enough to suppress its noise. Standard errors come from
-a jackknife over 16 blocks of equal information, so that they hold for autocorrelated differences between the sensors.
+The slip terms are used for a wheel's speed against a motion of the vehicle (speed V, acceleration, position): slip
+grows with the tire force and so with the acceleration, which a delay of the speed would imitate. An axle without drive
+slips only when it brakes, which is faster than a car coasts (a = 1 m/s^2). Where changes are compared, these are of the
+slip terms, too. Both signals are smoothed by the same symmetric kernel, which shifts neither in time, and weighted by a
+slope that is smoothed enough to suppress its noise. Standard errors come from a jackknife over 16 blocks of equal
+information, so that they hold for autocorrelated differences between the sensors. A share of the shift by the slip
+terms is added, since slip is not quite linear.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vdyn_cli.io.clocks.clock_policy import CLOCKS
+from vdyn_cli.io.clocks.coarse_delay import compared_slip
 from vdyn_cli.io.clocks.sampled_signal import FINE, smoothed
+from vdyn_cli.io.clocks.tied_channels import ChannelTie
+from vdyn_cli.io.quality.sampled_channel import RADIUS
 from vdyn_cli.quantities.arrays import Array
 
+COASTING = 1.0  # m/s^2, largest usual deceleration of a coasting car: beyond, brakes act
 WIDTHS = (2.0, 8.0, 32.0, 128.0, 512.0)  # smoothing, in steps of the slower logger
 _BLOCKS = 16
 _ITERATIONS = 30
+SlipTerms = tuple[int, tuple[Array, ...], float]
+"""Index (0, 1) of their grid, the terms, and the share of their shift of the delay that is uncertain."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +58,9 @@ class CellMeans:
     grids: tuple[Array, ...]
     values: tuple[Array, ...]
     width: float
-    vehicle: int | None  # which of the two is the vehicle's speed, where the other is a wheel's
+    tie: ChannelTie
+    rolling: int | None  # which of the two grids that of the speed is, where a wheel's slip separates the recordings
+    speed: Array | None  # V, on that grid
 
 
 def best_delay_fit(cells: CellMeans, delay: float, rate: float, at: float) -> DelayFit | None:
@@ -58,14 +71,18 @@ def best_delay_fit(cells: CellMeans, delay: float, rate: float, at: float) -> De
     delay : s, near which it is fitted. rate : corrected drift, s/s. at : s on the reference's clock, of the delay.
     """
     smooth: tuple[Array, ...] = tuple(smoothed(c, 1.0) for c in cells.values)
-    slip: tuple[int, Array] | None = None
+    slip: SlipTerms | None = None
+    share = CLOCKS.slip_nonlinearity if cells.tie.order == 0 else CLOCKS.slip_of_wheel_alone
     found: list[DelayFit] = []
     for times in WIDTHS:
         wide = tuple(smoothed(c, times / WIDTHS[0]) for c in cells.values)
         slopes = tuple(np.gradient(c, cells.width / FINE) for c in wide)
-        if cells.vehicle is not None:  # V V' = (V^2 / 2)', smoothed like the signals
-            smooth, energy = wide, smoothed(0.5 * cells.values[cells.vehicle] ** 2, times / WIDTHS[0])
-            slip = cells.vehicle, np.gradient(energy, cells.width / FINE)
+        if cells.rolling is not None and cells.speed is not None:  # V V' = (V^2 / 2)', smoothed like the signals
+            step = cells.width / FINE
+            power = np.gradient(smoothed(0.5 * cells.speed**2, times / WIDTHS[0]), step)
+            coast = smoothed(cells.speed, times / WIDTHS[0]) * (COASTING if cells.tie.order == 0 else COASTING / RADIUS)
+            parts = (np.maximum(power, 0.0), np.minimum(power, 0.0), np.minimum(power + coast, 0.0))
+            smooth, slip = wide, (cells.rolling, tuple(compared_slip(p, step, cells.tie) for p in parts), share)
         fit = _refined(cells.grids, (smooth, slopes, slip), (delay, rate, at), 4.0 * times * cells.width / WIDTHS[0])
         found += [fit] if fit is not None else []
     return min(found, key=lambda f: f.noise) if found else None
@@ -73,7 +90,7 @@ def best_delay_fit(cells: CellMeans, delay: float, rate: float, at: float) -> De
 
 def _refined(
     grids: tuple[Array, ...],
-    recordings: tuple[tuple[Array, ...], tuple[Array, ...], tuple[int, Array] | None],
+    recordings: tuple[tuple[Array, ...], tuple[Array, ...], SlipTerms | None],
     clock: tuple[float, float, float],
     reach: float,
 ) -> DelayFit | None:
@@ -84,7 +101,7 @@ def _refined(
 
     Parameters
     ----------
-    recordings : both channels, their slopes, and the slip term with the index (0, 1) of its grid.
+    recordings : both channels, their slopes, and the slip terms.
     clock : initial delay (s), corrected drift (s/s), and the reference's time (s) to which the delay refers.
     reach : largest accepted change of the delay, s.
     """
@@ -97,12 +114,12 @@ def _refined(
         use = np.isfinite(value) & np.isfinite(slope) & np.isfinite(slopes[0][every])
         if use.sum() < 4 * _BLOCKS:
             return None
+        index, terms, share = slip or (0, (), 0.0)
+        added = [s[every] if index == 0 else np.interp(warped + delay, fine, s, np.nan, np.nan) for s in terms]
+        if added:
+            use &= np.all(np.isfinite(added), axis=0)
         base, reference_slope = smooth[0][every][use], slopes[0][every][use]
-        if slip is None:
-            added = None
-        else:
-            added = slip[1][every] if slip[0] == 0 else np.interp(warped + delay, fine, slip[1], np.nan, np.nan)
-        space = _basis(base, None if added is None else added[use])
+        space = _basis(base, [s[use] for s in added])
         own, residual = _without(space, slope[use]), _without(space, value[use])
         # The noise of the two slopes is independent: their product is unbiased information, a square is not.
         theirs = _without(space, reference_slope)
@@ -121,12 +138,22 @@ def _refined(
     std, middle, drift, drift_std = _uncertainty(
         (warped + delay)[use], (slope[use], gain * reference_slope, space), residual, information
     )
+    if added:
+        shift = _shift(_basis(base, []), slope[use], gain * reference_slope, value[use])
+        std = float(np.hypot(std, share * shift))
     return DelayFit(delay, std, gain, offset, noise, middle, drift, drift_std)
 
 
-def _basis(base: Array, slip: Array | None) -> Array:
-    """Orthonormal columns for offset, gain and, where given, wheel slip: (n, 2 or 3)."""
-    columns = [np.ones(base.size), base - base.mean(), *([] if slip is None else [slip])]
+def _shift(space: Array, slope: Array, theirs: Array, value: Array) -> float:
+    """Change of the delay, s, if the regression had only the columns of ``space``; arguments as in ``_uncertainty``."""
+    own = _without(space, slope)
+    return -_dot(own, value) / _dot(own, theirs)
+
+
+def _basis(base: Array, slip: Sequence[Array]) -> Array:
+    """Orthonormal columns for offset, gain and, where given, wheel slip: (n, 2 to 5)."""
+    least = 0.01 * sum(_dot(s, s) for s in slip)  # a part that the drive lacks is noise
+    columns = [np.ones(base.size), base - base.mean(), *(s for s in slip if _dot(s, s) > least)]
     return np.linalg.qr(np.column_stack([c / max(float(np.sqrt(_dot(c, c))), 1e-300) for c in columns]))[0]
 
 
@@ -152,7 +179,7 @@ def _uncertainty(
     Parameters
     ----------
     columns : the other's slope, the reference's in the other's unit (each (n,)), and the columns of gain, offset and
-        slip, (n, 2 or 3). residual : of the other, without these. information : about the delay, per sample.
+        slip, (n, 2 to 5). residual : of the other, without these. information : about the delay, per sample.
     """
     slope, theirs, space = columns
     gathered = np.cumsum(np.maximum(information, 0.0))
@@ -175,7 +202,8 @@ def _jackknife(
     right = np.array([-instruments[p].T @ values[p] for p in parts])
     try:
         whole = np.linalg.solve(left.sum(axis=0), right.sum(axis=0))[k]
-        without = np.linalg.solve(left.sum(axis=0) - left, (right.sum(axis=0) - right)[:, :, None])[:, k, 0]
+        # A column may lie in one block, such as the slip of the only braking: without it, its coefficient is zero.
+        without = (np.linalg.pinv(left.sum(axis=0) - left, 1e-9) @ (right.sum(axis=0) - right)[:, :, None])[:, k, 0]
     except np.linalg.LinAlgError:
         return 0.0, float("inf")
     return float(whole), float(np.sqrt((_BLOCKS - 1.0) / _BLOCKS * np.sum((without - without.mean()) ** 2)))

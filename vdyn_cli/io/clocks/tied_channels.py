@@ -42,10 +42,10 @@ class ChannelTie:
         return self.order != 0 and "acceleration" in (self.first, self.second)
 
     @property
-    def vehicle(self) -> int | None:
-        """Index (0, 1) of the vehicle speed if the other is a wheel speed, so that slip separates them; else None."""
+    def wheel(self) -> int | None:
+        """Index (0, 1) of a wheel's speed if the other is of the vehicle, so that slip separates them; else None."""
         wheels = [self.first in WHEELS, self.second in WHEELS]
-        return wheels.index(False) if self.order == 0 and sum(wheels) == 1 else None
+        return wheels.index(True) if sum(wheels) == 1 else None
 
     def __str__(self) -> str:
         return f"channel '{self.first}'" if self.same else f"channels '{self.first}' and '{self.second}'"
