@@ -115,7 +115,7 @@ def test_a_stated_delay_is_taken_with_its_uncertainty(described: Path) -> None:
 @pytest.mark.parametrize(
     ("delay", "problem"),
     [
-        ("0 s", "from the stated one: one of these sensors"),
+        ("0 s", "from the stated one: a sensor lags"),
         ("300 s", "does not overlap car_1.csv enough with the stated delay"),
     ],
 )

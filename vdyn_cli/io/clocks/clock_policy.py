@@ -46,15 +46,10 @@ class ClockPolicy:
         1e-3, "s/s", "beyond which a drift that contradicts the prior is refused",
         "Ten times the usual tolerance: logs of different runs, a faulty channel, or a wrong sampling rate.",
     )  # fmt: skip
-    slip_nonlinearity: float = threshold(
-        0.5, "share of the shift", "of the delay by the linear slip terms that is added to its standard error",
-        "At 0.9 of the friction limit a tire slips by 54 % more than in proportion to its force (magic formula with "
-        "C = 1.5), and axle loads change by up to a half when a car brakes.",
-    )  # fmt: skip
-    slip_of_wheel_alone: float = threshold(
-        1.0, "share of the shift", "the same if only the slipping wheel's own speed is known",
-        "The acceleration of a wheel contains the change of its slip, so its slip terms are as uncertain as their "
-        "effect.",
+    most_adhesion: float = threshold(
+        0.9, "share of the friction limit", "up to which slip is modeled, with an error that grows with the force",
+        "There a tire slips by 54 % more than in proportion to its force (magic formula with C = 1.5), at half of the "
+        "limit by 9 %; closer to the limit, wheels lock or spin.",
     )  # fmt: skip
     pairs_apart: float = threshold(
         4.0, "standard errors", "by which the delays of two pairs of channels must differ to be reported",

@@ -11,13 +11,14 @@ slips only when it brakes, which is faster than a car coasts (a = 1 m/s^2). Wher
 slip terms, too. Both signals are smoothed by the same symmetric kernel, which shifts neither in time, and weighted by a
 slope that is smoothed enough to suppress its noise. Standard errors come from a jackknife over 16 blocks of equal
 information, so that they hold for autocorrelated differences between the sensors. A share of the shift by the slip
-terms is added, since slip is not quite linear.
+terms is added, since slip is not quite linear in the force.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import asin, tan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from vdyn_cli.io.clocks.sampled_signal import FINE, smoothed
 from vdyn_cli.io.clocks.tied_channels import ChannelTie
 from vdyn_cli.io.quality.sampled_channel import RADIUS
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
 
 COASTING = 1.0  # m/s^2, largest usual deceleration of a coasting car: beyond, brakes act
 WIDTHS = (2.0, 8.0, 32.0, 128.0, 512.0)  # smoothing, in steps of the slower logger
@@ -72,7 +74,7 @@ def best_delay_fit(cells: CellMeans, delay: float, rate: float, at: float) -> De
     """
     smooth: tuple[Array, ...] = tuple(smoothed(c, 1.0) for c in cells.values)
     slip: SlipTerms | None = None
-    share = CLOCKS.slip_nonlinearity if cells.tie.order == 0 else CLOCKS.slip_of_wheel_alone
+    share = 0.0 if cells.speed is None else _nonlinear_slip(cells.speed, cells)
     found: list[DelayFit] = []
     for times in WIDTHS:
         wide = tuple(smoothed(c, times / WIDTHS[0]) for c in cells.values)
@@ -142,6 +144,20 @@ def _refined(
         shift = _shift(_basis(base, []), slope[use], gain * reference_slope, value[use])
         std = float(np.hypot(std, share * shift))
     return DelayFit(delay, std, gain, offset, noise, middle, drift, drift_std)
+
+
+def _nonlinear_slip(speed: Array, cells: CellMeans) -> float:
+    """Share by which tires slip more than in proportion to the force, at the largest acceleration of a second.
+
+    Magic formula F = limit sin(C atan(x)), C = 1.5, of one axle with half of the load that drives or brakes the car.
+    """
+    rate = np.abs(np.gradient(smoothed(speed, 1.0 / cells.width), cells.width / FINE))
+    known = rate[np.isfinite(rate)]
+    if not known.size:
+        return 0.0
+    largest = float(np.quantile(known, 0.99)) * (1.0 if cells.tie.order == 0 else RADIUS)
+    force = float(np.clip(2.0 * largest / GRAVITY, 1e-3, CLOCKS.most_adhesion))
+    return 1.5 * tan(asin(force) / 1.5) / force - 1.0
 
 
 def _shift(space: Array, slope: Array, theirs: Array, value: Array) -> float:
