@@ -144,6 +144,16 @@ def test_a_single_wrong_sample_is_found(channel: str, seed: int) -> None:
     assert found(channels) == [(channel, "spike", at, at + 1)]
 
 
+@pytest.mark.parametrize(("right", "cut"), [(35.0, 0), (-35.0, 2), (0.0, 1)])
+def test_a_spike_of_both_wheels_is_real(right: float, cut: int) -> None:
+    channels, rng, at = day(), np.random.default_rng(8), 700
+    torque = channels.pop("drive_torque")
+    channels |= {f"drive_torque_{side}": torque / 2.0 + rng.normal(0.0, 1.0, N) for side in ("left", "right")}
+    channels["drive_torque_left"][at] += 40.0
+    channels["drive_torque_right"][at] += right
+    assert len(found(channels)) == cut
+
+
 def test_a_dropout_to_zero_is_found_and_a_stop_is_not() -> None:
     values = drive() + 5.0
     values += np.random.default_rng(3).normal(0.0, 0.01, N)

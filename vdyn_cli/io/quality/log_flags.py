@@ -14,7 +14,7 @@ from vdyn_cli.io.quality.regular_faults import all_channels_faults, contradicted
 from vdyn_cli.io.quality.regular_segments import Spans
 from vdyn_cli.io.quality.sampled_channel import SampledChannel, sampled_channel
 from vdyn_cli.io.quality.spikes import dropouts, spikes
-from vdyn_cli.quantities.arrays import Array, Mask
+from vdyn_cli.quantities.arrays import Array, Mask, Rows
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Fault, Flag, LogFlags
 from vdyn_cli.quantities.vocabulary import CHANNELS
@@ -47,8 +47,9 @@ def flags(log: Log, units: Mapping[str, str] | None = None) -> LogFlags:
     taken = np.zeros(log.time.size, dtype=bool)
     for fault in together:
         taken[fault.first : fault.stop] = True
+    wrong = _single_spikes(sampled)
     for channel in sampled:
-        alone = list(_alone(channel, taken, log))
+        alone = list(_alone(channel, taken, log, wrong[channel.name]))
         found += alone or level_step_fault(channel, taken)
         found += _saturated(channel, taken)
     evaluated = {s.name for s in sampled}
@@ -67,8 +68,30 @@ def _states(values: Array, name: str, evaluated: bool, faults: list[Fault]) -> N
     return states
 
 
-def _alone(channel: SampledChannel, taken: Mask, log: Log) -> Iterator[Fault]:
-    """The faults of one channel outside of the faults of all channels (``taken``)."""
+def _single_spikes(sampled: list[SampledChannel]) -> dict[str, Rows]:
+    """The single wrong samples of each channel, as indices of its values.
+
+    A spike that another channel of the same unit has in the same row with the same sign and at most twice the size is
+    real: both measured it, such as a short torque of the left and the right wheel.
+    """
+    found = {s.name: spikes(s.values, s.resolution) for s in sampled}
+    sizes = {(s.name, int(s.rows[i])): _spike_size(s, i) for s in sampled for i in found[s.name]}
+    units = {s.name: s.unit for s in sampled}
+
+    def alone(name: str, row: int) -> bool:
+        others = (size for (n, r), size in sizes.items() if r == row and n != name and units[n] == units[name])
+        return not any(0.5 <= size / sizes[name, row] <= 2.0 for size in others)
+
+    return {s.name: np.array([i for i in found[s.name] if alone(s.name, int(s.rows[i]))], np.intp) for s in sampled}
+
+
+def _spike_size(channel: SampledChannel, i: int) -> float:
+    values = channel.values
+    return float(values[i] - 0.5 * (values[i - 1] + values[i + 1]))
+
+
+def _alone(channel: SampledChannel, taken: Mask, log: Log, wrong: Rows) -> Iterator[Fault]:
+    """The faults of one channel outside of the faults of all channels (``taken``); ``wrong``: its single samples."""
     rows, values = channel.rows, channel.values
     free = ~taken[rows]
     marked = ~free
@@ -86,9 +109,9 @@ def _alone(channel: SampledChannel, taken: Mask, log: Log) -> Iterator[Fault]:
     if not (channel.rests or channel.varies):
         for a, b, test, why in contradicted_command(channel, marked, log):
             yield fault(a, b, test, why)
-    for i in spikes(values, channel.resolution):
+    for i in wrong:
         if not marked[max(i - 1, 0) : i + 2].any():
-            size = values[i] - 0.5 * (values[i - 1] + values[i + 1])
+            size = _spike_size(channel, i)
             yield fault(
                 int(i),
                 int(i) + 1,
