@@ -144,12 +144,12 @@ def test_a_single_wrong_sample_is_found(channel: str, seed: int) -> None:
     assert found(channels) == [(channel, "spike", at, at + 1)]
 
 
-@pytest.mark.parametrize(("right", "cut"), [(35.0, 0), (-35.0, 2), (0.0, 1)])
+@pytest.mark.parametrize(("right", "cut"), [(22.5, 0), (-22.5, 2), (0.0, 1)])
 def test_a_spike_of_both_wheels_is_real(right: float, cut: int) -> None:
     channels, rng, at = day(), np.random.default_rng(8), 700
     torque = channels.pop("drive_torque")
     channels |= {f"drive_torque_{side}": torque / 2.0 + rng.normal(0.0, 1.0, N) for side in ("left", "right")}
-    channels["drive_torque_left"][at] += 40.0
+    channels["drive_torque_left"][at] += 25.0
     channels["drive_torque_right"][at] += right
     assert len(found(channels)) == cut
 
