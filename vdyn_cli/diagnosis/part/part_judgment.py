@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from math import inf
 
 from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.gain.held_out_gain import HeldOutGain, held_out_gain
@@ -60,7 +61,8 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     if not finding.explains or not (more or _beside_a_law(strategy, judgment, finding)):
         return same
     for law in finding.laws:
-        if law.follows and (named := _with_law(strategy, judgment, law)) is not None:
+        named = _with_law(strategy, judgment, law) if law.follows else None
+        if named is not None and not (more and _equalled(judgment, named.accepted[0])):
             return PartJudgment(strategy, _resized(strategy, named, judgment), finding, law)
     if not more:
         return same
@@ -157,6 +159,12 @@ def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgmen
     return _naming(replace(judgment, tried=tried), answer, gain)
 
 
+def _equalled(judgment: Judgment, law: CandidateModel) -> bool:
+    """Whether another answer that leaves only noise is not clearly worse than a law: then it is as likely."""
+    others = [a for a in judgment.answers if a.sufficient and a.effects != law.effects]
+    return any(a.cost < law.cost + POLICY.clearly_better for a in others)
+
+
 def _with_two_laws(strategy: Strategy, judgment: Judgment, finding: PartFinding) -> Judgment | None:
     """The judgment that names two laws of the part, which together explain what its free curve does; None without such.
 
@@ -200,19 +208,22 @@ def _with_learned_law(
 
     Returns
     -------
-    None if every fit fails, leaves much of the misfit, or does not predict held-out runs better.
+    None if every fit fails, leaves much of the misfit, or predicts held-out runs no better than the baseline and the
+    answers that leave only noise. (The search compares the fits by the noise that remains beside free curves.)
     """
+    rivals = [held_out_gain(strategy, judgment.base, a.fitted) for a in judgment.answers if a.sufficient]
+    least = min((r.after for r in rivals if r is not None), default=inf)
     forms = fitted_forms(finding)
     good, label = [f.form for f in forms if f.as_good], label_of(finding.parts)
     for form in (forms[0], None) if good else (None,):
         law = learned(finding, form, good, label)
-        named = _naming_law(strategy, judgment, law)
+        named = _naming_law(strategy, judgment, law, least)
         if named is not None:
             return (*named, law if form is None else replace(law, free=learned(finding, None, good, label).effect))
     return None
 
 
-def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[Strategy, Judgment] | None:
+def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned, least: float) -> tuple[Strategy, Judgment] | None:
     setup = strategy.model.setup
     try:
         extended = open_strategy(replace(setup, effects=(*setup.effects, law.effect), learned=frozenset({law.name})))
@@ -224,7 +235,7 @@ def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned) -> tuple[S
         return None
     found = detect(extended, base)
     gain = held_out_gain(extended, base, answer.fitted)
-    if gain is None or not gain.positive:
+    if gain is None or gain.after >= min(gain.before, least):
         return None
     detection = replace(judgment.detection, scores=found.scores, testable=found.testable)
     named = replace(judgment, base=base, detection=detection, tried=(*judgment.tried, answer))
