@@ -9,7 +9,8 @@ import pytest
 
 from tests.messy_cases import diagnosed_case
 from tests.plant import messy_day
-from vdyn_cli.diagnosis.part.part_judgment import _surpassed
+from vdyn_cli.diagnosis.part import part_judgment
+from vdyn_cli.diagnosis.part.part_judgment import _equalled, _naming_law, _surpassed
 
 
 @pytest.mark.parametrize(
@@ -29,6 +30,41 @@ def test_a_part_surpasses_an_answer_that_leaves_much(
     judgment = Some(answers=(Some(effects=("one",), sufficient=sufficient),))
     finding = Some(search=search, fitted="part")
     assert _surpassed(*cast(Any, (judgment, finding))) is surpassed
+
+
+@pytest.mark.parametrize(
+    ("cost", "sufficient", "equalled"), [(11.0, True, True), (99.0, True, False), (11.0, False, False)]
+)
+def test_a_law_replaces_no_other_answer_that_leaves_only_noise_and_fits_as_well(
+    cost: float, sufficient: bool, equalled: bool
+) -> None:
+    law = Some(effects=("law",), cost=10.0)
+    judgment = Some(answers=(law, Some(effects=("other",), cost=cost, sufficient=sufficient)))
+    law.sufficient = True
+    assert _equalled(*cast(Any, (judgment, law))) is equalled
+
+
+@pytest.mark.parametrize(("least", "named"), [(0.13, True), (0.12, False)], ids=["better", "as the answer"])
+def test_a_learned_law_that_predicts_no_better_than_an_answer_is_not_named(
+    least: float, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Judged(Some):
+        def naming(self, answer: object, gain: object) -> str:
+            return "named"
+
+    replaced = {
+        "open_strategy": lambda setup: Some(base="base"),
+        "candidate_model": lambda strategy, effects: Some(explains_most=True, unphysical="", fitted="fitted"),
+        "detect": lambda strategy, base: Some(scores=None, testable=()),
+        "held_out_gain": lambda strategy, base, fitted: Some(before=0.38, after=0.12),
+        "replace": lambda one, **changed: one,
+    }
+    for name, function in replaced.items():
+        monkeypatch.setattr(part_judgment, name, function)
+    strategy = Some(model=Some(setup=Some(effects=())))
+    law = Some(effect=Some(), name="law")
+    judged = _naming_law(*cast(Any, (strategy, Judged(detection=None, tried=(), base="base"), law)), least=least)
+    assert (judged is not None) is named
 
 
 @pytest.mark.slow  # a diagnosis of 4 s
