@@ -97,6 +97,7 @@ def test_a_torque_constant_off_by_half_is_in_a_set_and_the_prediction_is_that_of
     assert set(found["diagnosis"]["ambiguous"][0]) == {"torque_gain", "wheel_radius"}
 
 
+@pytest.mark.slow
 def test_a_vehicle_as_stated_is_adequate(tmp_path: Path) -> None:
     found, published = document(tmp_path, {})
     assert published

@@ -90,7 +90,11 @@ def test_a_part_that_the_step_leaves_out_is_a_note(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "short", [{2: "to_time: 55 s"}, {k: ("to_time: 55 s", "from_time: 35 s")[k % 2] for k in range(8)}]
+    "short",
+    [
+        {2: "to_time: 55 s"},
+        pytest.param({k: ("to_time: 55 s", "from_time: 35 s")[k % 2] for k in range(8)}, marks=pytest.mark.slow),
+    ],
 )
 def test_a_coast_that_covers_part_of_the_others_speeds_is_a_note(short: dict[int, str], tmp_path: Path) -> None:
     """A log that ends early does not limit the speeds of the others' comparison; runs split by plan are no note."""

@@ -102,9 +102,8 @@ TRUTH: dict[str, dict[str, tuple[str, str]]] = {
 }
 
 
-@pytest.mark.parametrize(
-    "step", [pytest.param(s, marks=[] if s == "validate" else [pytest.mark.slow]) for s in SAMPLES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("step", SAMPLES)
 def test_every_file_of_the_measurements_is_mapped_right_or_not_at_all(step: str, shared_data: Path) -> None:
     paths = [p for p in sorted(shared_data.glob("*/*")) if p.suffix in (".csv", ".gz", ".txt")]
     logs = 0

@@ -304,6 +304,7 @@ def test_an_effect_can_be_added_and_is_found() -> None:
     assert all(solution.values[n] == pytest.approx(truth[n], rel=5e-3) for n in SOUGHT)
 
 
+@pytest.mark.slow
 def test_a_gentle_bump_leaves_the_tire_to_the_unsprung_mass() -> None:
     result = run(logs(bump=Bump(0.01, 4.0)), spec(bump={"height": 0.01, "width": 4.0}))
     (words,) = [w for w in result.fit.warnings if w.startswith("tire_vertical_stiffness depends on")]
@@ -319,6 +320,7 @@ def test_a_car_that_was_loaded_otherwise_is_noticed() -> None:
     assert [f.where for f in findings if "at rest above the load" in f.what] == ["front_load", "rear_load"]
 
 
+@pytest.mark.slow
 def test_effects_linearized_one_by_one_have_the_columns_of_all_at_once() -> None:
     problem = prepare(SPEC, BumpData(LOGS[:1]), known())
     effects = (asymmetric_damping, suspension_friction, tire_damping, problem.profiles[1])

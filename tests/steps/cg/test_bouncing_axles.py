@@ -55,6 +55,7 @@ def test_the_tires_stiffness_is_uncertain_unless_given() -> None:
     assert "tire_vertical_compliance" not in known_vehicle(SPEC, given(base)).nuisances
 
 
+@pytest.mark.slow
 def test_soft_tires_and_an_assumed_drag_height_stay_physical() -> None:
     soft = replace(VEHICLE, tire_vertical_stiffness=VEHICLE.mass * 9.81 / 2 / 0.025)
     stated = {n: e for n, e in plant.known(soft).items() if n != "drag_height"}

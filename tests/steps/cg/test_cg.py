@@ -163,6 +163,7 @@ def test_the_interval_of_the_height_includes_the_pitch_axis(below: float) -> Non
         assert low < truth < high, name
 
 
+@pytest.mark.slow
 def test_front_loads_alone_still_give_the_height() -> None:
     vehicle = random_vehicle(4)
     front = [Log(d.name, d.time, {n: v for n, v in d.channels.items() if n != "rear_load"}) for d in logs(vehicle, 4)]
@@ -216,6 +217,7 @@ def test_a_pitch_hidden_by_its_noise_is_taken_proportional_to_the_acceleration()
     assert np.corrcoef(pitch_angle(log), log["acceleration"])[0, 1] < 0.999
 
 
+@pytest.mark.slow
 def test_the_trap_is_real() -> None:
     """Were the sign not checked, the inertia would come out as 2 (M h + J)(H - h) - I."""
     vehicle = random_vehicle(1)

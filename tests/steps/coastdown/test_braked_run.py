@@ -77,6 +77,7 @@ def test_a_braked_run_is_out_where_no_window_is_stated() -> None:
     assert "run_2.csv" not in estimated(braked(braked(case)), False).fit.runs
 
 
+@pytest.mark.slow
 def test_a_run_disturbed_at_both_ends_is_used_between_them() -> None:
     case = drive(3, drawn_day("clean", 3))
     run = case.runs[1]

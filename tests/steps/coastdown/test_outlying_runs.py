@@ -46,6 +46,7 @@ def test_an_undisturbed_day_has_no_outlier(seed: int) -> None:
     assert not reported(STEP.estimate(spec_of(runs), logs_of(runs), known(REFERENCE, EIGHT)))
 
 
+@pytest.mark.slow
 def test_the_level_is_kept_whatever_slope_wind_and_warming_do() -> None:
     random = np.random.default_rng(1)
     heading = np.tile([1.0, -1.0], 5)
@@ -102,7 +103,7 @@ def test_no_step_is_found_where_there_is_none(trend: str) -> None:
     assert found / 2000 < (0.06 if trend == "steady rise" else 1.5 * STEP_POLICY.outlier_level)
 
 
-@pytest.mark.parametrize(("force", "is_reported"), [(1.0, False), (30.0, True)])
+@pytest.mark.parametrize(("force", "is_reported"), [pytest.param(1.0, False, marks=SLOW), (30.0, True)])
 def test_only_a_step_that_matters_is_reported(force: float, is_reported: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     step = OutlyingRun(4, force, 1e-4)
     monkeypatch.setattr(changed_runs, "resistance_step", lambda forces, headings, tests: step)

@@ -51,7 +51,8 @@ def held_before(log: Log, seconds: float, noise: float, rng: np.random.Generator
     return Log(log.name, step * np.arange(speed.size), {"speed": speed + rng.normal(0.0, noise, speed.size)})
 
 
-@pytest.mark.parametrize("seed", [7, *(pytest.param(n, marks=pytest.mark.slow) for n in (8, 9))])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [7, 8, 9])
 def test_a_speed_that_is_held_before_the_driver_lets_go_is_no_coast(seed: int) -> None:
     vehicle = random_vehicle(seed)
     runs = coast.campaign(vehicle, seed)[:6]
