@@ -44,7 +44,10 @@ def test_a_damaged_description_gives_a_result_or_a_clear_error(step: str, day: P
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", steps.names())
+@pytest.mark.parametrize(
+    "step",
+    [pytest.param(n, marks=[pytest.mark.thorough] if n == "cg" else []) for n in steps.names()],  # cg: 9 s
+)
 @quick
 @given(st.integers(0, 2**32 - 1))
 def test_a_damaged_log_gives_a_result_or_a_clear_error(step: str, day: Path, seed: int) -> None:

@@ -88,6 +88,7 @@ def test_the_expected_standard_error_is_that_of_days_of_the_plant(tmp_path: Path
 
 
 @pytest.mark.slow
+@pytest.mark.thorough  # 7 s
 def test_more_runs_of_the_kind_that_is_logged_are_more_accurate(tmp_path: Path) -> None:
     """The effect of the scatter between runs decreases with the square root of their number."""
     path = cases.launches(random_vehicle(8124), 8124, tmp_path)

@@ -45,6 +45,7 @@ def validated(trip: str, shared_data: Path, folder: Path, **settings: Any) -> Re
     return execute("validate", path).result
 
 
+@pytest.mark.thorough  # 12 s
 def test_hills_beside_a_loss_that_outweighs_them_are_named(shared_data: Path, tmp_path: Path) -> None:
     """The hills alone hardly lower the error: on the road shown the simulation is still too fast, by the loss."""
     told = validated("TripA01", shared_data, tmp_path).diagnosis

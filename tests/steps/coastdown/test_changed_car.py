@@ -65,7 +65,9 @@ def test_a_day_without_a_change_has_none(effects: dict[str, float], seed: int) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("hidden", CHANGES)
+@pytest.mark.parametrize(
+    "hidden", [pytest.param(n, marks=[pytest.mark.thorough] if n == "a trailer" else []) for n in CHANGES]
+)
 def test_a_changed_car_is_named_with_both_sides(hidden: str) -> None:
     after = replace(REFERENCE, **CHANGES[hidden])
     ready = prepared(driven_with(after))

@@ -79,11 +79,11 @@ HIDDEN = {
     "rolling with speed": ({"speed_dependent_rolling": 2e-4}, EIGHT.but(runs=16)),
     "wind and warm-up": ({"headwind": 2.0, "tire_warmup": 0.45}, EIGHT),
 }
+SLOW, THOROUGH = [pytest.mark.slow], [pytest.mark.slow, pytest.mark.thorough]
+MARKS = {"headwind": [], "warm air": THOROUGH, "wind and warm-up": THOROUGH}
 
 
-@pytest.mark.parametrize(
-    "case", ["headwind", *(pytest.param(case, marks=pytest.mark.slow) for case in HIDDEN if case != "headwind")]
-)
+@pytest.mark.parametrize("case", [pytest.param(case, marks=MARKS.get(case, SLOW)) for case in HIDDEN])
 def test_what_is_hidden_is_named_with_its_size_and_gains_on_held_out_runs(
     case: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:

@@ -110,6 +110,7 @@ def test_a_wrong_mass_beside_a_road_load_in_newtons_is_not_taken_for_rotating_ma
 
 
 @pytest.mark.slow  # a diagnosis of 5 s
+@pytest.mark.thorough  # 5 s
 def test_a_load_beside_a_road_load_in_newtons_is_found(tmp_path: Path) -> None:
     """F0 was measured at the stated mass: 25 % more mass also rolls with 25 % more resistance."""
     stated = CAR.mass / 1.25
@@ -184,7 +185,8 @@ def test_tires_that_warm_up_over_the_day_are_found_where_no_start_is_stated(tmp_
 
 @pytest.mark.slow  # a diagnosis of 4 to 9 s
 @pytest.mark.parametrize(
-    ("seed", "drift"), [(102, -0.04), pytest.param(104, -0.15, marks=pytest.mark.thorough), (105, 0.3)]
+    ("seed", "drift"),
+    [(102, -0.04), *(pytest.param(*one, marks=pytest.mark.thorough) for one in ((104, -0.15), (105, 0.3)))],
 )
 def test_a_torque_whose_zero_drifts_in_each_drive_is_named(tmp_path: Path, seed: int, drift: float) -> None:
     """The smallest reads 2.4 N m too little after a minute; the drives have at most 63 N m."""
@@ -242,6 +244,7 @@ def test_a_held_speed_may_be_one_row_late(
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
+@pytest.mark.thorough  # beside a filter: in every run
 def test_more_drag_is_named_alone_beside_a_latency(tmp_path: Path) -> None:
     found = _late(30, tmp_path, replace(CAR, drag_area=CAR.drag_area + 0.2))
     assert [c.effect for c in found.causes] == ["extra_drag_area"]
@@ -249,7 +252,7 @@ def test_more_drag_is_named_alone_beside_a_latency(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow  # a diagnosis of 3 s
-@pytest.mark.parametrize("seed", [4, 6])
+@pytest.mark.parametrize("seed", [4, pytest.param(6, marks=pytest.mark.thorough)])
 def test_more_drag_is_named_alone_beside_a_filtered_speed(tmp_path: Path, seed: int) -> None:
     """A filter of 0.15 s: a linearization about no latency leaves its square, which looks like further effects."""
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)
@@ -277,6 +280,7 @@ def test_a_zero_beyond_its_plausible_range_is_stated_where_the_drives_are_missed
 
 
 @pytest.mark.slow  # a diagnosis of 5 s
+@pytest.mark.thorough  # 7 s
 def test_a_wrong_radius_is_also_in_a_speed_computed_from_that_of_a_wheel(tmp_path: Path) -> None:
     """A radius stated 4 % too large: the force is 4 % too small, and the speed reads 4 % too high."""
     logs = drives(CAR, 21)
@@ -300,6 +304,7 @@ def test_a_wrong_radius_is_also_in_a_speed_computed_from_that_of_a_wheel(tmp_pat
 
 
 @pytest.mark.slow  # a diagnosis of 8 s
+@pytest.mark.thorough  # 14 s
 def test_tires_that_warm_up_in_each_drive_are_named_whatever_their_time(tmp_path: Path) -> None:
     """Six drives of six days, with half more rolling resistance at first, which decays in 100 s; nominal: 300 s."""
     car = replace(CAR, cooled=0.5)

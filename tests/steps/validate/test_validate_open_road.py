@@ -139,6 +139,7 @@ def over_hills(folder: Path, truth: Truth, seed: int, drop: str) -> Result:
         return error.record.result
 
 
+@pytest.mark.thorough  # 13 s
 def test_hills_explain_whole_drives_that_the_simulation_misses(tmp_path: Path) -> None:
     told = over_hills(tmp_path, Truth(), 1, "elevation").diagnosis
     assert told is not None
