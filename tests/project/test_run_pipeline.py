@@ -79,7 +79,7 @@ def test_without_changes_no_process_is_started(day: Path, monkeypatch: pytest.Mo
     assert sum("reused" in line for line in told) == 3
 
 
-@pytest.mark.parametrize("damage", ["missing", "of another result"])
+@pytest.mark.parametrize("damage", [pytest.param("missing", marks=pytest.mark.slow), "of another result"])
 def test_a_step_without_its_section_runs_again(day: Path, damage: str) -> None:
     out = day.parent / "out"
     section, page = out / ".sections" / "tire.html", (out / "report.html").read_bytes()

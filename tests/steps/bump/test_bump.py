@@ -194,7 +194,7 @@ def described(folder: Path, bump: dict[str, object], road: Bump | None = None) -
     return path
 
 
-@pytest.mark.parametrize("told", [None, *(pytest.param(d, marks=pytest.mark.slow) for d in (0.4, 5.6)), 9.0])
+@pytest.mark.parametrize("told", [None, *(pytest.param(d, marks=pytest.mark.slow) for d in (0.4, 5.6, 9.0))])
 def test_the_bump_is_found_wherever_it_is_stated_to_be(told: float | None) -> None:
     result = run(how=spec(runs=None if told is None else {"distance_front": told}))
     assert not missed(result)

@@ -250,6 +250,7 @@ def test_what_is_missing_or_useless_is_said() -> None:
         STEP.estimate(SPEC, blind, known(vehicle))
 
 
+@pytest.mark.slow
 def test_left_out_drag_and_spin_are_assumed_and_said() -> None:
     vehicle = random_vehicle(1)
     bare = Parameters({n: e for n, e in known(vehicle).items() if n in ("mass", "wheelbase", "antenna_height")})

@@ -77,6 +77,7 @@ def test_intervals_are_longer_below_the_estimate_alone() -> None:
     assert after[1] == pytest.approx(before[1])
 
 
+@pytest.mark.slow
 def test_runs_or_settings_state_it() -> None:
     by_settings, by_run = published("3 m/s"), published("1 m/s", by_run=3.0)
     assert by_run.parameters[ROLLING].interval95 == by_settings.parameters[ROLLING].interval95

@@ -96,6 +96,7 @@ def test_a_disturbed_run_is_named() -> None:
     assert {f.where for f in found if f.doubt and "without this run" in f.what} == {"run_3.csv"}
 
 
+@pytest.mark.slow
 def test_gusts_beyond_any_test_day_are_a_finding_and_no_noise() -> None:
     stormy = messy_day.drive(16, replace(SHORT, weather=messy_day.Weather(gust=4.0, drift=0.0)))
     fit = fitted(stormy)

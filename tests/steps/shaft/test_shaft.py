@@ -296,6 +296,7 @@ def test_a_drawing_alone_is_not_diagnosed(tmp_path: Path) -> None:
     assert "shaft_stiffness_left" in document["parameters"]
 
 
+@pytest.mark.slow
 def test_the_fit_without_effects_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     vehicle, fits = random_vehicle(2), []
     monkeypatch.setattr(shaft_side, "linear_solution", lambda runs: fits.append(runs) or linear_solution(runs))
