@@ -46,7 +46,8 @@ def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem)
     The part is used if no candidate suffices, if the part explains much more than each answer, or if each answer is a
     law of the part with a further effect that only corrects its shape. Then the law of the catalog that follows the
     part's curve is named if it predicts held-out runs better; else two laws that together do, else the law learned from
-    the curve. A part that does not suffice changes nothing.
+    the curve. A part that does not suffice changes nothing. Answers that leave only noise are replaced only by laws of
+    the catalog that fit clearly better, or by a learned law that predicts held-out runs better.
     """
     detected = judgment.verdict in ("named", "ambiguous", "unknown")
     # A problem of a plug-in may have no parts.
