@@ -412,7 +412,7 @@ def test_few_rows_that_are_late_do_not_refuse_the_log(tmp_path: Path) -> None:
     rows = [f"{t:.0f},{30.0 - 0.1 * k:.2f}" for k, t in enumerate(times)]
     (tmp_path / "coast.csv").write_text("\n".join(["Time [s],Speed [m/s]", *rows, rows[-1]]))
     text = draft_description(load_step("coastdown"), [tmp_path / "coast.csv"], tmp_path).text
-    assert "reading: {clock: drop}    # 2 rows are not after all times before" in text
+    assert "reading: {clock: drop}    # 2 rows have a time that steps back" in text
     rows[60], rows[120] = "60,24.0", "120,18.0"
     (tmp_path / "coast.csv").write_text("\n".join(["Time [s],Speed [m/s]", *rows, rows[-1]]))
     assert "reading" not in draft_description(load_step("coastdown"), [tmp_path / "coast.csv"], tmp_path).text

@@ -29,7 +29,7 @@ def test_seconds_are_read_as_before() -> None:
 
 
 def test_both_ways_in_one_description_are_refused() -> None:
-    with pytest.raises(ValidationError, match="have 'start' as a time of day in 1 of 2 runs"):
+    with pytest.raises(ValidationError, match="'start' is a time of day in 1 of 2 runs"):
         starts("10:08", "189 s")
 
 

@@ -187,7 +187,7 @@ def _notes(facts: ChannelFacts) -> list[str]:
         notes.append(_clock_unit(facts))
     if facts.info.late:
         notes.append(
-            f"{facts.info.late} rows are not after all times before: leave them out by 'reading: {{clock: drop}}'"
+            f"{facts.info.late} rows have a time that steps back: leave them out with 'reading: {{clock: drop}}'"
         )
     notes += _gap_notes(facts)
     if facts.repeated > 1 and facts.state != "clock":

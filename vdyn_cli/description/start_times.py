@@ -30,7 +30,7 @@ def seconds_after_first(runs: Any) -> Any:
     if not times:
         return runs
     if len(times) < len(runs):
-        what = "have 'start' as a time of day in {some} of {all} runs. Write it in all, or seconds after the first run"
+        what = "'start' is a time of day in {some} of {all} runs. Write it so in all, or in seconds after the first run"
         raise PydanticCustomError("start", what, {"some": len(times), "all": len(runs)})
     return [{**run, "start": _wrapped(time - times[0])} for run, time in zip(runs, times, strict=True)]
 

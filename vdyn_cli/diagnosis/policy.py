@@ -180,7 +180,7 @@ class Policy:
         "zero, from 1/24 to 2/3 of the possible range: below the first, the baseline is not far off.",
     )  # fmt: skip
     coarse_factor: float = _threshold(
-        2.5, "", "between the scales from which a fit is started, likewise",
+        2.5, "", "between the scales from which a fit is started where the baseline is far off",
         "Starts at 1.6, 4 and 10 and their inverses: the nearest start is off by at most a factor of 1.6.",
     )  # fmt: skip
     most_linearizations: int = _threshold(
@@ -197,7 +197,7 @@ class Policy:
         "The error of a linearization is of second order: 1 % of what the effect explains, far below hopeless_share.",
     )  # fmt: skip
     clearly_better: float = _threshold(
-        4.5, "log likelihood", "by which play must exceed effects collinear with it, and a part at fault every other",
+        4.5, "log likelihood", "by which backlash must exceed effects collinear with it, and a part at fault others",
         "needed_t^2 / 2: a likelihood ratio of 90, which collinear laws reach by chance in 0.3 % (chi-square with one "
         "degree of freedom above 9).",
     )  # fmt: skip
@@ -370,7 +370,7 @@ class Policy:
         "run are less independent than runs, so more of them are required.",
     )  # fmt: skip
     noise_model_folds: int = _threshold(
-        4, "folds", "that the variance by the noise model counts as",
+        4, "folds", "to which the variance by the noise model is equivalent",
         "Scatter and noise model have equal weight at five folds, the usual number of drives in a test. "
         "tests/diagnosis/test_held_out_gain.py measures the coverage.",
     )  # fmt: skip

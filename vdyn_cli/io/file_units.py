@@ -205,4 +205,4 @@ def speed_over_ground(unit: str, si_unit: str) -> str:
         to_si(1.0, unit, "m/s")
     except UnitError:
         return ""
-    return "map a wheel's speed over the ground as 'speed', where the test reads that" if si_unit == "rad/s" else ""
+    return "map a wheel's speed over the ground as 'speed', if the test reads 'speed'" if si_unit == "rad/s" else ""

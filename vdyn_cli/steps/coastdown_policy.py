@@ -46,7 +46,7 @@ class CoastdownPolicy:
         "The median of two runs is between both, so that neither is the usual one.",
     )  # fmt: skip
     some_covered: float = threshold(
-        0.1, "share of the speed window", "likewise, where no run of a direction covers least_covered",
+        0.1, "share of the speed window", "that a coast must cover where no run of its direction covers least_covered",
         "Downhill a car may stop decelerating within the window; without these runs a slope looks like resistance.",
     )  # fmt: skip
     least_fall: float = threshold(
@@ -80,7 +80,7 @@ class CoastdownPolicy:
         "gusts, gust_scatter raises it.",
     )  # fmt: skip
     gust_scatter: float = threshold(
-        4.0, "standard deviations", "of the wind that the runs' decelerations show, which a gust may have",
+        4.0, "standard deviations", "of the wind by the runs' decelerations, up to which a gust is no brake",
         "A coast of 60 s has about ten independent gusts: on a day of ten runs chance exceeds it once in 160 days.",
     )  # fmt: skip
     largest_gust: float = threshold(
@@ -92,7 +92,7 @@ class CoastdownPolicy:
         "The strongest peak that WLTP (UN GTR 15) Annex 4, 4.1.1.1 allows.",
     )  # fmt: skip
     brake_excess_few: float = threshold(
-        0.3, "m/s^2", "likewise, with fewer than separating_runs runs of a direction",
+        0.3, "m/s^2", "used instead of brake_excess with fewer than separating_runs runs of a direction",
         "Twice brake_excess: so few runs do not separate a slope from a brake.",
     )  # fmt: skip
     separating_runs: int = threshold(
@@ -105,9 +105,9 @@ class CoastdownPolicy:
         "m/s).",
     )  # fmt: skip
     brake_scatter: float = threshold(
-        4.0, "standard deviations", "of a run's excess decelerations that a braking and the throttle after it exceed",
-        "Of a noisy speed, one interval in 30 000 exceeds it, and two with opposite signs follow each other by chance "
-        "on no day.",
+        4.0, "standard deviations", "of a run's excess decelerations that braking, and throttle after it, must exceed",
+        "With a noisy speed, one interval in 30 000 exceeds it by chance; two successive ones of opposite sign on no "
+        "day.",
     )  # fmt: skip
     brake_loss: float = threshold(
         0.6, "m/s", "of speed lost in the last 2 s of a coast beyond its earlier deceleration, at which it was braked",
@@ -115,7 +115,7 @@ class CoastdownPolicy:
     )  # fmt: skip
     brake_loss_std: float = threshold(
         5.0, "standard deviations", "of the line through the 4 s before; brake_loss must also exceed this",
-        "Of a thousand coasts, normal noise exceeds it in none.",
+        "In 1000 coasts, normal noise never exceeds it.",
     )  # fmt: skip
     creep_share: float = threshold(
         0.25, "share of the expected deceleration", "that must be missing at the lowest speeds to detect creep",
@@ -131,7 +131,7 @@ class CoastdownPolicy:
         "they stay cold. A tap of 1 to 2 s at 1 m/s^2 loses that much, a stop for traffic more.",
     )  # fmt: skip
     engaged_share: float = threshold(
-        0.25, "share of the usual deceleration", "by which the deceleration of a whole run may exceed it",
+        0.25, "share of the usual deceleration", "of the runs, by which that of a whole run may exceed it",
         "A headwind of 3 m/s, the limit of UN R83, adds a sixth at 70 km/h, where half of the road load is drag.",
     )  # fmt: skip
     engaged_least: float = threshold(
@@ -152,8 +152,9 @@ class CoastdownPolicy:
         "tried; of a filter relative to the scatter of runs. A cut removes data, so it must be rarer than a finding.",
     )  # fmt: skip
     filter_share: float = threshold(
-        0.3, "", "largest deviation from one of a lag's transient relative to that of a filter",
-        "That of a filter is one; of 19 days without a filter the closest had 0.45, by drive torque into the coast.",
+        0.3, "", "largest deviation from 1 of the ratio of a lag's transient to that of a filter",
+        "A filter has the ratio 1. On 19 days without a filter the closest was 0.45, where drive torque extended into "
+        "the coast.",
     )  # fmt: skip
     outlier_level: float = threshold(
         0.01, "probability", "of naming an outlying run on a day without one",
@@ -165,21 +166,21 @@ class CoastdownPolicy:
         "without a noise model.",
     )  # fmt: skip
     opposite_share: float = threshold(
-        0.1, "share of a run's excess decelerations in four parts of the speeds", "of the other sign, above which an "
-        "outlying run is not rejected",
+        0.1, "share of a run's excess decelerations", "in the four quarters of the speed range that have the opposite "
+        "sign, above which an outlying run is not rejected",
         "Runs behind another car or with another load had 0, healthy runs on roads of 0.5 % rms 0.17 to 0.32.",
     )  # fmt: skip
     step_beside_warming: float = threshold(
-        0.02, "probability", "of a downward step of the resistance beside a gradual change, above which it is warming",
+        0.02, "probability", "of a downward step of the resistance beside a gradual change, above which it is a warmup",
         "Eight runs whose tires warm up by 20 to 40 N beside 6 N of scatter then have a false step on 1 of 100 days "
         "(without this test: 3), at most 2.5 where high speeds are also tested, and a step of 45 N is found on 73 of "
-        "100 (94).",
+        "100 days (without this test: 94).",
     )  # fmt: skip
     step_ratio: float = threshold(
         2.0, "", "least ratio of the residual squares of a linear trend over the runs to those of a step between two",
         "The likelihood of eight runs is then 2^4 = 16 times as large with the step: strong evidence. A trend of half "
-        "the runs' scatter per run is mistaken for a step on 11 of 100 days (without this test: 18), a trend of all of "
-        "it on 4 (12).",
+        "the runs' scatter per run is mistaken for a step on 11 of 100 days (without this test: 18), a trend of the "
+        "whole scatter on 4 (without this test: 12).",
     )  # fmt: skip
     change_shown: float = threshold(
         4.0, "log likelihood", "by which a change of the car between two runs must explain them better than none",
@@ -187,7 +188,7 @@ class CoastdownPolicy:
         "was 2.9 (tires that lose pressure); a trailer, load, roof box, tires or brake reached it on 13 of 17 days.",
     )  # fmt: skip
     change_over_gradual: float = threshold(
-        1.0, "log likelihood", "by which it must do so better than a gradual change, or one of a single run",
+        1.0, "log likelihood", "by which it must explain them better than a gradual change, or one of a single run",
         "The difference that chance makes for one parameter (Akaike).",
     )  # fmt: skip
     shortest_trip: float = threshold(
@@ -226,13 +227,14 @@ class CoastdownPolicy:
         "With less, a third of the grade would be noise of the elevation.",
     )  # fmt: skip
     filtered_speed: float = threshold(
-        2.0, "times the white noise of a bin's mean", "above which an error of the speed over seconds is used",
+        2.0, "times the white noise of a bin's mean", "above which a speed error of some seconds is modeled",
         "White noise is then a fifth of its variance. Below, gusts and white noise describe it nearly as well, and it "
         "could absorb a force that the model lacks.",
     )  # fmt: skip
     least_filtered_speed: float = threshold(
-        0.01, "m/s", "least rms error of a speed over seconds that can be distinguished from gusts",
-        "A third of the smallest known, of receivers (0.03 m/s): a smaller one remains from the road or the gusts.",
+        0.01, "m/s", "least rms of a speed error of some seconds that can be distinguished from gusts",
+        "The smallest known error, that of receivers, is 0.03 m/s; this is a third of it. A smaller residual can be "
+        "due to the road or the gusts.",
     )  # fmt: skip
     elevation_least: float = threshold(
         0.5, "share of the grade", "by a logged elevation that decelerations must confirm, to use it",
@@ -243,7 +245,7 @@ class CoastdownPolicy:
         "The confidence of other doubts about the data: by chance once in 400.",
     )  # fmt: skip
     grade_material: float = threshold(
-        0.2, "share of the grade", "least such difference that is reported",
+        0.2, "share of the grade", "least difference of this share from one that is reported",
         "Rotating mass and wind cause smaller differences.",
     )  # fmt: skip
     grade_clear: float = threshold(

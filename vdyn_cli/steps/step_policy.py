@@ -58,15 +58,16 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
     )  # fmt: skip
     axle_gain: float = threshold(
         0.015, "share", "by which the loads of one axle may read too high, relative to the other axle: prior",
-        "Loads that exceed the weight by 1.5 % are scaled: then one axle's are wrong by 3 %, two standard deviations. "
-        "Such a gain changes the sum of the loads with the acceleration by a fifth as much as such a crosstalk.",
+        "Loads that exceed the weight by 1.5 % are scaled. If one axle alone is wrong, it is so by 3 %, two standard "
+        "deviations. A gain changes the sum of the loads with the acceleration by a fifth as much as an equal "
+        "crosstalk.",
     )  # fmt: skip
     balance_misfit: float = threshold(
         1.5, "squares per row", "of the fit with all effects, above which it does not describe a large effect",
         "Noise levels that are wrong by 10 % change squares by 20 %: more than twice that is a misfit.",
     )  # fmt: skip
     balance_noise: float = threshold(
-        1.05, "squares per row", "of that fit, up to which the residual counts as noise",
+        1.05, "squares per row", "of the fit with all effects, up to which the residual counts as noise",
         "Two standard deviations of 3000 rows. In three logs with an effect outside the catalog (0.99 to 1.03 "
         "squares per row), channels estimated with it moved a curve by 0.02 to 0.13 of its half-interval.",
     )  # fmt: skip
@@ -97,7 +98,7 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
         "In the same tests: 0.94 to 1.04. lbf, kgf and kN read as N are off by factors of 4.4 and more.",
     )  # fmt: skip
     bump_rolling: float = threshold(
-        0.01, "share of the force", "of a wheel's rolling path, left in the loads, above which that path is in doubt",
+        0.01, "share of the force", "of a wheel's rolling path that the loads still show, above which it is doubted",
         "Simulated crossings of other vehicles: 0.044 to 0.054 with circular wheels, 0.019 with a flat contact patch, "
         "0.005 with the path as the profile, 0.003 with point contact.",
     )  # fmt: skip
@@ -119,19 +120,20 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
         "With a wider one a ride simulation is not useful.",
     )  # fmt: skip
     gravity_left: float = threshold(
-        0.5, "share of the squares", "of the speed that an acceleration may leave without gravity, over those that it "
-        "leaves as it is, to be that of a sensor on the body",
-        "A sensor that does not read gravity leaves more without it: 34 times as much on a van, and 1 without pitch.",
+        0.5, "", "times the residual squares of the speed: most that they may be after gravity is removed from the "
+        "acceleration, if its sensor is on the body",
+        "A sensor that does not read gravity leaves more: 34 times as much on a van, and the same without pitch.",
     )  # fmt: skip
     cg_implausible: float = threshold(
         3.0, "standard deviations", "of the tires' slip or compliance, or of the pitch axis, from its usual value, "
-        "beyond which it is held in the fit without effects, and no effect that needs it is an answer",
+        "beyond which the fit without effects keeps the usual value, and an effect that needs more is no answer",
         "Chance exceeds it once in 370 cars; beyond, the slip or the deflection is negative, or that of a tire on ice, "
         "and the body turns about a point below the road.",
     )  # fmt: skip
     uneven_road: float = threshold(
         10.0, "log-likelihood", "gained by an uneven road before the bump, above which it is part of the noise",
-        "Twice that is a chi-square of one unknown: chance exceeds it once in 10^5 crossings on a smooth road.",
+        "Twice this gain has a chi-square distribution with one degree of freedom: once in 10^5 crossings on a smooth "
+        "road chance exceeds it.",
     )  # fmt: skip
     smoothest_road: float = threshold(
         0.0025, "m/s", "standard deviation of an axle's vertical speed by the road, below which the road is smooth",

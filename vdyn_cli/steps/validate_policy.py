@@ -47,7 +47,7 @@ class ValidatePolicy:
         "The candidate effect of a late speed reaches 0.5 s; engines and filters are faster (torque_lag).",
     )  # fmt: skip
     delay_rest: float = threshold(
-        0.5, "", "times the variance of the acceleration without a delay that the delayed torque may leave",
+        0.5, "", "times the residual variance of the acceleration without a delay: most that the delay may leave",
         "16 drives with 0.8 to 1.2 s left 0.01 to 0.09; with 0.3 s 0.51 to 0.59; 14 trips of a real car have their "
         "least variance without a delay.",
     )  # fmt: skip
@@ -129,7 +129,7 @@ class ValidatePolicy:
         "With twelve blocks a correct drive exceeds that once in 2500. Of 52 clean drives the largest was 3.1.",
     )  # fmt: skip
     road_between: float = threshold(
-        0.001, "", "standard deviation of the mean slope of drives on one road, and of wind and rolling likewise",
+        0.001, "", "standard deviation between drives on one road: of mean slope, wind force and rolling resistance",
         "Drives turn around at other places of a road that undulates by 0.1 % rms; wind that differs by 0.3 m/s "
         "changes the drag of a car at 15 m/s by 0.03 % of its weight, 1 % of the rolling resistance is 0.01 %.",
     )  # fmt: skip
@@ -139,38 +139,40 @@ class ValidatePolicy:
     )  # fmt: skip
     odd_drive_chance: float = threshold(
         0.02, "", "probability of a drive as far beyond the scatter of the others, below which it is left out",
-        "Of drives drawn alike, one campaign in 50 has such a drive, and fewer with the next condition; of 29 days "
-        "over hills and in wind the least was 0.46.",
+        "If all drives are alike, one campaign in 50 has such a drive, and fewer with the next condition. On 29 days "
+        "with hills and wind the smallest probability was 0.46.",
     )  # fmt: skip
     odd_drive_others: float = threshold(
-        0.25, "", "times its difference from the others, by which these may differ from the description",
-        "In drives of two directions over one slope the usual ones differ by half of it: that is no fault of one.",
+        0.25, "", "times this drive's difference from the others: most that the others may differ from the description",
+        "If drives in two directions pass one slope, the others differ from the description by half of that, and no "
+        "drive is at fault.",
     )  # fmt: skip
     ratio_evidence: float = threshold(
-        9.0, "log likelihood", "for each change of the acceleration per torque over a change of force, to be a gear or "
-        "a gain",
+        9.0, "log likelihood", "by which each change of the acceleration per torque must explain more than a change of "
+        "force, to be a gear or a gain",
         "Of 192 drives over unlogged hills of 2 % rms the largest was 5.9; a gain that changes by 10 % has 5 to 60, "
         "gears 10 to 74.",
     )  # fmt: skip
     ratio_alone: float = threshold(
-        1.3, "", "times the variance with both that the ratios may leave",
-        "Hills add forces to any ratio: 1.0 to 3; a gain or gears do not: 1.0, shifting often up to 1.5.",
+        1.3, "", "times the residual variance of ratios and forces together: most that the ratios alone may leave",
+        "With hills, which add forces, 1.0 to 3; with a wrong gain or gears 1.0, with frequent shifts up to 1.5.",
     )  # fmt: skip
     level_evidence: float = threshold(
-        18.0, "log likelihood", "for each level of the acceleration per torque over forces of every piece, to be gears",
+        18.0, "log likelihood", "by which each level of the acceleration per torque must explain more than a force in "
+        "every piece, to be a gear",
         "In 120 drives over unlogged hills of 1 and 2 % rms the largest was 10 where the levels repeat as gears do; in "
         "60 drives with gears the median was 30.",
     )  # fmt: skip
     level_alone: float = threshold(
-        1.1, "", "times the variance with a ratio for each piece that one for each level may leave",
-        "With gears 0.98 to 1.05 in 50 of 60 drives; hills 1.0 to 5, the more the fewer levels their pieces share.",
+        1.1, "", "times the residual variance of a ratio for each piece: most that one for each level may leave",
+        "With gears 0.98 to 1.05 in 50 of 60 drives; with hills 1.0 to 5, and more with fewer levels.",
     )  # fmt: skip
     limit_evidence: float = threshold(
-        18.0, "log likelihood", "for a limit of the drive's power, over the same acceleration per torque at any power",
-        "As of a level of the ratio (level_evidence), which it must not be mistaken for.",
+        18.0, "log likelihood", "by which a limit of the drive's power must explain more than a constant ratio",
+        "The same as level_evidence, because such a limit must not be mistaken for gears.",
     )  # fmt: skip
     limit_gain: float = threshold(
-        3.0, "", "times the variance with a limited power that the unlimited torque must leave",
+        3.0, "", "times the residual variance of a limited power: least that the unlimited torque must leave",
         "In 360 drives over hills of 1 and 2 % rms or with gears the largest was 1.5, on 25 days of other faults 1; "
         "with a limit that holds for a quarter to a half of the driving time 25 to 60.",
     )  # fmt: skip

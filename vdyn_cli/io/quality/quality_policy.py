@@ -22,8 +22,8 @@ class QualityPolicy:
         "measure in a drive, and the largest value of a bus signal, 65535, is its mark.",
     )  # fmt: skip
     sure_mark_ratio: float = threshold(
-        1.5, "", "the same for a mark that is the only negative value of a channel, or a bus signal's largest value in "
-        "its unit, such as 655.35 km/h",
+        1.5, "", "times the largest other value: least size of a mark that is the only negative value, or a bus "
+        "signal's largest value in its unit, such as 655.35 km/h",
         "No motion passes from positive values to -999, or to exactly 65535 counts, without values between; 255.996 "
         "km/h, the mark of J1939, is 1.5 times the speed of a fast coast-down.",
     )  # fmt: skip
@@ -42,11 +42,11 @@ class QualityPolicy:
         "10 Hz rest for 5 samples at most; one second has 10.",
     )  # fmt: skip
     command_rest_ratio: float = threshold(
-        3.0, "", "the same for commands: torques and forces of drive and brake",
+        3.0, "", "times the longest ordinary rest of a torque or force (drive, brake): least frozen segment",
         "A torque is constant while at a limit; the longest such rest of 18 trips lasts 2.7 times the next.",
     )  # fmt: skip
     command_time: float = threshold(
-        5.0, "s", "least duration of such a rest",
+        5.0, "s", "least duration of a frozen segment of a command",
         "A driver holds one torque for 2 s in 18 trips, and for 3.5 s near zero.",
     )  # fmt: skip
     fewest_rests: int = threshold(
@@ -99,12 +99,12 @@ class QualityPolicy:
     )  # fmt: skip
     chord_rise: float = threshold(
         4.0, "quanta", "that a segment on one chord must rise, unless the channel's bends exceed as many",
-        "A steady or slowly changing reading of coarse resolution lies on a chord, too: that of a parabola with the "
-        "rise R is up to R / 4 away, less than a quantum below R = 4.",
+        "A steady or slowly changing reading of coarse resolution also lies on a chord: a parabola that rises by R "
+        "quanta is at most R / 4 away from its chord, which is less than one quantum if R is below 4.",
     )  # fmt: skip
     two_chords_rise: float = threshold(
         16.0, "quanta", "that a segment on two chords must rise",
-        "Two chords of a parabola with the rise R are up to R / 16 away from it.",
+        "A parabola that rises by R quanta is at most R / 16 away from its two chords.",
     )  # fmt: skip
     standing_speed: float = threshold(
         0.5, "m/s", "below which the car is at standstill, so that a constant channel is not a fault",
@@ -153,12 +153,12 @@ class QualityPolicy:
         "the two jumps is below 0.15 such quantiles.",
     )  # fmt: skip
     between_steps: float = threshold(
-        0.3, "share of the samples", "of a changing command that must lie between the levels at which it rests, for "
-        "rests between these levels to be faults of the logger",
+        0.3, "share of the samples", "of a changing command that must lie between the levels at which it rests; only "
+        "then are rests between these levels faults of the logger",
         "A coarse command that was resampled is between its levels in half of its samples or more.",
     )  # fmt: skip
     most_off_steps: float = threshold(
-        0.05, "share of the rests", "that may lie between these levels, at most",
+        0.05, "share of the rests", "that may lie between these levels",
         "With more, the levels are not those of the source.",
     )  # fmt: skip
     quiet_level: float = threshold(
@@ -251,7 +251,7 @@ class QualityPolicy:
         "Speeds, positions and accelerometers agree within 1 to 2 %; a wrong unit or gain differs by more.",
     )  # fmt: skip
     reported_tilted_scale: float = threshold(
-        0.15, "share", "the same where the accelerometer tilts with the body",
+        0.15, "share", "reported difference where one of the two is an accelerometer that tilts with the body",
         "Bodies pitch by 0.2 to 0.8 degrees per m/s^2 (Gillespie, Fundamentals of Vehicle Dynamics, ch. 7): 3 to 14 %.",
     )  # fmt: skip
     scale_errors: float = threshold(

@@ -115,9 +115,13 @@ _ASSUMPTIONS = (
     _A(
         "driveline_efficiency",
         lambda k: 1.0,
-        "no loss under load; it absorbs a wheel radius or torque gain as wrong as its interval",
+        "no loss under load; its interval also covers an equal relative error of wheel radius or torque gain",
     ),
-    _A("recuperation_loss", lambda k: 0.0, "between the gears' loss (1) and a torque that holds the efficiency (-1)"),
+    _A(
+        "recuperation_loss",
+        lambda k: 0.0,
+        "between a loss of the gears (1) and a torque corrected by the efficiency (-1)",
+    ),
     _A("driveline_inertia", _beyond_the_wheels, "rotating_mass minus four wheels"),
     _A("driveline_inertia", lambda k: LEAST_DRIVELINE_INERTIA, "gears only: the motor is disconnected from the wheels"),
     _A("side_gear_inertia", lambda k: SIDE_GEAR_INERTIA, "usual value of gear and joint; little influence"),

@@ -129,7 +129,7 @@ def _reading(logs: Sequence[GuessedLog]) -> list[str]:
         return ['reading: {rate: "?"}        # the logs have no times: write the rate of their rows, such as 10 Hz']
     late = {log.path: facts.info.late for log in logs if (facts := log.guesses["time"].facts) is not None}
     rows = sum(late.values())
-    return [f"reading: {{clock: drop}}    # {rows} rows are not after all times before"] if rows else []
+    return [f"reading: {{clock: drop}}    # {rows} rows have a time that steps back"] if rows else []
 
 
 def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:

@@ -54,7 +54,7 @@ class DragOverSpeed:
             f"shutter): {low:.2f} m^2 at {3.6 * slow:.0f} km/h and {high:.2f} m^2 at {3.6 * fast:.0f} km/h give the "
             "same road load; the intervals of rolling resistance and drag area include them"
         )
-        remedy = "coast down with ride height and shutter fixed, or give a drag area of a wind tunnel ('fix')"
+        remedy = "coast down with ride height and shutter fixed, or give the drag area from a wind tunnel ('fix')"
         return Finding("drag_area", what, remedy=remedy)
 
 
