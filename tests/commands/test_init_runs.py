@@ -122,6 +122,24 @@ def test_directions_come_from_the_names_of_the_logs_if_all_tell_one(
     assert [run.get("direction") for run in draft("coastdown", *logs)[1]["runs"]] == expected
 
 
+@pytest.mark.parametrize(
+    ("names", "driven"),
+    [
+        (("back_2", "back_4", "out_1", "out_3"), ("out_1", "back_2", "out_3", "back_4")),
+        (("back_1", "back_2", "out_1", "out_2"), ("out_1", "back_1", "out_2", "back_2")),
+        (("run_1", "run_10", "run_2"), ("run_1", "run_2", "run_10")),
+        (("run", "run (2)", "run (1)"), ("run", "run (1)", "run (2)")),
+    ],
+)
+def test_runs_follow_the_numbers_of_their_logs(names: tuple[str, ...], driven: tuple[str, ...], tmp_path: Path) -> None:
+    time = np.arange(600) * 0.1
+    speeds = {name: 80.0 - (1.0 + 0.01 * k) * time for k, name in enumerate(names)}
+    logs = [table(tmp_path / f"{n}.csv", Time_s=time, **{"Speed_km/h": v}) for n, v in speeds.items()]
+    found, description = draft("coastdown", *logs)
+    assert [run["log"] for run in description["runs"]] == [f"{name}.csv" for name in driven]
+    assert "taken as driven in this order without pauses" in found.text
+
+
 def test_the_side_of_each_run_is_to_be_decided_once(tmp_path: Path) -> None:
     time = np.arange(600) / 1000.0
     paths = [table(tmp_path / f"{k}.csv", Time_s=time, Motor_rpm=900 + k * time) for k in (1, 2)]

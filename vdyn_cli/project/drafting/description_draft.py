@@ -18,7 +18,7 @@ from vdyn_cli.project.drafting.channel_guess import ChannelGuess, guess_channels
 from vdyn_cli.project.drafting.drafted_channels import channel_line, quoted
 from vdyn_cli.project.drafting.drafted_runs import relative_path, runs_of_loggers, runs_of_one_logger
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog, are_drives
-from vdyn_cli.project.drafting.logger_runs import logger_runs, unmatched
+from vdyn_cli.project.drafting.logger_runs import in_driven_order, logger_runs, unmatched
 from vdyn_cli.project.drafting.run_conditions import air_during, run_conditions
 from vdyn_cli.project.drafting.run_direction import LoggedDirection, logged_directions, named_directions
 from vdyn_cli.project.drafting.station_log import StationLog, is_station, station_log
@@ -80,7 +80,8 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
     if swings and not _decided(step, logs[0]):
         body, mapped, undecided = _pendulum(logs[0], swings[:1], parts, folder)
     else:
-        body, mapped, undecided = _drives(step, *_with_station(logs, parts), folder)
+        runs, parts, station = _with_station(logs, parts)
+        body, mapped, undecided = _drives(step, in_driven_order(runs), parts, station, folder)
     body += [f"# left out: {f.where}, {f.what}" for f in problems]
     text = "\n".join([*head, *body]) + "\n"
     left = re.findall(r'^\s*# (?:- \{log: "(.+?)"[^}]*\}  # )?left out: (?:(.+?),)?', text, re.MULTILINE)

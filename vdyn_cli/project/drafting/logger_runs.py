@@ -1,4 +1,4 @@
-"""Matching of the logs of several loggers to runs."""
+"""Order of the logs of a test day, and matching of the logs of several loggers to runs."""
 
 from __future__ import annotations
 
@@ -8,12 +8,27 @@ from itertools import pairwise, takewhile
 
 from vdyn_cli.project.drafting.channel_guess import without_unit
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog
+from vdyn_cli.project.drafting.run_direction import named_directions
 
 _SAME_DRIVE = 0.9  # share of the total time that all logs of one drive must have in common
 _SAME_RUN = 0.2  # of the longer log, least overlap: a logger that starts late records at least a part of the run
 _LEAST_SHARE = 0.75  # of the runs that must have a log of a second logger: a few files may be missing
 
 Runs = tuple[tuple[GuessedLog, ...], ...]
+
+
+def in_driven_order(logs: Sequence[GuessedLog]) -> list[GuessedLog]:
+    """The logs by the numbers in their names, which loggers and drivers count up during the day.
+
+    A shell lists ``coast_back_2`` before ``coast_out_1``, and ``coast_10`` before ``coast_2``; without start times, a
+    step takes the order of the description as the driven one. Logs of one number: out before back, else as given;
+    names without a number keep their places.
+    """
+    ways = [way.direction for way in named_directions([log.path.name for log in logs])]
+    numbers = [[int(n) for n in re.findall(r"\d+", log.path.stem)] for log in logs]
+    places = [k for k, own in enumerate(numbers) if own]
+    order = iter(sorted(places, key=lambda k: (numbers[k], ways[k] == "back")))
+    return [logs[next(order)] if own else log for log, own in zip(logs, numbers, strict=True)]
 
 
 def logger_runs(logs: Sequence[GuessedLog], needed: Sequence[str]) -> Runs:

@@ -17,6 +17,9 @@ from vdyn_cli.quantities.quantity import from_si
 _AIR = {"temperature": ("degC", "K", 1), "pressure": ("kPa", "Pa", 2), "humidity": ("%", "", 0)}
 _ALIKE = 1.0  # K between runs, below which one temperature is used for all
 _LONGEST_TEST = 86400.0  # s between the first and the last run
+_UNKNOWN_STARTS = (
+    "without 'start' in each run (the logs state none), the runs are taken as driven in this order without pauses"
+)
 
 
 @dataclass(frozen=True)
@@ -43,12 +46,14 @@ def run_conditions(
     """
     begins = [_first_moment(facts) for facts in logs]
     keys: list[list[str]] = [[] for _ in logs]
-    for own, start in zip(keys, logged_starts(logs) if "start" in read else (), strict=False):
+    starts = logged_starts(logs) if "start" in read else ()
+    for own, start in zip(keys, starts, strict=False):
         own.append(f"start: {start:.1f} s")
+    notes = [_UNKNOWN_STARTS] if "start" in read and len(logs) > 1 and not starts else []
     if station is None:
-        return DayConditions(tuple(", ".join(("", *own)) for own in keys), logged_temperature(logs))
+        return DayConditions(tuple(", ".join(("", *own)) for own in keys), logged_temperature(logs), tuple(notes))
     during, air, note = air_during(station, [(b, _length(facts)) for b, facts in zip(begins, logs, strict=True)])
-    notes = [note]
+    notes.append(note)
     if during and len(during) == len(logs):
         _add_temperatures(keys, station, during, read)
         notes.append(_add_winds(keys, station, during, ways, read))
