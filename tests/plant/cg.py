@@ -241,9 +241,9 @@ def samples() -> Samples:
             "Throttle and brake pulses on a flat road, out (1, 3) and back (2, 4), in still air. Loads are those "
             "between tire and road; the load cells were zeroed to about 10 N each before every run. The antenna's "
             "acceleration is the rate of its speed, forward positive, free of gravity; it is 1.52 m above the road."
-            " Pitch rate is nose-up positive. The angular momentum of the four wheels is in the loads (left out, it"
-            " looks like 1.6 % of cg height), and so is the moment of rolling resistance (left out, it moves cg_to_rear"
-            " by 3 mm). The axles bounce on the tires (left out, it moves the pitch inertia). Every channel is on one"
-            " clock. launch_3 has CRLF line ends."
+            " Pitch rate is nose-up positive. The angular momentum of the four wheels is in the loads (without it,"
+            " cg height has an error of 1.6 %), and so is the moment of rolling resistance (without it, cg_to_rear has"
+            " an error of 3 mm). The axles bounce on the tires (without this, the pitch inertia has an error). Every"
+            " channel is on one clock. launch_3 has CRLF line ends."
         ),
     )

@@ -89,10 +89,10 @@ def samples() -> Samples:
         truth={**drive.truth(REFERENCE), **truth(), "air_density": sample.AIR_DENSITY},
         about=(
             "From rest to 90 km/h at four levels of drive torque, half of it for a while in between, then coasting; "
-            "out (1, 3) and back (2, 4), brakes never touched. The motor-generators turn with the differential's "
+            "out (1, 3) and back (2, 4), without brakes. The motor-generators turn with the differential's "
             "carrier and have driveline_inertia (kg m^2 at the driven wheels). The tester knows of "
-            f"{KNOWN[0]:.2f} +- {KNOWN[1]:.2f} kg m^2 only; motor_inertia is the rest, and what is to be found. The "
-            "half-shafts' torque is measured outboard of the motors. Drive torque, directions, gusts and clock as in "
-            "the drives above."
+            f"{KNOWN[0]:.2f} +- {KNOWN[1]:.2f} kg m^2 only; motor_inertia is the rest, which the diagnosis must find. "
+            "The half-shafts' torque is measured outboard of the motors. Drive torque, directions, gusts and clock as "
+            "in the drives above."
         ),
     )

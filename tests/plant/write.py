@@ -13,15 +13,15 @@ from tests.plant.sample import Samples
 
 HEAD = """# Sample logs
 
-**Everything in this folder is synthetic.** No car was driven: the logs come from the project's truth plant, a
-simulation kept apart from the program (it shares no equations with it), with gusts, sensor noise, rounding, clock
-jitter, latency and load-cell zeros like those of a real test day. They show what the program reads, and whether it
-finds the truth below.
+**Everything in this folder is synthetic.** No car was driven: the logs come from an independent simulation
+(`tests/plant`), which shares no equations with the program, with gusts, sensor noise, rounding, clock jitter, latency
+and load-cell zeros like those of a real test day. They show which logs the program reads, and whether its estimates
+agree with the true values below.
 
 Made by `python -m tests.plant.write sample_logs` from the top of the repository; the same bytes each time.
 
 Conventions: x forward, z up; pitch is nose-up positive; loads are between tire and road, positive in compression;
-driving torque and uphill grade are positive; each column's header says its unit. The air of the day: {temperature:.0f}
+driving torque and uphill grade are positive; each column's header states its unit. Air: {temperature:.0f}
 degC, {pressure:.1f} kPa, {density} kg/m^3.
 """
 

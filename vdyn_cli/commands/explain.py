@@ -100,10 +100,16 @@ def _step(name: str) -> str:
         f"channels: {', '.join(step.required) or 'none'}",
         f"optional: {', '.join(step.optional) or 'none'}",
         *(f"  {one.equation}, where {one.target} is not mapped" for one in step.scaled),
-        f"reads:    {', '.join(step.needs) or 'no parameters'}",
+        f"reads:    {_read_keys(step)}",
         f"estimates: {', '.join(step.gives) or 'no parameters'}",
     ]
     return "\n".join(lines)
+
+
+def _read_keys(step: Step) -> str:
+    """Parameters of other steps, the vehicle and the air that a step reads."""
+    keys = dict.fromkeys((*step.needs, *(step.reads or ())))
+    return ", ".join((*keys, *(["and any other parameter"] if step.reads is None else []))) or "no parameters"
 
 
 def _effect(effect: Effect) -> str:
@@ -128,7 +134,8 @@ def _effect(effect: Effect) -> str:
 
 
 def _changed(effect: Effect) -> str:
-    return "the model's parameters" if effect.on == ("parameters",) else f"the law {', '.join(effect.on)}"
+    laws = "law" if len(effect.on) == 1 else "laws"
+    return "the model's parameters" if effect.on == ("parameters",) else f"the {laws} {', '.join(effect.on)}"
 
 
 def _tested_in(effect: Effect) -> list[str]:

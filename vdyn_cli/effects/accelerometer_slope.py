@@ -4,7 +4,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 @effect(
     on="grade",
     unknowns=Quantity("accelerometer_slope", "", "share of the slope by the accelerometer", "q", 0.0, 1.3),
-    reference="a forward accelerometer reads V' + g sin(slope): minus the rate of speed, this is the road; share 1",
+    reference="a forward accelerometer reads V' + g sin(slope); with exact sensors the share is 1",
     label="hills that the accelerometer measured",
     signature="The car loses speed wherever the accelerometer reads more than the rate of the speed.",
     alike=("grade_profile", "road_grade", "headwind"),

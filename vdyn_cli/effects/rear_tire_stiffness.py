@@ -7,7 +7,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     reference="a tire's vertical stiffness increases by some 3 % per 0.1 bar and with its width: rear tires of sports "
     "cars and loaded vans are up to 40 % stiffer. Pacejka, Tire and Vehicle Dynamics, 3rd ed. 2012, chapter 9",
     label="rear tires of another stiffness than the front tires",
-    signature="Wheel hop of the rear axle has another frequency than simulated, that of the front axle the opposite.",
+    signature="Wheel hop of the rear axle is faster than simulated and that of the front axle slower, or the reverse.",
     alike=("unsprung masses", "rear_load_gain"),
     confirm="Compare size and pressure of front and rear tires, or press a wheel of each axle with a known load.",
     sense="of the front tires' stiffness",

@@ -3,7 +3,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
 
 @effect(
     on="force_x",
-    unknowns=Quantity("rolling_force", "", "share of the load in the force channel, negative", "frr", -0.03, 0.05),
+    unknowns=Quantity("rolling_force", "", "share of the load by which the force reads too low", "frr", -0.03, 0.05),
     reference="rolling resistance: 0.006 to 0.014 on roads, soft ground up to 0.05 (SAE 2017-01-1574); a force sensor "
     "that is tilted by 1 deg reads 0.017 of the load, of either sign",
     label="rolling resistance, or a share of the load by a tilted sensor, in the longitudinal force",
