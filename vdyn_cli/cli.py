@@ -78,10 +78,10 @@ def _add_step(name: str) -> None:
         from vdyn_cli.commands.progress_line import progress_line
 
         with progress_line(name, shown=not quiet):  # includes the second for loading the step's packages
-            from vdyn_cli.commands.run_step import run_step, tell_step
+            from vdyn_cli.commands.run_step import print_step, run_step
 
             run = run_step(name, test, tuple(known or ()), output, level if diagnose else None)
-        tell_step(run, _teller(quiet, verbose, result_to_stdout=output != "-"))
+        print_step(run, _teller(quiet, verbose, result_to_stdout=output != "-"))
 
     command.__doc__ = steps.summary(name) + "."
     app.command(name)(command)

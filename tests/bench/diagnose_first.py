@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from tests.bench import cases
-from tests.plant import gentle
+from tests.plant import small_excitation
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.project.execute import RefusedResultError
@@ -80,7 +80,7 @@ class FirstTrial:
 
 
 def _shaft_line(seed: int, folder: Path) -> tuple[Path, Mapping[str, float]]:
-    record, truth = gentle.shaft_line(seed)
+    record, truth = small_excitation.shaft_line(seed)
     channels = {
         "time": ("Time [s]", "s"),
         "shaft_torque": ("Torque [N m]", "N m"),
@@ -99,7 +99,7 @@ def _flat_track(seed: int, folder: Path) -> tuple[Path, Mapping[str, float]]:
         "force_x": ("Fx [N]", "N"),
         "force_z": ("Fz [N]", "N"),
     }
-    path = cases.write(folder, "tire", {}, channels, gentle.flat_track(vehicle, seed))
+    path = cases.write(folder, "tire", {}, channels, small_excitation.flat_track(vehicle, seed))
     return path, {"tire_longitudinal_stiffness": vehicle.tire_longitudinal_stiffness}
 
 

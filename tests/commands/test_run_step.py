@@ -6,7 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from vdyn_cli.commands.run_step import run_step, tell_result
+from vdyn_cli.commands.run_step import print_result, run_step
 from vdyn_cli.quantities.parameters import Estimate
 
 
@@ -23,7 +23,7 @@ def test_an_interval_that_holds_other_answers_says_which() -> None:
         refused=(),
     )
     said: list[str] = []
-    tell_result(SimpleNamespace(result=result), lambda text, detail=False, result=False: said.append(text))  # type: ignore[arg-type]
+    print_result(SimpleNamespace(result=result), lambda text, detail=False, result=False: said.append(text))  # type: ignore[arg-type]
     (line,) = [text for text in said if "the interval is wider, since these data do not exclude" in text]
     assert "a headwind" in line
     assert line.startswith("  b: ")

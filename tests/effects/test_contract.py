@@ -38,13 +38,13 @@ def hosted(number: int) -> tuple[Effect, ...]:
     return applicable(MODELS[number], EFFECTS)
 
 
-def hosts(effect: Effect) -> list[int]:
+def models_that_take(effect: Effect) -> list[int]:
     return [number for number in range(len(MODELS)) if effect in hosted(number)]
 
 
 def chosen(number: int) -> list[Effect]:
     """Those for which this is the one variant tried of a model: variants call the same laws."""
-    last = {effect: {MODELS[k].name: k for k in hosts(effect)} for effect in hosted(number)}
+    last = {effect: {MODELS[k].name: k for k in models_that_take(effect)} for effect in hosted(number)}
     return [effect for effect in hosted(number) if last[effect][MODELS[number].name] == number]
 
 
@@ -121,7 +121,7 @@ def test_the_order_is_that_of_the_names():
 
 @EACH
 def test_some_model_can_take_it(effect):
-    assert hosts(effect)
+    assert models_that_take(effect)
 
 
 @IN_EACH_MODEL

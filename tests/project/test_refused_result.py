@@ -12,7 +12,7 @@ import yaml
 from tests.bench import cases
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.commands.run_pipeline import run_pipeline
-from vdyn_cli.commands.run_step import run_step, tell_step
+from vdyn_cli.commands.run_step import print_step, run_step
 from vdyn_cli.commands.schema import json_schema
 from vdyn_cli.project.execute import RefusedResultError, execute
 from vdyn_cli.quantities.errors import InputError
@@ -35,7 +35,7 @@ def refused(gained: Path) -> tuple[Path, RefusedResultError]:
     """The folder of the step's files, and its error."""
     folder = gained.parent / "out"
     with pytest.raises(RefusedResultError) as caught:
-        tell_step(run_step("inertia", gained, (), str(folder), 0.05), lambda text, detail=False, result=False: None)
+        print_step(run_step("inertia", gained, (), str(folder), 0.05), lambda text, detail=False, result=False: None)
     return folder, caught.value
 
 

@@ -114,15 +114,15 @@ def test_a_sign_of_one_run_is_turned(tmp_path: Path, root: Path) -> None:
     np.testing.assert_array_equal(turned.logs[0]["position"], plain.logs[0]["position"])
 
 
-@pytest.mark.parametrize("witness", ["wheel_speed", "position"])
-def test_a_run_that_was_driven_slower_is_in_the_same_unit(witness: str) -> None:
+@pytest.mark.parametrize("reference", ["wheel_speed", "position"])
+def test_a_run_that_was_driven_slower_is_in_the_same_unit(reference: str) -> None:
     """Three drives to 97 km/h and one to 60: another sensor also measured the lower speed."""
 
     def drive(k: int, factor: float, unit: float) -> Log:
         t = np.arange(0.0, 60.0, 0.1)
         speed = factor * (20.0 - 0.25 * t)
-        seen = speed / 0.31 if witness == "wheel_speed" else np.cumsum(speed) * 0.1
-        return Log(f"run_{k}.csv", t, {"speed": unit * speed, witness: seen})
+        seen = speed / 0.31 if reference == "wheel_speed" else np.cumsum(speed) * 0.1
+        return Log(f"run_{k}.csv", t, {"speed": unit * speed, reference: seen})
 
     slower, mph = 1 / 1.609344, 1 / 1.609344
     assert not list(other_units([drive(k, f, 1.0) for k, f in enumerate((1.0, slower, 1.0, 1.0))]))

@@ -94,7 +94,7 @@ def outcomes(checks: Mapping[str, Check]) -> tuple[Outcome, ...]:
 def effect_checks(effect: Effect, models: Sequence[Model]) -> Mapping[str, Check]:
     """The contract of an effect, checked in the given models to which it applies; without models, in those of vdyn."""
     called = f"{' or '.join(effect.on)}: give the description of a test whose model calls it"
-    able = one_of_each(hosts(effect, models or shipped_models()))
+    able = one_of_each(models_that_take(effect, models or shipped_models()))
     return {
         "texts": lambda: _effect_texts(effect),
         "units and ranges": lambda: _ranges(effect),
@@ -213,7 +213,7 @@ def _variants(function: Any) -> list[Model]:
     return made_models
 
 
-def hosts(effect: Effect, models: Sequence[Model]) -> list[Model]:
+def models_that_take(effect: Effect, models: Sequence[Model]) -> list[Model]:
     """The models to which an effect applies."""
     return [model for model in models if applicable(model, (effect,))]
 

@@ -28,13 +28,13 @@ def progress_line(name: str, shown: bool) -> Iterator[None]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as line:
         task = line.add_task(name)
 
-        class Shown(logging.Handler):
+        class LineHandler(logging.Handler):
             """Shows each message on the line."""
 
             def emit(self, record: logging.LogRecord) -> None:
                 line.update(task, description=f"{name}: {record.getMessage()}")
 
-        handler, before = Shown(logging.INFO), _PROGRAM.level
+        handler, before = LineHandler(logging.INFO), _PROGRAM.level
         _PROGRAM.addHandler(handler)
         _PROGRAM.setLevel(logging.INFO)
         try:

@@ -43,7 +43,7 @@ def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell:
     spec, source, tasks = load_plan(path)
     with pipeline_lock(folder):
         clean(folder)
-        outcomes = _run(tasks, folder, keep_going, jobs, _narrator(tell, len(tasks)))
+        outcomes = _run(tasks, folder, keep_going, jobs, _outcome_printer(tell, len(tasks)))
         found = parameter_set(spec, source, outcomes)
         # Written together, so that the page always shows the parameters of the JSON.
         page, document = render_pipeline(found), to_json(found.document)
@@ -52,10 +52,10 @@ def run_pipeline(path: Path, folder: Path, *, keep_going: bool, jobs: int, tell:
     return max((o.exit_code for o in outcomes), default=0)
 
 
-def _narrator(tell: Tell, total: int) -> Callable[[StepOutcome, float], None]:
+def _outcome_printer(tell: Tell, total: int) -> Callable[[StepOutcome, float], None]:
     seen: list[str] = []
 
-    def narrate(outcome: StepOutcome, seconds: float) -> None:
+    def print_outcome(outcome: StepOutcome, seconds: float) -> None:
         seen.append(outcome.name)
         tell(f"[{len(seen)}/{total}] {outcome.name:<10} {outcome.status:<8} {seconds:5.1f} s  {outcome.sentence}")
         if outcome.diagnosis and outcome.diagnosis.verdict not in QUIET:
@@ -63,27 +63,29 @@ def _narrator(tell: Tell, total: int) -> Callable[[StepOutcome, float], None]:
         for finding in merge_alike(outcome.findings):
             tell("    " + str(finding).replace("\n", "\n    "))
 
-    return narrate
+    return print_outcome
 
 
-Narrate = Callable[[StepOutcome, float], None]
+PrintOutcome = Callable[[StepOutcome, float], None]
 
 
-def _run(tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, narrate: Narrate) -> tuple[StepOutcome, ...]:
+def _run(
+    tasks: Sequence[Task], folder: Path, keep_going: bool, jobs: int, print_outcome: PrintOutcome
+) -> tuple[StepOutcome, ...]:
     outcomes: dict[str, StepOutcome] = {}
     attempt = partial(attempt_step, folder=folder, keep_going=keep_going)
     if jobs > 1 and len(tasks) > 1:
         for outcome, seconds in _reused(tasks, folder):  # without processes, which would load much for nothing
             outcomes[outcome.name] = outcome
-            narrate(outcome, seconds)
+            print_outcome(outcome, seconds)
         for outcome, seconds in side_by_side(tasks, jobs, attempt, outcomes):
             outcomes[outcome.name] = outcome
-            narrate(outcome, seconds)
+            print_outcome(outcome, seconds)
         return tuple(outcomes[t.name] for t in tasks)
     for task in tasks:
         start = time.perf_counter()
         *_, outcomes[task.name] = attempt(task, outcomes)
-        narrate(outcomes[task.name], time.perf_counter() - start)
+        print_outcome(outcomes[task.name], time.perf_counter() - start)
     return tuple(outcomes.values())
 
 

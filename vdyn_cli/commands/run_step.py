@@ -82,7 +82,7 @@ def _earlier(file: Path, description: Path) -> str:
         return ""
 
 
-def tell_step(run: StepRun, tell: Tell) -> None:
+def print_step(run: StepRun, tell: Tell) -> None:
     """Print the paths of a step's files, and its result.
 
     Parameters
@@ -98,12 +98,12 @@ def tell_step(run: StepRun, tell: Tell) -> None:
     if run.replaced:
         tell(f"note: {run.place}: replaced the result of '{run.replaced}'")
         tell("    -> keep both with -o and another folder")
-    tell_result(run.record, tell)
+    print_result(run.record, tell)
     if run.refused is not None:
         raise run.refused
 
 
-def tell_result(record: StepRecord, tell: Tell) -> None:
+def print_result(record: StepRecord, tell: Tell) -> None:
     """Print warnings, notes, parameters and the sentences of a record."""
     result = record.result
     for warning in result.fit.warnings:

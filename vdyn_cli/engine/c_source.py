@@ -153,7 +153,7 @@ class _Printer:
         lines += [f"const {self.name}_parameters {self.name}_defaults = {{"]
         names = self.fields["parameters"]
         lines += [f"    {number(v)}, /* {n} */" for n, v in zip(names, defaults, strict=True)] or ["    0.0"]
-        lines += ["};", "", *self._field(graph.field), "", *self._helpers(), "", *self._stepping(), ""]
+        lines += ["};", "", *self._field(graph.field), "", *self._stage_functions(), "", *self._stepping(), ""]
         lines += [*self._reading(), "", *self._starting(graph, start), ""]
         return "\n".join(lines)
 
@@ -188,7 +188,7 @@ class _Printer:
         groups = (("x", "state"), ("u", "input"), ("p", "parameters"))
         return [[f"{pointer}->{name}" for name in self.fields[group]] for pointer, group in groups]
 
-    def _helpers(self) -> list[str]:
+    def _stage_functions(self) -> list[str]:
         """The functions for the arithmetic between the stages, field by field."""
         n = self.name
         s, u = self.fields["state"], self.fields["input"]

@@ -29,7 +29,7 @@ from vdyn_cli.project.checks.exchanged_columns import exchanged_columns
 from vdyn_cli.project.checks.paired_logs import with_pair_warnings
 from vdyn_cli.project.checks.repeated_runs import repeated_runs
 from vdyn_cli.project.checks.run_unit_checks import contradicted_units, other_units, with_run_signs
-from vdyn_cli.project.checks.speed_witnesses import contradicted_speed
+from vdyn_cli.project.checks.speed_unit_checks import contradicted_speed
 from vdyn_cli.project.checks.unread_keys import contradictory_keys, unread_keys
 from vdyn_cli.project.reading.channel_sources import (
     Scaling,

@@ -21,7 +21,7 @@ from vdyn_cli.report import typography
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Sheet
+    from matplotlib.figure import Figure as MplFigure
 
 # The palette of Okabe and Ito, which color-blind readers can distinguish; line styles differ for black and white.
 INK, GRAY, PALE = "#1b1b1b", "#5f5f5f", "#b4b4b4"
@@ -54,7 +54,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class PlotArea:
-    """Position and size of axes on the sheet, px from its upper left corner."""
+    """Position and size of axes on the figure, px from its upper left corner."""
 
     left: float
     top: float
@@ -117,7 +117,7 @@ def load() -> None:
     InputError : matplotlib has no writable folder.
     """
     with style():
-        page = sheet(10.0, 10.0)
+        page = new_figure(10.0, 10.0)
         text_at(page, 0.0, 10.0, "0")
         to_svg(page, "", "")
 
@@ -127,17 +127,17 @@ def every_stroke() -> Any:
     return _matplotlib().rc_context({"path.simplify": False})
 
 
-def sheet(width: float, height: float) -> Sheet:
-    """An empty sheet of width by height, px."""
-    from matplotlib.figure import Figure as Sheet
+def new_figure(width: float, height: float) -> MplFigure:
+    """An empty figure of width by height, px."""
+    from matplotlib.figure import Figure as MplFigure
 
-    return Sheet(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
+    return MplFigure(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
 
 
-def add_axes(page: Sheet, area: PlotArea, lines: Collection[str] = ("left", "bottom")) -> Axes:
+def add_axes(page: MplFigure, area: PlotArea, lines: Collection[str] = ("left", "bottom")) -> Axes:
     """Axes without a scale; ``scale_axis`` adds one.
 
-    Matplotlib's axis objects take half of the time of a figure, so lines, ticks and labels are drawn on the sheet.
+    Matplotlib's axis objects take half of the time of a figure, so lines, ticks and labels are drawn on the figure.
 
     Parameters
     ----------
@@ -152,8 +152,8 @@ def add_axes(page: Sheet, area: PlotArea, lines: Collection[str] = ("left", "bot
     return axes
 
 
-def _strokes(page: Sheet, lines: Sequence[tuple[Point, Point]], color: str, order: float) -> None:
-    """Draw thin straight lines as one path; points in px from the lower left corner of the sheet."""
+def _strokes(page: MplFigure, lines: Sequence[tuple[Point, Point]], color: str, order: float) -> None:
+    """Draw thin straight lines as one path; points in px from the lower left corner of the figure."""
     from matplotlib.lines import Line2D
 
     if lines:
@@ -162,8 +162,10 @@ def _strokes(page: Sheet, lines: Sequence[tuple[Point, Point]], color: str, orde
         page.add_artist(Line2D(xs, ys, color=color, lw=0.8, solid_capstyle="butt", transform=None, zorder=order))
 
 
-def text_at(page: Sheet, x: float, y: float, text: str, size: float = FONT, color: str = INK, **settings: Any) -> None:
-    """Draw text with its baseline at px (x, y) from the sheet's upper left corner."""
+def text_at(
+    page: MplFigure, x: float, y: float, text: str, size: float = FONT, color: str = INK, **settings: Any
+) -> None:
+    """Draw text with its baseline at px (x, y) from the figure's upper left corner."""
     width, height = page.get_size_inches() * 72
     page.text(x / width, 1 - y / height, typography.clean(text), size=size, color=color, va="baseline", **settings)
 
@@ -271,7 +273,7 @@ def legend_rows(keys: Sequence[LegendEntry], width: float) -> list[list[tuple[fl
     return rows
 
 
-def draw_legend(page: Sheet, rows: Sequence[Sequence[tuple[float, LegendEntry]]], left: float, top: float) -> None:
+def draw_legend(page: MplFigure, rows: Sequence[Sequence[tuple[float, LegendEntry]]], left: float, top: float) -> None:
     """Draw the rows of a legend, 20 px apart.
 
     Parameters
@@ -323,8 +325,8 @@ _HEAD = re.compile(r"<svg[^>]*viewBox=\"([^\"]*)\"[^>]*>")
 _DROPPED = re.compile(r"\s*<metadata>.*?</metadata>|\s*<defs>\s*<style.*?</style>\s*</defs>|<!--.*?-->", re.DOTALL)
 
 
-def to_svg(page: Sheet, label: str, name: str) -> str:
-    """The sheet as an SVG element for a page: no prolog, no metadata, ids that start with ``name``, short numbers.
+def to_svg(page: MplFigure, label: str, name: str) -> str:
+    """The figure as an SVG element for a page: no prolog, no metadata, ids that start with ``name``, short numbers.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ def chips(fit: FitSummary, findings: int, slug: str, gained: bool, doubted: bool
                 typography.significant(fit.rms, 2),
                 shown,
                 _noise_note(fit),
-                "fair" if doubted else _mood(fit),
+                "fair" if doubted else _rating(fit),
             )
         )
     if fit.held_out_rms is not None and math.isfinite(fit.held_out_rms) and not gained:
@@ -73,6 +73,6 @@ def _noise_note(fit: FitSummary) -> str:
     return f"{also}{typography.significant(ratio, 2)} × the noise floor"
 
 
-def _mood(fit: FitSummary) -> str:
+def _rating(fit: FitSummary) -> str:
     ratio = _ratio(fit)
     return "" if not math.isfinite(ratio) else "good" if ratio < 1.3 else "fair" if ratio < 2.5 else "bad"

@@ -15,7 +15,7 @@ from vdyn_cli.report.panels import ChannelTraces, Panel, RunTrace, drawn_traces,
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Sheet
+    from matplotlib.figure import Figure as MplFigure
     from numpy.typing import NDArray
 
     from vdyn_cli.quantities.arrays import Array
@@ -42,7 +42,7 @@ def comparison_svg(channel: ChannelTraces, name: str) -> str:
     rows = _residual_rows(channel, traces)
     height = top + _ABOVE + len(rows) * (_BETWEEN + _BELOW) + _BOTTOM
     with canvas.style():
-        page = canvas.sheet(WIDTH, height)
+        page = canvas.new_figure(WIDTH, height)
         canvas.draw_legend(page, keys, aside, 0)
         canvas.text_at(page, 4, 14.5, title)
         canvas.text_at(page, WIDTH - _RIGHT, height - 6, typography.prose(channel.x_label), ha="right")
@@ -90,7 +90,7 @@ def _legend(channel: ChannelTraces, traces: tuple[RunTrace, ...]) -> list[Legend
     return keys
 
 
-def _draw_runs(page: Sheet, traces: tuple[RunTrace, ...], panels: tuple[Panel, ...], top: float) -> None:
+def _draw_runs(page: MplFigure, traces: tuple[RunTrace, ...], panels: tuple[Panel, ...], top: float) -> None:
     """The upper row: the names of the runs, and below them measured and simulated."""
     seen = [v[np.isfinite(v)] for t in traces for v in (t.measured, t.simulated, t.baseline) if v is not None]
     values = np.concatenate([*seen, np.empty(0)])
@@ -105,7 +105,7 @@ def _draw_runs(page: Sheet, traces: tuple[RunTrace, ...], panels: tuple[Panel, .
 
 
 def _draw_residuals(
-    page: Sheet, panels: tuple[Panel, ...], area: PlotArea, limit: float, before: bool, noise: float | None
+    page: MplFigure, panels: tuple[Panel, ...], area: PlotArea, limit: float, before: bool, noise: float | None
 ) -> Axes:
     axes = canvas.add_axes(page, area, ("left",))
     axes.set(xlim=(0, area.width), ylim=(-1.08 * limit, 1.08 * limit))

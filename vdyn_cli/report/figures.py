@@ -48,7 +48,7 @@ def figure_svg(figure: Figure, name: str = "") -> str:
     top = 34.0 + 20.0 * len(rows)
     area = PlotArea(_LEFT, top, *_plot_size(figure))
     with canvas.style():
-        page = canvas.sheet(WIDTH, top + area.height + _BOTTOM)
+        page = canvas.new_figure(WIDTH, top + area.height + _BOTTOM)
         canvas.draw_legend(page, rows, 4, 0)
         axes = canvas.add_axes(page, area)
         picture = None if figure.image is None else _picture(figure.image)

@@ -22,8 +22,8 @@ from vdyn_cli.report.canvas import (
     add_axes,
     draw_legend,
     legend_rows,
+    new_figure,
     scale_axis,
-    sheet,
     style,
     text_at,
     to_svg,
@@ -87,7 +87,7 @@ def _figure(runs: Sequence[CutLog], first: int, units: Mapping[str, str]) -> str
     rows = legend_rows(_KEYS, _WIDTH - _LEFT)
     top = 20.0 * len(rows) + 10.0
     with style():
-        page = sheet(_WIDTH, top + sum(heights))
+        page = new_figure(_WIDTH, top + sum(heights))
         draw_legend(page, rows, _LEFT, 0.0)
         for one, each, height in zip(runs, found, heights, strict=True):
             _draw_run(page, one, each, top, units)
@@ -96,9 +96,9 @@ def _figure(runs: Sequence[CutLog], first: int, units: Mapping[str, str]) -> str
 
 
 def _draw_run(page: object, one: CutLog, found: FlagSegments, top: float, units: Mapping[str, str]) -> None:
-    from matplotlib.figure import Figure as Sheet
+    from matplotlib.figure import Figure as MplFigure
 
-    assert isinstance(page, Sheet)
+    assert isinstance(page, MplFigure)
     name, time = main_channel(one), one.whole.time
     height = _TRACE + _STRIP * len(found) - 6.0
     axes = add_axes(page, PlotArea(_LEFT, top, _WIDTH - _LEFT - 12.0, height))

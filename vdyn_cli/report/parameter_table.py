@@ -159,7 +159,7 @@ def widths(rows: Sequence[ParameterRow]) -> dict[str, int]:
 
 
 @dataclass(frozen=True)
-class Heat:
+class CorrelationCell:
     """A cell of the correlation table: its text, background color, and whether the text is white."""
 
     text: str
@@ -167,21 +167,21 @@ class Heat:
     light: bool
 
 
-def correlation(table: Mapping[str, Mapping[str, float]]) -> tuple[tuple[str, tuple[Heat, ...]], ...]:
+def correlation(table: Mapping[str, Mapping[str, float]]) -> tuple[tuple[str, tuple[CorrelationCell, ...]], ...]:
     """The correlation table: name and cells of every row, without parameters that have no correlation with others."""
     names = [a for a in table if any(b != a for b in table[a])]
     return tuple((typography.name(a), tuple(_heat(table[a].get(b, math.nan), a == b) for b in names)) for a in names)
 
 
-def _heat(value: float, own: bool) -> Heat:
+def _heat(value: float, own: bool) -> CorrelationCell:
     if own:
-        return Heat("1", "#e3e3e3", False)
+        return CorrelationCell("1", "#e3e3e3", False)
     if not math.isfinite(value):
-        return Heat(typography.DASH, "#ffffff", False)
+        return CorrelationCell(typography.DASH, "#ffffff", False)
     strength = min(abs(value), 1.0) ** 1.5
     full = (0, 90, 150) if value < 0 else (190, 75, 0)
     red, green, blue = (round(255 + (c - 255) * strength) for c in full)
-    return Heat(typography.fixed(value, 2), f"#{red:02x}{green:02x}{blue:02x}", strength > 0.55)
+    return CorrelationCell(typography.fixed(value, 2), f"#{red:02x}{green:02x}{blue:02x}", strength > 0.55)
 
 
 def strongest(table: Mapping[str, Mapping[str, float]]) -> str:

@@ -13,7 +13,7 @@ from vdyn_cli.report.panels import ChannelTraces, RunTrace
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
-    from matplotlib.figure import Figure as Sheet
+    from matplotlib.figure import Figure as MplFigure
 
     from vdyn_cli.quantities.arrays import Array
 
@@ -44,7 +44,7 @@ def map_svg(channel: ChannelTraces, name: str, limit: float) -> str:
     along, over = _along_and_over(channel)
     limit = limit or _limit(channel, along[1], over[1])
     with canvas.style():
-        page = canvas.sheet(WIDTH, _TOP + tall + _BOTTOM)
+        page = canvas.new_figure(WIDTH, _TOP + tall + _BOTTOM)
         unit = f", {typography.unit(channel.unit)}" if channel.unit else ""
         for number, ((edges, cells), label) in enumerate(
             ((along, typography.prose(channel.x_label)), (over, f"measured {typography.name(channel.name)}{unit}"))
@@ -137,14 +137,14 @@ def _colors() -> Colormap:
     return LinearSegmentedColormap.from_list("residual", shades, N=_SHADES)
 
 
-def _name_rows(page: Sheet, traces: tuple[RunTrace, ...], row: float) -> None:
+def _name_rows(page: MplFigure, traces: tuple[RunTrace, ...], row: float) -> None:
     stride = max(int(np.ceil(14 / row)), 1)
     for number in range(0, len(traces), stride):
         name = typography.shortened(traces[number].run, 16)
         canvas.text_at(page, _LEFT - 8, _TOP + (number + 0.5) * row + 4.5, name, 12, ha="right")
 
 
-def _draw_scale(page: Sheet, area: PlotArea, limit: float) -> None:
+def _draw_scale(page: MplFigure, area: PlotArea, limit: float) -> None:
     axes = canvas.add_axes(page, area, ())
     edges = np.linspace(-limit, limit, 22)
     middle = 0.5 * (edges[1:] + edges[:-1])

@@ -16,7 +16,7 @@ from vdyn_cli.report.diagnosis_view import DiagnosisSection, diagnosis_section
 from vdyn_cli.report.figures import figure_svg
 from vdyn_cli.report.panels import ChannelTraces, channel_traces
 from vdyn_cli.report.parameter_table import (
-    Heat,
+    CorrelationCell,
     MissingRow,
     ParameterRow,
     correlation,
@@ -78,7 +78,7 @@ class StepPage:
     clocks: TextTable | None
     cuts: TextTable | None
     methods: tuple[str, ...]
-    correlation: tuple[tuple[str, tuple[Heat, ...]], ...]
+    correlation: tuple[tuple[str, tuple[CorrelationCell, ...]], ...]
     strongest: str
     provenance: ProvenanceView
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.bench.hidden_logs import validation
-from tests.plant.loose_drive import campaign
+from tests.plant.drive_with_play import campaign
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.project.execute import execute
 

@@ -34,7 +34,7 @@ def exchanged_columns(
     names = [n for n in columns if n != "time" and all(n in log for log in logs)]
     if len(logs) <= FEWEST_OTHERS:
         return
-    looks = {n: np.array([_look(log, n, columns[n][1:]) for log in logs]) for n in names}
+    looks = {n: np.array([_features(log, n, columns[n][1:]) for log in logs]) for n in names}
     for a, b in combinations(names, 2):
         for k, log in enumerate(logs):
             if not {a, b} & own[k].keys() and _exchanged(looks[a], looks[b], k):
@@ -46,7 +46,7 @@ def exchanged_columns(
                 yield Finding(log.name, what, "", f"correct the header of the file, or write '{keys}' at this run")
 
 
-def _look(log: Log, channel: str, units: tuple[str, str]) -> Array:
+def _features(log: Log, channel: str, units: tuple[str, str]) -> Array:
     """Logarithm of the size, whether it has negative values (0, 1), and logarithm of the roughness of a channel."""
     values = log[channel][np.isfinite(log[channel])] / (to_si(1.0, *units) - to_si(0.0, *units))
     if values.size < FEWEST_OTHERS:

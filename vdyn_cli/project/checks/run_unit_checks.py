@@ -23,7 +23,7 @@ ALIKE = 1.15  # largest over smallest speed of the other runs, up to which they 
 NEAR = 0.04  # relative distance from a factor; factors differ by 1.6 and more
 FEWEST_OTHERS = 3  # other runs
 # Channels that measure the same motion with another sensor.
-WITNESSES = ("wheel_speed", *WHEEL_SPEEDS, "position")
+SPEED_CHANNELS = ("wheel_speed", *WHEEL_SPEEDS, "position")
 DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current")  # these change the speed
 BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a quantized speed gives no rate
 
@@ -47,7 +47,7 @@ def other_units(logs: Sequence[Log]) -> Iterator[Finding]:
             same_end = _ends_like(low[k], [low[j] for j in low if j != k], ratio, value)
             off = max(NEAR, max(others) / min(others) - 1.0) if same_end is False else NEAR
             near = next((w for f, w in FACTORS.items() if abs(ratio / f - 1.0) <= off), None)
-            if near is None or same_end or _other_witness(logs, k, channel, ratio):
+            if near is None or same_end or _confirmed_by_another(logs, k, channel, ratio):
                 continue
             what = f"the speed is {ratio:.3g} times that of the other runs, as for a file in {near}"
             unit = near.split()[0]
@@ -89,9 +89,9 @@ def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]])
             yield replace(one, remedy=remedy)
 
 
-def _other_witness(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
+def _confirmed_by_another(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:
     """Whether another channel of the motion confirms the speed, so that the ratio is not one of units."""
-    for other in (*WITNESSES, *DRIVES):
+    for other in (*SPEED_CHANNELS, *DRIVES):
         ratio_of = _drive_per_rate if other in DRIVES else _mean_ratio
         found = [ratio_of(log, other, channel) if other in log and channel in log else 0.0 for log in logs]
         siblings = [v for j, v in enumerate(found) if j != k and np.isfinite(v) and v > 0.0]

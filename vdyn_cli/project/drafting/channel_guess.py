@@ -237,7 +237,7 @@ def _ranked(
 def _decided(channel: str, best: _Candidate, facts: Sequence[ChannelFacts], by: str) -> ChannelGuess:
     """The guess for the one column that fits, with its sign; none if another axis of its sensor moves more."""
     one, unit, how = best
-    if (across := _livelier_axis(one, facts)) is not None:
+    if (across := _axis_that_varies_more(one, facts)) is not None:
         why = f"not decided between {_label(one)} (by its name) and {_label(across)} (varies more)"
         return ChannelGuess(None, "", why)
     why = f"by its {by}; {how}; {_range(one, unit)}"
@@ -248,7 +248,7 @@ def _decided(channel: str, best: _Candidate, facts: Sequence[ChannelFacts], by: 
     return ChannelGuess(one, unit, why)
 
 
-def _livelier_axis(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelFacts | None:
+def _axis_that_varies_more(one: ChannelFacts, facts: Sequence[ChannelFacts]) -> ChannelFacts | None:
     """The y axis of the same accelerometer if it varies more than the x axis, as for a phone in any orientation."""
     words, _ = _words(one.column)
     for x, y in (("x", "y"), ("ax", "ay")):

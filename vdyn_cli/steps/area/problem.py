@@ -12,7 +12,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.area.pictures import BoxEdges, Pictures, box_edges
-from vdyn_cli.steps.area.result import area_budget, nearer_box, result_of, shadow_pixels
+from vdyn_cli.steps.area.result import area_budget, box_at_widest_section, result_of, shadow_pixels
 from vdyn_cli.steps.area.silhouette import LowContrastError, Silhouette, find_silhouette
 from vdyn_cli.steps.area.spec import AreaSpec
 from vdyn_cli.steps.contract import Problem
@@ -43,7 +43,7 @@ class AreaProblem(Problem):
         ResultError : car and background cannot be separated, or the area is not that of a road vehicle.
         """
         shape = self._silhouette()
-        shadow = shadow_pixels(shape, self.spec, nearer_box(self.spec, self.edges))
+        shadow = shadow_pixels(shape, self.spec, box_at_widest_section(self.spec, self.edges))
         budget = area_budget(shape.pixels, shape.edge_std, self.spec, self.edges, shadow)
         if not PLAUSIBLE[0] < budget.value < PLAUSIBLE[1]:
             remedy = "check the box's size and edges, and whether the car is 'dark' or 'bright'"

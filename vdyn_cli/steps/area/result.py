@@ -59,7 +59,7 @@ def _below(shape: Silhouette, edges: BoxEdges) -> float:
     return float(np.flatnonzero(shape.inside.any(axis=1)).max() + 1 - edges.bottom)
 
 
-def nearer_box(spec: AreaSpec, edges: BoxEdges) -> BoxEdges:
+def box_at_widest_section(spec: AreaSpec, edges: BoxEdges) -> BoxEdges:
     """The box as it would appear at the car's widest section, where that is closer to the camera than the box.
 
     The picture's middle of the box is on the camera's axis; a section at the depth d appears D/(D + d) times as large.
@@ -134,7 +134,7 @@ def _findings(spec: AreaSpec, shape: Silhouette, edges: BoxEdges) -> tuple[Findi
     if rows.min() == 0 or columns.min() == 0 or rows.max() == shape.inside.shape[0] - 1:
         what = "the silhouette touches the picture's edge"
         found.append(Finding(spec.image, what, remedy="check whether the car is cut off"))
-    around = nearer_box(spec, edges)
+    around = box_at_widest_section(spec, edges)
     left, top, right, _ = around
     across = columns.min() < left - BEYOND or columns.max() + 1 > right + BEYOND
     if _around(shape, around) and (below := _below(shape, around)) > BEYOND:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vdyn_cli.project.checks.speed_witnesses import contradicted_speed
+from vdyn_cli.project.checks.speed_unit_checks import contradicted_speed
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 
@@ -32,16 +32,16 @@ def runs(motion: np.ndarray, slope: float = 0.0, **scales: float) -> list[Log]:
     return logs
 
 
-@pytest.mark.parametrize("witness", ["position", "acceleration", "wheel_speed"])
-def test_a_speed_of_another_unit_is_contradicted_by_each_channel(witness: str) -> None:
-    logs = runs(LIVELY, **{"speed": 1.609344, witness: 1.0})
+@pytest.mark.parametrize("reference", ["position", "acceleration", "wheel_speed"])
+def test_a_speed_of_another_unit_is_contradicted_by_each_channel(reference: str) -> None:
+    logs = runs(LIVELY, **{"speed": 1.609344, reference: 1.0})
     mapped = {**MAPPED, "speed": ("a.yaml:0", "mph")}
     (found,) = contradicted_speed(logs, ["out", "back"], CAR, mapped)
     assert found.where == "a.yaml:0"
-    assert f"{witness}'" in found.what
+    assert f"{reference}'" in found.what
     assert "0.621 times" in found.what
     assert found.remedy.startswith("write 'unit: km/h' instead of 'mph'")
-    assert not list(contradicted_speed(runs(LIVELY, **{"speed": 1.0, witness: 1.0}), ["out", "back"], CAR, MAPPED))
+    assert not list(contradicted_speed(runs(LIVELY, **{"speed": 1.0, reference: 1.0}), ["out", "back"], CAR, MAPPED))
 
 
 def test_a_wheel_speed_of_another_unit_is_named_where_the_position_confirms_the_speed() -> None:

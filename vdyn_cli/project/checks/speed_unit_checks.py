@@ -34,8 +34,8 @@ def contradicted_speed(
 ) -> Iterator[Finding]:
     """A problem for a unit of the speed, or of a channel related to it, that is wrong by a known factor in every run.
 
-    The gentle acceleration of a coast-down includes the slope, which may resemble a factor in one direction: it counts
-    if the car moves lively, or if runs of both directions agree.
+    The small acceleration of a coast-down includes the slope, which may resemble a factor in one direction: it counts
+    if the car accelerates and brakes strongly, or if runs of both directions agree.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def contradicted_speed(
         if "wheel_radius" in known.estimates:
             radius = known["wheel_radius"].value
             found |= {n: _by_wheel(logs, speed, n, radius) for n in ("wheel_speed", *WHEEL_SPEEDS)}
-        witnesses = {n: gains for n, gains in found.items() if n in mapped and gains}
-        of_speed = {n: _true_unit(gains, mapped[speed][1], "m/s") for n, gains in witnesses.items()}
-        confirmed = any(np.max(np.abs(np.log(np.abs(gains)))) < QUALITY.refused_scale for gains in witnesses.values())
+        references = {n: gains for n, gains in found.items() if n in mapped and gains}
+        of_speed = {n: _true_unit(gains, mapped[speed][1], "m/s") for n, gains in references.items()}
+        confirmed = any(np.max(np.abs(np.log(np.abs(gains)))) < QUALITY.refused_scale for gains in references.values())
         if any(of_speed.values()) and not confirmed:
-            yield _speed_problem(speed, mapped, {n: witnesses[n] for n, unit in of_speed.items() if unit}, of_speed)
+            yield _speed_problem(speed, mapped, {n: references[n] for n, unit in of_speed.items() if unit}, of_speed)
             continue
-        for name, gains in ((n, found) for n, found in witnesses.items() if n != "acceleration"):
+        for name, gains in ((n, found) for n, found in references.items() if n != "acceleration"):
             unit = _true_unit([1.0 / g for g in gains], mapped[name][1], "m" if name == "position" else "rad/s")
             if unit:
                 what = f"{_fact(name, speed, gains)}: its unit is wrong"
