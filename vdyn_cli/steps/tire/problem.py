@@ -11,7 +11,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.restrict import restricted
-from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE
+from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -51,7 +51,7 @@ class TireProblem(SimulatedProblem):
     @property
     def model(self) -> Model:
         """The curve, with or without a speed."""
-        return TIRE_CURVE if all("vehicle_speed" in log for log in self.logs) else SLIP_CURVE
+        return self.fit.model
 
     @property
     def profiles(self) -> tuple[Effect, ...]:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, even_if_refused, solve
 from vdyn_cli.inference.iterate import until_settled
@@ -68,10 +69,6 @@ class TireCurveProblem:
     scale: float = 1.0
     free: tuple[str, ...] = ()
     force_zero: float = 0.0
-
-    def solve(self) -> Solution:
-        """The best of :meth:`minima`; raises ResultError likewise."""
-        return self.minima()[0]
 
     def minima(self) -> tuple[Solution, ...]:
         """Fits from several start values of C, with slips projected repeatedly until the curve converges.
@@ -154,12 +151,9 @@ class TireCurveProblem:
             return self.sweeps
         slip, gradient, rate = SMALL * np.array([[1, -1, 0, 0, 0, 0], [0, 0, 1, -1, 0, 0], [0, 0, 0, 0, 1, -1]])
         first = self.sweeps[0]
-        inputs: dict[str, ArrayLike] = dict.fromkeys(("elapsed", "swept", "returning"), 0.0)
-        inputs |= {"slip": NEAR_SLIP + slip, "slip_rate": rate, "load": float(first.load[0])}
-        if first.speed is not None:
-            inputs |= {"speed": float(first.speed[0]), "slip_gradient": gradient}
-        drive = Drive(np.arange(slip.size, dtype=float), inputs)
-        force = self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"]
+        inputs: dict[str, Array | float] = {"slip": NEAR_SLIP + slip, "slip_gradient": gradient, "slip_rate": rate}
+        inputs |= {"load": float(first.load[0]), "speed": 0.0 if first.speed is None else float(first.speed[0])}
+        force = self._force_at(inputs, values)
         rise, of_distance, of_time = force[::2] - force[1::2]
         return tuple(sweep.lagged(-of_distance / rise, -of_time / rise) for sweep in self.sweeps)
 
@@ -175,12 +169,14 @@ class TireCurveProblem:
 
     def force(self, slip: Array, load: float, values: Mapping[str, float]) -> Array:
         """The force, N, of the curve at increasing slips (n,) under a load (N)."""
-        inputs: dict[str, ArrayLike] = dict.fromkeys(("elapsed", "swept", "returning", "slip_rate"), 0.0)
-        inputs |= {"slip": slip, "load": load}
-        if self._driven:
-            speeds = np.concatenate([sweep.speed for sweep in self.sweeps if sweep.speed is not None])
-            inputs |= {"speed": float(np.mean(speeds)), "slip_gradient": 0.0}
-        drive = Drive(np.arange(slip.size, dtype=float), inputs)
+        speeds = [sweep.speed for sweep in self.sweeps if sweep.speed is not None]
+        speed = float(np.mean(np.concatenate(speeds))) if speeds else 0.0
+        return self._force_at({"slip": slip, "load": load, "speed": speed}, values)
+
+    def _force_at(self, inputs: Mapping[str, Array | float], values: Mapping[str, float]) -> Array:
+        """The force (n,), N, at inputs of the model, of which ``slip`` is (n,) and omitted ones are 0."""
+        every: dict[str, ArrayLike] = {name: inputs.get(name, 0.0) for name in self.model.inputs}
+        drive = Drive(np.arange(np.size(inputs["slip"]), dtype=float), every)
         return np.asarray(self._simulator(drive, self._theta(values), sensitivities=False).outputs["force_x"])
 
     @property
@@ -199,8 +195,9 @@ class TireCurveProblem:
         return (*SHAPE, *self.free, "radius_error", *self.added.names)
 
     @property
-    def _driven(self) -> bool:
-        return all(sweep.speed is not None for sweep in self.sweeps)
+    def model(self) -> Model:
+        """The curve, with a speed where every sweep has one."""
+        return TIRE_CURVE if all(sweep.speed is not None for sweep in self.sweeps) else SLIP_CURVE
 
     @cached_property
     def first_values(self) -> dict[str, float]:
@@ -221,10 +218,9 @@ class TireCurveProblem:
 
     @cached_property
     def _simulator(self) -> Simulator:
-        values = {**self.first_values, "static_load": float(np.mean(np.concatenate([s.load for s in self.sweeps])))}
-        if not self._driven:
-            return Simulator(SLIP_CURVE, values, self._names, self.added.effects)
-        return Simulator(TIRE_CURVE, {**values, "tire_relaxation_length": 0.0}, self._names, self.added.effects)
+        load = float(np.mean(np.concatenate([sweep.load for sweep in self.sweeps])))
+        values = {**dict.fromkeys(self.model.parameters, 0.0), **self.first_values, "static_load": load}
+        return Simulator(self.model, values, self._names, self.added.effects)
 
     def _theta(self, values: Mapping[str, float]) -> Array:
         return np.array([values.get(n, self.first_values[n]) for n in self._names])
@@ -336,10 +332,10 @@ def fitted_curve(fit: TireCurveProblem) -> FittedCurve:
         pass  # the shape beyond the slope is not determined
     fit = replace(fit, prior={**CAR_TIRES, **fit.prior})
     try:
-        return FittedCurve(fit, fit.solve(), None)
+        return FittedCurve(fit, fit.minima()[0], None)
     except ResultError:
         fit = replace(fit, scale=_misfit(fit))
-        return FittedCurve(fit, fit.solve(), None)
+        return FittedCurve(fit, fit.minima()[0], None)
 
 
 def _misfit(fit: TireCurveProblem) -> float:
@@ -350,4 +346,4 @@ def _misfit(fit: TireCurveProblem) -> float:
     ResultError : the sweeps do not determine slope and height of that curve either.
     """
     exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
-    return max(rms(*replace(fit, prior=exact).solve().residuals), 1.0)
+    return max(rms(*replace(fit, prior=exact).minima()[0].residuals), 1.0)
