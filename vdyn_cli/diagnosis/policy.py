@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vdyn_cli.diagnosis.part.part_policy import PartPolicy
+from vdyn_cli.diagnosis.strategies.fit_policy import FitPolicy
 from vdyn_cli.quantities.result import MISFIT
 
 
 @dataclass(frozen=True)
-class Policy:
+class Policy(PartPolicy, FitPolicy):
     """The thresholds of the diagnosis. ``vdyn explain policy`` prints each with unit, meaning and reason.
 
     Standard errors are those of the score test, blocks are the independent units within runs. "Evidence" is the normal
@@ -87,113 +89,6 @@ class Policy:
     typical_share: float = 0.5
     """[share of the plausible range] assumed amplitude of an effect without an estimate. The middle between zero and
     the largest plausible amplitude; reports state it wherever it is used."""
-
-    # Fits of candidate models ---------------------------------------------------------------------------------------
-    range_factor: float = 1.5
-    """[times the plausible range] that an amplitude may reach before the candidate is refused. Ranges come from
-    published measurements; half as much again allows for vehicles that were not measured."""
-
-    open_range: float = 3.0
-    """[times the plausible range] up to which an effect that fits equally well is listed with the answers. Twice
-    range_factor: small and special vehicles differ by that from those of the published measurements. Such an effect is
-    not named, and its rivals are not named either."""
-
-    heaviest_car: float = 2500.0
-    """[kg] mass of the vehicle above which ranges measured on cars grow in proportion to it. The published brake drags,
-    spin losses and drag areas are those of cars of 1 to 2.5 t. Forces of brakes, axles and air grow roughly with the
-    mass: a truck of 12 t has ten times the drag area of a car."""
-
-    heaviest_wheel: float = 40.0
-    """[kg] mass of the wheel above which they grow in proportion to it, if the vehicle's mass is unknown. Wheels of
-    cars with the parts that turn with them have 15 to 40 kg."""
-
-    common_car: float = 1500.0
-    """[kg] below which ranges of force-to-weight coefficients grow as the mass falls. Linear terms of certified road
-    loads, up to 6 N s/m, are those of cars of 1.5 t; seals, bearings and gears of a race car of 600 kg have the same
-    losses, so that its coefficient may be 2.5 times as large."""
-
-    catalog_prior: float = 0.5
-    """[share of the plausible range] standard deviation of the prior while all candidates are fitted at once. Two
-    standard deviations reach the edge of the plausible range. Only the noise estimate uses it."""
-
-    shape_prior: float = 0.25
-    """[share of the range] standard deviation of the prior of a shape parameter about its nominal value. Two standard
-    deviations each way span the range; without a prior a shape is undetermined at zero amplitude."""
-
-    secant_ratio: float = 0.05
-    """slope over secant, below which a sensitivity at zero is replaced by the secant over a probe. Nondifferentiable
-    effects such as backlash have no slope at zero, differentiable ones a ratio near 1; set by the rows backlash and
-    suspension_friction of the hidden-effect matrix, tests/bench/hidden.md."""
-
-    most_probes: int = 6
-    """[starts] from probe amplitudes of a nondifferentiable effect. A bound of the cost: each start is a fit. Backlash
-    lists 18 probes from 1e-4 to 0.06 rad, of which six are a factor of 600^(1/5) = 3.6 apart. Only the rows 'backlash'
-    of the shaft in tests/bench/hidden.md show that this is close enough."""
-
-    probe_floor: float = 0.1
-    """[of the smallest probe] lower bound of a fit started at a probe. Below, such a fit returns to zero, and the start
-    at zero covers that; the probes cover larger amplitudes."""
-
-    shape_start: float = 0.1
-    """[share of the plausible range] amplitude with which fits of another shape are started. The shape needs an
-    amplitude to show; a tenth of the range is large enough for that and within it."""
-
-    # Relinearization ------------------------------------------------------------------------------------------------
-    large_t: float = 6.0
-    """[standard errors] above which an effect is relinearized about its own amplitude. The neglected second order grows
-    with the square of the amplitude: of an effect of t standard errors whose law bends by a tenth over its amplitude,
-    the fit misses t / 10 standard errors. From t = 6 that exceeds settled_std. It is a bound of the cost as well: each
-    takes one simulation with sensitivities."""
-
-    most_relinearized: int = 8
-    """[effects] with the largest scores, each compared on its own linearization. A bound of the cost: each takes one
-    simulation with sensitivities. The strongest alone is not sufficient: on one log half-shaft damping had a score of
-    59 standard errors, and the missing motor inertia one of 14."""
-
-    linearizations: int = 3
-    """[rounds] of relinearization, each about the amplitude that the last one found. Steps shrink quadratically
-    (Gauss-Newton): three reach the tolerance settled_std or do not converge at all."""
-
-    far_worse: float = 2.0
-    """[times the least rms error] of the main channel, above which a large candidate is no answer. A sufficient
-    candidate reaches the noise, as the best one does; equivalent ones differ by a few percent."""
-
-    hopeless_share: float = 0.2
-    """[share of the misfit] that a large candidate leaves beyond an answer, above which it is rejected. Twice
-    negligible_rest, the most that an answer may leave. The share is the root of a ratio of log likelihoods. The noise
-    is estimated with the candidate and contains part of what it leaves: the true share is larger."""
-
-    coarse_gain: float = 0.9
-    """[of the baseline's rms error] below which a candidate must be at a coarse start, if another one fits. Where the
-    baseline is far off, the true effect removes a third or more of the error at the nearest of its starts, which is off
-    by at most a factor of 1.6 (coarse_factor) or 2 (coarse_ratio)."""
-
-    coarse_ratio: float = 4.0
-    """between the amplitudes from which a fit is started where the baseline is far off. A relinearized fit moves an
-    amplitude by a factor of 2 and more in a round. Three starts on either side of zero, from 1/24 to 2/3 of the
-    possible range: below the first, the baseline is not far off."""
-
-    coarse_factor: float = 2.5
-    """between the scales from which a fit is started where the baseline is far off. Starts at 1.6, 4 and 10 and their
-    inverses: the nearest start is off by at most a factor of 1.6."""
-
-    most_linearizations: int = 10
-    """[rounds] of relinearization of one effect alone. A bound of the cost: the first rounds move a scale that is off
-    by a factor of 10 by a factor of 7 each, and three more settle it; a fit that needs more does not converge at
-    all."""
-
-    settled_std: float = 0.5
-    """[standard deviations] change of an amplitude between rounds, below which the relinearization ends. Half of its
-    own uncertainty: a further round changes the amplitude by less than a quarter of that."""
-
-    near_share: float = 0.1
-    """[share of an amplitude] by which a fit may leave its linearization and still be judged by it. The error of a
-    linearization is of second order: 1 % of what the effect explains, far below hopeless_share."""
-
-    clearly_better: float = 4.5
-    """[log likelihood] by which backlash must exceed effects collinear with it, and a part at fault others. needed_t^2
-    / 2: a likelihood ratio of 90, which collinear laws reach by chance in 0.3 % (chi-square with one degree of freedom
-    above 9)."""
 
     revealing_power: float = 0.9
     """[probability] of detecting the smallest amplitude that is reported as detectable. The usual power of a planned
@@ -295,54 +190,10 @@ class Policy:
     """[standard errors] across blocks or runs, by which the amplitude of a named effect must differ from zero. The
     bound of a 95 % interval: an effect whose interval contains zero is not named."""
 
-    # Parts and learned laws -----------------------------------------------------------------------------------------
-    part_near: float = 0.7
-    """[share of the strongest evidence] above which another element, or one place of it, is refitted as well. On
-    linearizations about the baseline, wrong elements reached at most 70 % of the evidence of the right one; set by
-    tests/bench/other_laws.md. Of two places at fault each explains about half; a single one explains nearly all."""
-
-    rival_share: float = 0.02
-    """[share of the evidence] by which a part must exceed another to rule it out as a rival. Evidence of hundreds of
-    standard errors is not exact to 2 %, because laws and linearization are not."""
-
-    most_elements: int = 2
-    """[elements] that are refitted, at most. A bound of the cost: a refit takes a dozen simulations with the
-    sensitivities of one part."""
-
-    part_squares: float = 0.8
-    """[share of the explainable squares] that a part must explain to be at fault, and a learned law to be named. All
-    parts and candidates together also explain some of the noise; where a part leaves more than a fifth, another fault
-    is present. Set by tests/bench/other_laws.md."""
-
-    covered_share: float = 0.5
-    """[share of the prior's band] below which a curve's band counts as determined by the data. Where the data halve the
-    band of the prior, they hold three times its information."""
-
-    fewest_curve_degrees: float = 4.0
-    """[degrees of freedom] of a curve's band, at least. Few blocks determine a point of a curve, but the smoothness
-    prior joins it to its neighbors."""
-
-    law_share: float = 0.85
-    """[share of the curve's rms deviation] that a law of the catalog must explain to be named for a part. Laws within a
-    tenth of the true one are to be named; the rest allows for the error of the curve and for the law being fitted to
-    the data instead of the curve."""
-
-    law_squares: float = 0.5
-    """[share of the squares that the part explains] that such a law must explain in the data as well. A law can follow
-    the curve and still fail where most of the samples are, such as friction near rest. A law that leaves more than half
-    of the misfit is not the right one."""
-
-    formula_share: float = 0.95
-    """[share of the curve's rms deviation] that a formula must explain to replace the free curve. The remainder is
-    below the error with which laws of elements are known, a few percent."""
-
-    formula_level: float = 0.99
-    """[probability] of the chi-square distance from the free curve, up to which a formula is not rejected. A true
-    formula is rejected in one of a hundred cases; the table then contains it as well."""
-
-    learned_information: float = 3.0
-    """[times the prior's] information that the data must have about a shape for a learned table to keep it. As
-    covered_share: shapes that only the smoothness prior determines are left out of the table."""
+    clearly_better: float = 4.5
+    """[log likelihood] by which backlash must exceed effects collinear with it, and a part at fault others. needed_t^2
+    / 2: a likelihood ratio of 90, which collinear laws reach by chance in 0.3 % (chi-square with one degree of freedom
+    above 9)."""
 
     # Held-out gain --------------------------------------------------------------------------------------------------
     fewest_runs_left_out: int = 4
