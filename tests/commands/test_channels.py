@@ -206,6 +206,23 @@ def test_gaps_and_constant_segments_of_a_further_log_are_stated(tmp_path: Path) 
     assert "against whole.csv: 'Speed [km/h]': constant at 60 from 40.0 s to 69.9 s (30 %)" in text
 
 
+def test_a_clock_of_full_seconds_is_reported_and_a_finer_one_preferred(tmp_path: Path) -> None:
+    lines = [f"{k // 10},{60 - k / 10:.1f},{1.6e9 + k / 10:.1f}" for k in range(300)]
+    (tmp_path / "log.csv").write_text("\n".join(["Runtime [s],Speed [km/h],epoch time", *lines]))
+    (tmp_path / "coarse.csv").write_text("\n".join(one[: one.rindex(",")] for one in ("Time [s],v,", *lines)))
+    assert entries(tmp_path / "log.csv")["epoch time"]["state"] == "clock"
+    assert "clock; too few digits: 270 rows share the time of the one before" in shown(tmp_path / "coarse.csv")
+
+
+def test_a_car_that_starts_from_rest_is_no_stopped_logger(tmp_path: Path) -> None:
+    time = np.arange(0.0, 30.0, 0.1)
+    acceleration = np.where(time > 8.0, 2.5 - 0.05 * time, 0.0)
+    speed = np.cumsum(0.1 * acceleration)
+    rows = [f"{t:.1f},{v:.4f},{a:.4f},{40.0 * v:.2f}" for t, v, a in zip(time, speed, acceleration, strict=True)]
+    (tmp_path / "start.csv").write_text("\n".join(["Time [s],v,a,rpm", *rows]))
+    assert "jump" not in shown(tmp_path / "start.csv")
+
+
 def test_a_unit_at_the_end_of_a_name_is_shown(tmp_path: Path) -> None:
     rows = "".join(f"{k / 10:.1f},{60 - k / 10:.1f}\n" for k in range(60))
     (tmp_path / "log.csv").write_text("tGPS_s,vGPS_mph\n" + rows)

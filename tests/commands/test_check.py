@@ -380,6 +380,12 @@ def test_a_column_that_increases_in_all_runs_is_no_speed(tmp_path: Path) -> None
         run_check(path, (), "", quiet)
 
 
+def test_logs_that_begin_at_rest_and_end_on_the_move_are_coasts(tmp_path: Path) -> None:
+    path = campaign(tmp_path, lambda _run, time, speed: np.where(time < 20.0, 4.0 * time, speed))
+    path.write_text(path.read_text().replace("speed_window: [80 km/h, 30 km/h]", "windows: auto"))
+    checked(path, tmp_path, 0)
+
+
 def test_a_speed_window_that_no_run_reaches_is_named_at_its_line(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda _run, _time, speed: speed)
     path.write_text(path.read_text().replace("[80 km/h, 30 km/h]", "[300 km/h, 250 km/h]"))

@@ -127,3 +127,12 @@ def test_other_channels_of_such_loggers_are_no_clocks(name: str) -> None:
 def test_a_clock_of_full_seconds_may_have_a_fixed_rate() -> None:
     time = np.floor(np.arange(200) / 10.0)
     assert "remove 'time' and write 'reading: {rate: 10 Hz}'" in rising(time).problems[0].remedy
+
+
+def test_a_clock_of_full_seconds_keeps_its_rate_at_rest_and_with_uneven_seconds() -> None:
+    """Rows of a car at rest are equal within a second; a logger's 10 Hz may give 9 or 11 rows in one."""
+    time = np.floor(np.arange(200) / 10.0)
+    time[[30, 80]] -= 1.0
+    speed = np.maximum(120.0 - np.arange(200.0), 0.0)
+    problem = check_rising(time, "strict", "log.csv", int, channels={"speed": speed}).problems[0]
+    assert "'reading: {rate: 10 Hz}'" in problem.remedy

@@ -189,6 +189,8 @@ def _notes(facts: ChannelFacts) -> list[str]:
         notes.append(
             f"{facts.info.late} rows have a time that steps back: leave them out with 'reading: {{clock: drop}}'"
         )
+    if facts.sharing:
+        notes.append(f"too few digits: {facts.sharing} rows share the time of the one before")
     notes += _gap_notes(facts)
     if facts.repeated > 1 and facts.state != "clock":
         notes.append(f"one of {facts.repeated} of this name" + (f", from '{s}'" if (s := facts.info.source) else ""))

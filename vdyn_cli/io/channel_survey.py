@@ -20,7 +20,7 @@ from vdyn_cli.io.one_recording import one_recording
 from vdyn_cli.io.quality.clock_gaps import clock_gaps
 from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.io.quality.stalls import Stalls
-from vdyn_cli.io.reader import Browsable, ChannelInfo, Column, ReadOptions, Recorded, Selective, is_clock
+from vdyn_cli.io.reader import MOST_LATE, Browsable, ChannelInfo, Column, ReadOptions, Recorded, Selective, is_clock
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, from_si
@@ -59,6 +59,8 @@ class ChannelFacts:
     decreases : number of decreases of a channel without times, and the values of the first; None if there is none.
     falls : first and last time, s, of each decrease of the absolute value by half of its range; empty if none lasts
         10 s.
+    sharing : rows of a clock that share the time of the one before, if it has too few digits, such as full seconds;
+        0 for other channels.
     """
 
     info: ChannelInfo
@@ -78,6 +80,7 @@ class ChannelFacts:
     mark: tuple[int, float] | None = None
     gaps: tuple[int, float, float] | None = None
     stalls: tuple[tuple[float, float], ...] = ()
+    sharing: int = 0
 
 
 def survey(
@@ -121,6 +124,7 @@ def survey(
         if one.state == "clock" and recorded.time is not None:
             clocks_at[len(facts) - 1] = _clock_of(recorded.time)
     for i, clock in clocks_at.items():
+        facts[i] = replace(facts[i], sharing=_sharing(facts[i], facts))
         if clock in stalls:
             facts[i] = replace(facts[i], stalls=stalls[clock].found())
     # A name that several channels share does not select the first of them, except for the clocks of a file's tables.
@@ -144,6 +148,21 @@ def survey(
 def _clock_of(time: Array) -> tuple[int, float, float]:
     """What the channels of one clock share: the number of their times, and the first and last one."""
     return (time.size, float(time[0]), float(time[-1])) if time.size else (0, 0.0, 0.0)
+
+
+def _sharing(clock: ChannelFacts, facts: Sequence[ChannelFacts]) -> int:
+    """The rows that share the time of the one before, if a channel differs in too many of them."""
+    beside = [
+        f for f in facts if f.state == "varies" and f.info.group == clock.info.group and f.info.rate == f.info.rate
+    ]
+    most = max((_different(f) for f in beside), default=0)
+    too_many = most - _different(clock) > MOST_LATE * clock.samples
+    return clock.samples - _different(clock) if too_many else 0
+
+
+def _different(one: ChannelFacts) -> int:
+    """The number of samples that do not repeat the time and the value of the one before."""
+    return round(one.info.rate * (one.info.span[1] - one.info.span[0])) + 1
 
 
 def _gaps(time: Array) -> tuple[int, float, float] | None:

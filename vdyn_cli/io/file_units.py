@@ -44,7 +44,8 @@ _COMPOUND = re.compile(
     r"(?=geschw|beschl|drehzahl|drehmoment|moment|kraft|strecke)",
     re.IGNORECASE,
 )
-BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*$")
+# At the end of a name, or before the mark of a device: "Vehicle Speed (km/h) *OBD".
+BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*(?:\*\w+\s*)?$")
 
 
 def unit_text(cell: str) -> str:

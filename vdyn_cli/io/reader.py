@@ -16,7 +16,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _CLOCK = re.compile(
-    r"((elapsed|log|sample|device|gps|utc|local|system|recording|(log[ _]?)?mono(tonic)?)[ _]?time|time|"
+    r"((elapsed|log|sample|device|gps|utc|local|system|recording|epoch|unix|posix|(log[ _]?)?mono(tonic)?)[ _]?time|"
+    r"time|epoch(?=\W*$|[ _]*[\[(]|[ _][mun]?s\b)|"
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
     r"(\w+[ _.])?time[ _]?stamps?|stamp(?=_[mun]?s\b)|date[ /_-]?time|"
     r"(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"

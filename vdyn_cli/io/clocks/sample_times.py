@@ -18,6 +18,7 @@ from vdyn_cli.quantities.log import Log
 LineOf = Callable[[int], int]
 
 _FEWEST_TIMES = 5  # different ones, from which a fixed rate is estimated
+_UNEVEN = 0.25  # of the usual number of rows for each time: a logger's 10 Hz gives 9 to 11 rows a second
 SHORTEST_LOG, LONGEST_LOG = 0.05, 3e6  # s: a shaft oscillates for a tenth of a second; a month
 FINEST, COARSEST = 2e-6, 60.0  # s, mean step: torque sensors reach 250 kHz; one sample a minute shows no motion
 MOST_ACCELERATION = 60.0  # m/s^2, the bound of the channel 'acceleration': six times that of a tire on a dry road
@@ -63,7 +64,9 @@ def check_rising(
             kept[rows] = rest.kept
         places = lines_of(np.flatnonzero(again), line_of)
         what = f"{_count(int(again.sum()), 'row')} left out, the same as the one before ({row} {places})"
-        return Rising(kept, (Finding(where, what, minor=True), *rest.findings), rest.problems)
+        # Equal rows of a clock with too few digits are samples of a car at rest, without which its rate is not fixed.
+        if not (rest.problems and _fixed_rate(time)):
+            return Rising(kept, (Finding(where, what, minor=True), *rest.findings), rest.problems)
     missing = np.isnan(time)
     if not missing.any() and (time[1:] > time[:-1]).all():
         return Rising(None)
@@ -87,12 +90,8 @@ def check_rising(
     elif mode == "drop":
         most = f"{100 * MOST_LATE:.0f} %"
         remedy = f"more than {most} of the rows would be left out: export the log again, or split it"
-    elif not (time[1:] != time[:-1]).any():
-        remedy = "the time is constant: map the column of the clock, or export the log again"
-    elif share > MOST_LATE and not (time[1:] < time[:-1]).any():
-        remedy = "the time has too few digits: export it with more digits"
-        if rate := _fixed_rate(time):
-            remedy += f"; if the rate is fixed, remove 'time' and write 'reading: {{rate: {rate:g} Hz}}'"
+    elif not (time[1:] < time[:-1]).any() and (share > MOST_LATE or not (time[1:] > time[:-1]).any()):
+        remedy = _of_too_few_digits(time)
     elif share > MOST_LATE and (clocks := [n for n, v in (channels or {}).items() if rises(v)]):
         remedy = (
             f"'{clocks[0]}' increases like a clock: exchange the columns of 'time' and '{clocks[0]}' in the "
@@ -225,9 +224,20 @@ def _count(n: int, noun: str) -> str:
     return f"{n} {noun}" + ("s" if n != 1 else "")
 
 
+def _of_too_few_digits(time: Array) -> str:
+    """The remedy for a clock that repeats its times or is constant, but never steps back."""
+    if not (time[1:] != time[:-1]).any():
+        return "the time is constant: map the column of the clock, or export the log again"
+    rate = _fixed_rate(time)
+    fixed = f"; if the rate is fixed, remove 'time' and write 'reading: {{rate: {rate:g} Hz}}'" if rate else ""
+    return "the time has too few digits: export it with more digits" + fixed
+
+
 def _fixed_rate(time: Array) -> float:
-    """The rows per second of a clock with too few digits, if most of its times occur equally often; else 0."""
+    """The rows per second of a clock with too few digits, if most of its times occur about equally often; else 0."""
     known, counts = np.unique(time[np.isfinite(time)], return_counts=True)
-    if known.size < _FEWEST_TIMES or np.mean(counts == np.median(counts)) < 1.0 - MOST_LATE:
+    usual = float(np.median(counts)) if counts.size else 0.0
+    equal = np.abs(counts - usual) <= _UNEVEN * usual
+    if known.size < _FEWEST_TIMES or usual < 2.0 or np.mean(equal) < 1.0 - MOST_LATE:
         return 0.0
-    return float(np.median(counts) / np.median(np.diff(known)))
+    return float(np.mean(counts[1:-1][equal[1:-1]]) / np.median(np.diff(known)))

@@ -46,11 +46,19 @@ _FORMATS = {
     b"%PDF": "a PDF",
     b"\x89PNG": "a picture",
     b"LOGG": "a trace of bus frames by Vector (.blf)",
+    b"<hCNF": "an AiM log (.xrk)",
+    b"MLVLG": "a log of MegaLogViewer (.mlg)",
+    b"@\0\0\0\0\0\0\0": "a MoTeC log (.ld)",
+    b"#ROSBAG": "a ROS bag",
+    b"\x89MCAP": "a ROS bag (.mcap)",
+    b"SQLite format 3": "an SQLite database, such as a ROS 2 bag",
+    b"|CF,": "an imc FAMOS file",
 }
 # Text formats that contain the raw bytes of bus messages, which need the description of the bus; and text without a
 # table.
 _DECODE = "decode it with the DBC or ARXML file of the bus first, and save its signals as MF4 or CSV"
 _CONVERT = "convert it to CSV, with a column for each channel"
+_FIT = "convert the FIT file with 'FitCSVTool --data record'; its file that ends in _data.csv is a table"
 _TEXTS = (
     (rb"date [^\n]{8,60}\r?\n\s*base (hex|dec)\s+timestamps", "a trace of bus frames by Vector (.asc)", _DECODE),
     (rb";\$FILEVERSION=", "a trace of bus frames by PEAK (.trc)", _DECODE),
@@ -65,7 +73,14 @@ _TEXTS = (
     (
         rb"Type,Local Number,Message,Field 1,Value 1,Units 1",
         "a list of FIT messages of several kinds, not a table",
-        "convert the FIT file with 'FitCSVTool --data record'; its file that ends in _data.csv is a table",
+        _FIT,
+    ),
+    (rb"(?s).{8}\.FIT", "a FIT file of a cycling computer or a watch, not a text log", _FIT),
+    (
+        rb"%DataLog%",
+        "a Haltech log, whose channels are listed above the samples, not a table",
+        "replace the lines above the first sample by one line of their names, such as 'Time,RPM,Vehicle Speed'; the "
+        "samples are raw: a speed has 'unit: 0.1 km/h'",
     ),
     (
         rb"(#[^\r\n]*[\r\n]+)*[$!][A-Z]{2}[A-Z0-9]{2,5},[^\r\n]*\*[0-9A-F]{2}\s",
@@ -83,6 +98,10 @@ _TEXTS = (
 _REMEDIES = {
     "a zip archive or an Excel workbook (.xlsx)": "unpack it and name the logs in it, or save the workbook as CSV",
     "a trace of bus frames by Vector (.blf)": _DECODE,
+    "an AiM log (.xrk)": "export its channels as CSV in Race Studio",
+    "a log of MegaLogViewer (.mlg)": "export it as .msl or CSV",
+    "a MoTeC log (.ld)": "export its channels as CSV in i2",
+    "an imc FAMOS file": "export the channels as MDF, MATLAB or CSV",
 }
 
 

@@ -26,6 +26,8 @@ _FEWEST_OF_ONE = 10  # rows of a file of one column, from which it may be a log
 _LONGEST_RECORD = 8  # lines of a row; more are joined by a stray quote, such as that of 5" wheels
 # Name, unit, range and rate in one cell of the header.
 _BARRED = re.compile(r'"?([^"|]+)"?\|"?([^"|]*)"?(?:\|[^|]*){1,3}')
+# Key, name, unit, digits and two switches, as the SD cards of VESC controllers have them.
+_TAGGED = re.compile(r"[^\s:|]+:([^:|]+):([^:|]*):\d+:[01]:[01]")
 _SECTION = re.compile(r"\s*\[[^\]]+\]\s*")  # such as [Channel Data], alone in its line
 _COMMENT = ("#", "%")
 _UNNAMED = "Unnamed: 0"  # the name by pandas of a column without one
@@ -47,7 +49,7 @@ class CsvTable:
     ----------
     header : names of the columns. header_line : number of its line, 0 without a header.
     between : rows between header and numbers, decoded. above : cells of the row above the header.
-    barred : units in the cells of the header, after a bar. numbers : rows of data.
+    barred : units in the cells of the header, after a bar or colon. numbers : rows of data.
     mapped : positions of the wanted columns. hits : number of wanted columns in the header.
     score : share of rows as wide as the header, plus share of cells with numbers.
     """
@@ -114,7 +116,7 @@ def table_with_header(
     mapped = tuple(i for i, cell in enumerate(header) if cell in wanted)
     score = fitting + sum(shares) / len(shares)
     above = cells[at - 1] if at > 0 and len(cells[at - 1]) == len(header) else []
-    own = [_BARRED.fullmatch(decoded(f, encoding)) for f in records[at].fields]
+    own = [_with_its_unit(decoded(f, encoding)) for f in records[at].fields]
     barred = [unit_text(m[2]) if m else "" for m in own]
     return CsvTable(delimiter, header, between, above, barred, numbers, records[at].line, mapped, hits[at], score)
 
@@ -272,12 +274,17 @@ def _names(fields: Sequence[str], encoding: str, wanted: Sequence[str]) -> list[
     if not fields or is_value(fields[0]):
         return []
     names = [decoded(f, encoding) for f in fields]
-    names = [m[1] if (m := _BARRED.fullmatch(name)) else name for name in names]
+    names = [m[1] if (m := _with_its_unit(name)) else name for name in names]
     if not names[0] and any(names):
         names[0] = _UNNAMED
     if names[0] not in wanted and len(names[0]) > 1:
         names[0] = names[0].lstrip("#%").strip()
     return names
+
+
+def _with_its_unit(cell: str) -> re.Match[str] | None:
+    """The match of a header cell that holds a name and its unit, as groups 1 and 2; None for other cells."""
+    return _BARRED.fullmatch(cell) or _TAGGED.fullmatch(cell)
 
 
 def _likely_header(records: list[CsvRow], cells: list[list[str]], wanted: Sequence[str]) -> int | None:

@@ -32,7 +32,8 @@ class Stalls:
         changed = rows[1:][steps > 0.0]
         self._repeats[changed] = False
         usual = float(np.quantile(steps[steps > 0.0], 0.99))
-        self._jumps[changed] |= steps[steps > 0.0] > QUALITY.exit_jump * usual
+        before = values[rows[:-1]][steps > 0.0]  # zero is a car at rest, whose acceleration may begin with a jump
+        self._jumps[changed] |= (steps[steps > 0.0] > QUALITY.exit_jump * usual) & (before != 0.0)
 
     def found(self) -> tuple[tuple[float, float], ...]:
         """First and last time, s, of each segment; a parked car's end without a jump, and do not count."""

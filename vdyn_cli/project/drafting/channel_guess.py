@@ -131,6 +131,8 @@ def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
         return ChannelGuess(None, "", "no column increases like a clock")
     clock = clocks[0]
     several = f"; {len(clocks)} groups with separate clocks" if len(clocks) > 1 else ""
+    if clock.sharing:
+        several += "; several rows share each time: export it with more digits, or state 'reading: {rate: ...}' instead"
     if unit := clock.info.unit:
         how = f"unit from {'its name' if clock.info.unit_from == 'name' else 'the file'}"
         if clock.info.unit_from == "rate":

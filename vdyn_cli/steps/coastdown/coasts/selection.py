@@ -188,21 +188,24 @@ class _LoggedRuns:
 
 
 def _refuse_other_quantity(spec: CoastdownSpec, logs: Sequence[Log]) -> None:
-    """Refuse a speed that ends above its begin in every log, such as a temperature.
+    """Refuse a speed that ends above its begin and has no long decrease in every log, such as a temperature.
+
+    A log may begin at rest, and end before the car stops: its speed then falls by at least half of its range.
 
     Raises
     ------
     InputError : it does.
     """
-    ends = [one[[0, -1]] for log in logs if (one := log["speed"][np.isfinite(log["speed"])]).size]
-    if not ends or any(last <= first for first, last in ends):
+    speeds = [one for log in logs if (one := log["speed"][np.isfinite(log["speed"])]).size]
+    ends = [one[[0, -1]] for one in speeds]
+    falls = [np.max(np.maximum.accumulate(one) - one) >= 0.5 * np.ptp(one) for one in speeds]
+    if not ends or any(falls) or any(last <= first for first, last in ends):
         return
     mapped = spec.channels.get("speed")
     column = f"column '{mapped.column}'" if isinstance(mapped, Channel) else "the speed"
     first, last = 3.6 * ends[0]
-    what = (
-        f"{column} increases in all {len(logs)} runs, in {logs[0].name} from {first:.1f} to {last:.1f} km/h as mapped"
-    )
+    runs = f"all {len(logs)} runs, in " if len(logs) > 1 else ""
+    what = f"{column} increases in {runs}{logs[0].name} from {first:.1f} to {last:.1f} km/h as mapped"
     remedy = "map the column of the speed, with its unit; a coast-down is a decrease of the speed"
     raise InputError(Finding("channels.speed", what, "", remedy))
 
