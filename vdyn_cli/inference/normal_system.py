@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.inference.minimize import Minimum
-from vdyn_cli.inference.qr_factors import Reduced, reduce
+from vdyn_cli.inference.qr_factors import Reduced
 from vdyn_cli.inference.regression import Regression
 from vdyn_cli.quantities.arrays import Array
 
@@ -19,10 +19,7 @@ class Solved:
         self.regression, self.minimum = regression, minimum
         self.point = minimum.point
         self.s, self.m = len(regression.shared), len(regression.own)
-        weak = self.point.system.column_norms() * 1e-9
-        weak = np.where(weak > 0, weak, 1.0)
-        weak[: self.s] = 0.0
-        self.reduced: Reduced = reduce(self.point.system, weak)
+        self.reduced: Reduced = self.point.system.reduced()
 
     @cached_property
     def covariance(self) -> Array:

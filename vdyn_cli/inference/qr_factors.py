@@ -15,6 +15,7 @@ from scipy.linalg import svd
 from vdyn_cli.quantities.arrays import Array
 
 DEPENDENT = 1e-7  # of the largest singular value of unit columns: rounding of a QR factor of 1e5 rows is below 1e-10
+WEAK = 1e-9  # of a column's norm: weight of a row that pulls the step of an own unknown to zero
 
 
 def qr_factor(matrix: Array) -> Array:
@@ -113,6 +114,13 @@ class BorderedSystem:
         runs[:, :, :m] *= ~held[s:].reshape(len(runs), 1, m)
         common[:, :s] *= ~held[:s]
         return BorderedSystem(runs, common, m)
+
+    def reduced(self) -> Reduced:
+        """The system of the shared unknowns; own unknowns that no row determines keep their values."""
+        norms = self.column_norms()
+        weak = np.where(norms > 0, WEAK * norms, 1.0)
+        weak[: self.n_shared] = 0.0
+        return reduce(self, weak)
 
     def gradient(self) -> Array:
         """J'r, (s + g m): shared first, then run by run."""

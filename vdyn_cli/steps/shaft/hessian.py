@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.inference import Regression, Solution
+from vdyn_cli.inference.regression import evaluate
 from vdyn_cli.quantities.arrays import Array
 
 DERIVATIVE_STEP = 0.3  # standard deviations, of the central differences
@@ -15,20 +16,20 @@ def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array
 
     The second derivative is that of J'r by central differences; both include the priors, which must be independent.
     """
-    s, m, runs = len(regression.shared), len(regression.own), len(regression.runs)
+    s = len(regression.shared)
     x = np.concatenate([list(solution.values.values()), *(zip(*solution.per_run.values(), strict=True))])
     prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])
     size = np.sqrt(np.diag(solution.classical_covariance))
     steps = np.concatenate([size, np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel()])
-    gauss, hessian = np.zeros((s, s)), np.zeros((s, s))
-    for run in range(runs):
-        local = regression.local(x, run)
-        jacobian = regression.rows(run, local).jacobian
-        exact = _hessian(regression, run, local, DERIVATIVE_STEP * regression.local(steps, run))
-        for total, curvature in ((gauss, jacobian.T @ jacobian), (hessian, exact)):
-            curvature[range(s, s + m), range(s, s + m)] += prior[s:]
-            total += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])
-    return gauss + np.diag(prior[:s]), hessian + np.diag(prior[:s])
+    hessian = np.diag(prior[:s])
+    for run in range(len(regression.runs)):
+        curvature = _hessian(regression, run, regression.local(x, run), DERIVATIVE_STEP * regression.local(steps, run))
+        curvature[s:, s:] += np.diag(prior[s:])
+        hessian += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])
+    point = evaluate(regression, x)
+    assert point is not None  # the fit ended here
+    factor = point.system.reduced().factor[:-1, :-1]
+    return factor.T @ factor, hessian
 
 
 def _hessian(regression: Regression, run: int, local: Array, steps: Array) -> Array:
