@@ -253,6 +253,7 @@ class MomentBalance:
         values |= {"wheel_inertia": inertia, "hub_torque_zero": 0.0}
         simulator = Simulator(self.model, values, [u.name for u in every], added.effects)
         drives = [Drive(run.log.time, {name: run.log[name] for name in self.model.inputs}) for run in self.runs]
+        stated = self.wheel.get("wheel_radius", 1.0)
 
         def rows(index: int, theta: Array) -> Rows:
             run, simulated = self.runs[index], simulator(drives[index], theta)
@@ -262,10 +263,11 @@ class MomentBalance:
             excess = run.change(speed) - run.gained
             slopes = theta[0] * run.change(tangents)
             slopes[:, 0] += excess
-            scale, longer = self._lever(simulated, theta.size)
+            radius, longer = _modeled(simulated, LEVER, stated, theta.size)
+            mass, heavier = _modeled(simulated, MASS, 0.0, theta.size)
+            scale, longer, moment, heavier = stated / radius, longer / radius, stated * mass, stated * heavier
             slopes -= np.outer(theta[0] * excess, longer)
             apparent = theta[0] * scale
-            moment, heavier = self._moment(simulated, theta.size)
             factor = run.noise.factor(apparent, moment)
             residual = whitened(factor, theta[0] * excess * scale)
             larger = -apparent * longer  # d J / d unknown
@@ -276,20 +278,6 @@ class MomentBalance:
             return Rows(residual, whitened(factor, slopes * scale - adjusted), time=run.middle)
 
         return Regression(every, tuple(run.log.name for run in self.runs), rows)
-
-    def _lever(self, simulated: Simulated, unknowns: int) -> tuple[float, Array]:
-        """Ratio of stated to modeled radius, and relative derivative of the latter by each unknown; 1 and 0 without."""
-        if LEVER not in simulated.outputs:
-            return 1.0, np.zeros(unknowns)
-        lever = float(simulated.outputs[LEVER][0])
-        return self.wheel["wheel_radius"] / lever, simulated.sensitivities[LEVER][0] / lever
-
-    def _moment(self, simulated: Simulated, unknowns: int) -> tuple[float, Array]:
-        """Modeled mass times stated radius, kg m, and its derivative by each unknown; zeros for a free wheel."""
-        if MASS not in simulated.outputs:
-            return 0.0, np.zeros(unknowns)
-        radius = self.wheel["wheel_radius"]
-        return radius * float(simulated.outputs[MASS][0]), radius * simulated.sensitivities[MASS][0]
 
     def slopes(
         self,
@@ -309,3 +297,10 @@ class MomentBalance:
         extended = self.regression(values["wheel_inertia"], replace(added, unknowns=(*added.unknowns, *known)))
         found = slopes_by_known(extended, names, {**self.wheel, **values}, per_run)
         return {name: row["wheel_inertia"] for name, row in found.items()}
+
+
+def _modeled(simulated: Simulated, name: str, absent: float, unknowns: int) -> tuple[float, Array]:
+    """A constant output of the model, and its derivative by each unknown; ``absent`` and 0 for a model without it."""
+    if name not in simulated.outputs:
+        return absent, np.zeros(unknowns)
+    return float(simulated.outputs[name][0]), simulated.sensitivities[name][0]

@@ -15,7 +15,7 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.inertia import figures, text
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
-from vdyn_cli.steps.inertia.spin_torque import spin_torques, torque_summary
+from vdyn_cli.steps.inertia.spin_torque import spin_torques
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, refuse_zero, standard_distance
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -65,11 +65,11 @@ def _summary(
     swing = pendulum.swing if pendulum else None
     summaries, compared, drawn = list[FitSummary](), list[Comparison](), list[Figure]()
     if road is not None:
-        torques = spin_torques(road.balance, road.solution)
+        torques, summary = spin_torques(road.balance, road.solution)
         compared += torques
         inertia = road.solution.values["wheel_inertia"]
         drawn += [figures.balance(inertia, torques), figures.balance_residual(torques)]
-        summaries.append(torque_summary(road.balance, road.solution, torques))
+        summaries.append(summary)
     if swing is not None:
         c = figures.swing_comparison(swing)
         compared.append(c)

@@ -16,7 +16,7 @@ from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import scatter
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance
 from vdyn_cli.steps.inertia.spec import InertiaSettings
-from vdyn_cli.steps.inertia.spin_torque import spin_torques, torque_summary
+from vdyn_cli.steps.inertia.spin_torque import spin_torques
 from vdyn_cli.steps.inertia.wheel_inertia import UNIT, refuse_zero
 from vdyn_cli.steps.interval_text import with_interval
 
@@ -53,7 +53,7 @@ def stand_result(
     estimates = {"wheel_inertia": Estimate.of("wheel_inertia", budget.value, budget.std, budget.interval95, "inertia")}
     for name in DRAG:
         estimates[name] = _with_gain(name, solution, settings)
-    torques = spin_torques(balance, solution)
+    torques, summary = spin_torques(balance, solution)
     open_drag = _open_drag(estimates["bearing_torque"], settings)
     if open_drag:
         del estimates["bearing_torque"]
@@ -62,7 +62,7 @@ def stand_result(
         "inertia",
         _sentence(estimates, settings),
         Parameters(estimates),
-        torque_summary(balance, solution, torques),
+        summary,
         METHODS,
         torques,
         (_residual_over_speed(balance, torques),),

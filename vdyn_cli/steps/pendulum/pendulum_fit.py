@@ -11,6 +11,7 @@ import numpy as np
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve, white_level
+from vdyn_cli.inference.regression import stacked
 from vdyn_cli.physics.models.pendulum import MODELS
 from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
@@ -274,8 +275,7 @@ def _jump(whole: Regression, solution: Solution, time: Array) -> int | None:
     the sum of squares by the best tk, with all else refitted linearly, is divided by the remaining mean square and by
     the number of samples per independent one, because residuals of a real pendulum are correlated.
     """
-    theta = np.concatenate([list(solution.values.values()), [v[0] for v in solution.per_run.values()]])
-    rows = whole.rows(0, theta)
+    rows = whole.rows(0, stacked(whole.unknowns, solution.values, solution.per_run))
     basis = np.linalg.qr(rows.jacobian)[0]
     left = rows.residual - basis @ (basis.T @ rows.residual)
     t, period = time - time[0], solution.values["period"]

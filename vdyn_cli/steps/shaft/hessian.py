@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vdyn_cli.inference import Regression, Solution
-from vdyn_cli.inference.regression import evaluate
+from vdyn_cli.inference.regression import evaluate, stacked
 from vdyn_cli.quantities.arrays import Array
 
 DERIVATIVE_STEP = 0.3  # standard deviations, of the central differences
@@ -17,7 +17,7 @@ def curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array
     The second derivative is that of J'r by central differences; both include the priors, which must be independent.
     """
     s = len(regression.shared)
-    x = np.concatenate([list(solution.values.values()), *(zip(*solution.per_run.values(), strict=True))])
+    x = stacked(regression.unknowns, solution.values, solution.per_run)
     prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])
     size = np.sqrt(np.diag(solution.classical_covariance))
     steps = np.concatenate([size, np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel()])
