@@ -1,14 +1,15 @@
 """How the true car drives from rest to rest on a straight road: front-driven, on four tires with slip, pitching.
 
-States: way, speed, heave, pitch and their rates, four wheel speeds, four slips, and for each half-shaft its twist and
-the speed of its inner end, which is a side gear of the differential. The planetary output's torque T i turns the
-carrier with the motor-generators; its pinions press on both side gears alike, by a force that keeps the carrier's speed
-at the mean of theirs (a constraint with its multiplier). Locked, both turn as one. The motors lie across the car, turn
-i times as fast as the wheels and the same way, and the body takes the torque that spins them up. Slip lags,
-sigma s' = (w r - v) - |v| s, and drives Fx = Fz D sin(C atan(b - E (b - atan b))), b = B s. Rolling resistance is a
-torque frr Fz r on each wheel: the road presses ahead of the wheel's center, so that the same torque, one from outside,
-lifts the car's nose. The body pitches as in ``cg_motion``: on a spring and damper per axle, on tires that do not give
-way vertically, with the wheels' spin in the balance of moments. Integrated by LSODA to a relative 1e-7.
+States: way, speed, heave, pitch and their rates, four wheel speeds, four slips, for each half-shaft its twist and the
+speed of its inner end, which is a side gear of the differential, and the heights of both axles and their rates. The
+planetary output's torque T i turns the carrier with the motor-generators; its pinions press on both side gears alike,
+by a force that keeps the carrier's speed at the mean of theirs (a constraint with its multiplier). Locked, both turn as
+one. The motors lie across the car, turn i times as fast as the wheels and the same way, and the body takes the torque
+that spins them up. Slip lags, sigma s' = (w r - v) - |v| s, and drives Fx = Fz D sin(C atan(b - E (b - atan b))),
+b = B s. Rolling resistance is a torque frr Fz r on each wheel: the road presses ahead of the wheel's center, so that
+the same torque, one from outside, lifts the car's nose. The body pitches as in ``cg_motion``, on a spring and damper
+per axle, with the wheels' spin in the balance of moments. Each axle's unsprung mass rides below them on the tires'
+vertical spring, as in ``half_car``. Integrated by LSODA to a relative 1e-7.
 
 Hidden effects (``{name: size}``, SI, nothing at zero): extra_drag_area (m^2), headwind (m/s against the way out),
 road_grade (uphill on the way out), grade_profile (steepest slope of ``coast_motion.road_profile``),
@@ -151,25 +152,29 @@ class Drive:
         b = car.tire_B * (1.0 + self.q["slip_stiffness"]) * (slip + 0.05 * sliding * exp(-(speed * speed)))
         return max(load, 0.0) * car.tire_D * sin(car.tire_C * atan(b - car.tire_E * (b - atan(b))))
 
-    def axle_loads(
-        self, z: float, pitch: float, z_rate: float, pitch_rate: float, cosine: float
-    ) -> tuple[float, float]:
-        car, scale = self.car, self.mass / self.car.mass * cosine
-        front, rear = z + car.cg_to_front * pitch, z - car.cg_to_rear * pitch
-        front_rate, rear_rate = z_rate + car.cg_to_front * pitch_rate, z_rate - car.cg_to_rear * pitch_rate
+    def struts(self, body: list[float], axles: list[float]) -> tuple[float, float]:
+        """Forces up on the body beyond those at rest, N, of both axles' springs and dampers.
+
+        ``body``: heave, pitch and their rates; ``axles``: heights of front and rear axle and their rates.
+        """
+        car, (z, pitch, z_rate, pitch_rate), (front, rear, front_rate, rear_rate) = self.car, body, axles
+        shorter = z + car.cg_to_front * pitch - front, z - car.cg_to_rear * pitch - rear
+        faster = z_rate + car.cg_to_front * pitch_rate - front_rate, z_rate - car.cg_to_rear * pitch_rate - rear_rate
         return (
-            car.front_load * scale - car.suspension_stiffness_front * front - car.suspension_damping_front * front_rate,
-            car.rear_load * scale - car.suspension_stiffness_rear * rear - car.suspension_damping_rear * rear_rate,
+            -car.suspension_stiffness_front * shorter[0] - car.suspension_damping_front * faster[0],
+            -car.suspension_stiffness_rear * shorter[1] - car.suspension_damping_rear * faster[1],
         )
 
     def rates(self, time: float, state: list[float]) -> list[float]:
-        position, speed, z, pitch, z_rate, pitch_rate, *rest = state
-        spin, slip, (twist_l, twist_r), (inner_l, inner_r) = rest[0:4], rest[4:8], rest[8:10], rest[10:12]
+        position, speed, body, axles = state[0], state[1], state[2:6], state[18:22]
+        spin, slip, (twist_l, twist_r), (inner_l, inner_r) = state[6:10], state[10:14], state[14:16], state[16:18]
         q, car, radius = self.q, self.car, self.radius
         drive, brake = self.pedals.at(time)
         wind = self.pedals.wind(time) + self.pedals.uphill * q["headwind"]
         slope = self.slope(position)
-        loads = self.axle_loads(z, pitch, z_rate, pitch_rate, sqrt(1.0 - sin(slope) ** 2))
+        heavier, tires = self.mass / car.mass * sqrt(1.0 - sin(slope) ** 2), car.tire_vertical_stiffness
+        loads = car.front_load * heavier - tires * axles[0], car.rear_load * heavier - tires * axles[1]
+        struts = self.struts(body, axles)
         torque = self.shaft(0, twist_l, inner_l - spin[0]), self.shaft(1, twist_r, inner_r - spin[1]), 0.0, 0.0
         rolling = self.rolling * (1.0 + q["tire_warmup"] * exp(-time / 600.0)) + q["speed_dependent_rolling"] * speed
         drag = q["brake_drag"] + q["brake_drag_fading"] * exp(-time / 20.0)
@@ -188,22 +193,24 @@ class Drive:
         if q["drag_bump"]:
             air += q["drag_bump"] * exp(-0.5 * ((speed - 15.0) / 1.5) ** 2)
         acceleration = (pull - air) / self.mass - GRAVITY * sin(slope)
-        lift = (loads[0] + loads[1]) / self.mass - GRAVITY * sqrt(1.0 - sin(slope) ** 2)
-        moment = car.cg_to_front * loads[0] - car.cg_to_rear * loads[1] + car.cg_height * pull
+        lift = (struts[0] + struts[1]) / (self.mass - car.unsprung_mass)
+        moment = car.cg_to_front * struts[0] - car.cg_to_rear * struts[1] + car.cg_height * pull
         inner = 0.5 * (inner_l + inner_r)
         loss = q["driveline_viscous"] * inner + q["driveline_dry_loss"] * tanh(inner * radius / REST)
         faster = self.final_drive(drive * car.gear_ratio - loss, torque[0], torque[1])
         moment += air * (car.drag_height - car.cg_height) + self.wheel * sum(spin_rates) + ahead
         moment += self.motors / car.gear_ratio * 0.5 * sum(faster)
         return [
-            self.pedals.uphill * speed, acceleration, z_rate, pitch_rate, lift, moment / car.pitch_inertia,
+            self.pedals.uphill * speed, acceleration, *body[2:], lift, moment / car.pitch_inertia,
             *spin_rates, *slip_rates, inner_l - spin[0], inner_r - spin[1],
-            *faster,
+            *faster, *axles[2:],
+            -(tires * axles[0] + struts[0]) / car.unsprung_mass_front,
+            -(tires * axles[1] + struts[1]) / car.unsprung_mass_rear,
         ]  # fmt: skip
 
     def rest(self, position: float) -> list[float]:
         """The state at rest at this road coordinate, half-shafts in the middle of their play."""
-        return [position] + [0.0] * 17
+        return [position] + [0.0] * 21
 
     def travel(self, times: Array, start: float = 0.0, tolerance: float = TOLERANCE) -> Trip:
         """The true signals at ``times`` of a drive that begins at rest at road coordinate ``start``."""

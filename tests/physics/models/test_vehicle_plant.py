@@ -1,7 +1,7 @@
 """The vehicle against the truth plant's drives: the same road, other equations, another integrator.
 
-The plant has no vertical give of the tires, brakes on the frame rather than on pitching hubs, slip from the speed of
-the center of gravity rather than of the hubs, and friction that turns over 0.02 m/s of rim speed and so never holds.
+The plant has brakes on the frame rather than on pitching hubs, slip from the speed of the center of gravity rather
+than of the hubs, and friction that turns over 0.02 m/s of rim speed and so never holds.
 """
 
 from __future__ import annotations
