@@ -97,8 +97,11 @@ runs:
         ("test: coastdown\ndiagnose:\n", "test.yaml:2: 'diagnose' must be a mapping of keys to values"),
         ("test: coastdown\ndiagnose: {effects: headwind}\n", r"takes all, none, or a list such as \[headwind\]"),
         ("test: coastdown\ndiagnose: {extend: headwind}\n", r"takes never, named, learned, or a list such"),
-        ("test: coastdown\ndiagnose: {effects: [headwind, 3]}\n", r"^test.yaml:2: 'diagnose.effects.1': [^\n]*$"),
-        ("test: coastdown\nruns: [{log: a.csv, direction: [out]}]\n", "input should be 'out' or 'back'"),
+        (
+            "test: coastdown\ndiagnose: {effects: [headwind, 3]}\n",
+            r"^test.yaml:2: 'diagnose.effects.1' must be a text [^\n]*$",
+        ),
+        ("test: coastdown\nruns: [{log: a.csv, direction: [out]}]\n", "must be 'out' or 'back'"),
         ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*Write all, none, or a list"),
         ("test: coastdown\ndiagnose: {extend: []}\n", "Write never, named, learned, or a list"),
         ("test: coastdown\ndiagnose: {effects: none, extend: [headwind]}\n", "requests effects, but 'effects' is none"),

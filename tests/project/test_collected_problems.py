@@ -159,3 +159,19 @@ def test_channels_beside_loggers_would_not_be_read_and_are_refused(tmp_path: Pat
     text = problems(tmp_path, loggers=loggers)
     assert "'channels' is not read if there are 'loggers'" in text
     assert "'align_on' needs 'loggers'" in problems(tmp_path, align_on="speed")
+
+
+def test_files_that_are_no_logs_are_named_as_in_the_description(tmp_path: Path) -> None:
+    (tmp_path / "day").mkdir()
+    (tmp_path / "day" / "a.csv").write_text("time,speed\n0,1\n1,1\n")
+    (tmp_path / "empty.csv").touch()
+    text = problems(tmp_path, runs=[{"log": "day"}, {"log": "empty.csv"}])
+    assert "day: is a folder, not a log\n    -> name the logs in it, such as day/a.csv" in text
+    assert "\nempty.csv: the file is empty" in text
+
+
+def test_the_missing_half_of_an_axle_is_requested(tmp_path: Path) -> None:
+    channels = {n: {"column": n, "unit": u} for n, u in (("time", "s"), ("front_right_load", "N"))}
+    (tmp_path / "cg.yaml").write_text(yaml.safe_dump({"test": "cg", "channels": channels, "runs": [{"log": "a.csv"}]}))
+    with pytest.raises(InputError, match="add 'front_left_load: "):
+        gather(load_step("cg"), tmp_path / "cg.yaml")

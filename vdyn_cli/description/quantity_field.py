@@ -43,7 +43,7 @@ class Si:
         if isinstance(value, Given):
             return value
         if not isinstance(value, (str, int, float)) or isinstance(value, bool):
-            what = "is not a number with a unit, such as '1 {unit}'"
+            what = "is not a number with a unit"
             raise PydanticCustomError("quantity", what, {"unit": self.unit})
         try:
             given = parse(value, self.unit)

@@ -45,13 +45,15 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
         return Finding(where, f"'{key}' must be a list", got, remedy)
     if kind == "literal_error":
         choices = str(detail["ctx"]["expected"])
-        return Finding(where, f"'{key}': input should be {choices}", got, f"write {choices}")
-    message = detail["msg"]
+        return Finding(where, f"'{key}' must be {choices}", got, f"write {choices}")
+    message = detail["msg"].replace("Input should be", "must be").replace("a valid string", "a text")
     message = message[0].lower() + message[1:]
-    unit = str(detail.get("ctx", {}).get("unit", "")) if kind == "unit" else ""
-    remedy = f"write a number with its unit, such as '1 {unit}'" if unit and "write" not in message else ""
+    unit = str(detail.get("ctx", {}).get("unit", "")) if kind in ("unit", "quantity") else ""
+    complete = "write" in message or "such as" in message
+    remedy = f"write a number with its unit, such as '1 {unit}'" if unit and not complete else ""
     remedy = "correct the value or its unit" if kind == "range" and "write" not in message else remedy
-    what = f"'{key}' {message}" if kind in ("unit", "range", "quantity") else f"'{key}': {message}"
+    joined = kind in ("unit", "range", "quantity") or message.startswith("must be")
+    what = f"'{key}' {message}" if joined else f"'{key}': {message}"
     return Finding(where, what, got, remedy)
 
 

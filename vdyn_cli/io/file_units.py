@@ -195,7 +195,9 @@ def unit_problem(column: Column, name: str) -> Finding | None:
     try:
         to_si(1.0, column.unit, column.si_unit)
     except UnitError as error:
-        remedy = speed_over_ground(column.unit, column.si_unit) or f"write the unit of '{column.column}' in the file"
+        remedy = (
+            speed_over_ground(column.unit, column.si_unit) or f"write the unit in which '{column.column}' is logged"
+        )
         return Finding(column.where or name, str(error), "", remedy)
     return None
 

@@ -136,8 +136,9 @@ def digest_of(content: str | bytes) -> str:
 
 
 def folder_error(path: Path) -> InputError:
-    """The error for a folder given as a log; the remedy says how to name the logs in it."""
-    kinds = Counter(p.suffix for p in path.iterdir() if p.is_file() and p.suffix not in _NO_LOGS)
-    usual = max(kinds, key=lambda suffix: kinds[suffix], default="")
-    remedy = f"name the logs in it, such as {path}/*{usual}" if usual else "name a file in it"
+    """The error for a folder given as a log; the remedy names one of the most frequent kind of files in it."""
+    logs = sorted(p for p in path.iterdir() if p.is_file() and p.suffix not in {*_NO_LOGS, ""})
+    kinds = Counter(p.suffix for p in logs)
+    usual = max(logs, key=lambda p: kinds[p.suffix], default=None)
+    remedy = f"name the logs in it, such as {path}/{usual.name}" if usual else "name a file in it"
     return InputError(Finding(str(path), "is a folder, not a log", remedy=remedy))

@@ -96,3 +96,9 @@ def test_missing_parameters_are_reported_before_the_logs_are_evaluated() -> None
     settings = SimpleNamespace(settings=SimpleNamespace(model="road_load"))
     with pytest.raises(MissingParameterError, match="mass"):
         STEP.prepare(settings, (), Parameters())
+
+
+def test_a_description_without_drives_is_refused() -> None:
+    settings = SimpleNamespace(settings=SimpleNamespace(model="vehicle"))
+    with pytest.raises(InputError, match="no run is given"):
+        STEP.prepare(settings, (), Parameters())

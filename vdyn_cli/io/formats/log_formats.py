@@ -6,6 +6,7 @@ An installed package adds a format with the entry point ``vdyn.readers: NAME = p
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from vdyn_cli.io.csv.csv_reader import CSV
@@ -58,6 +59,13 @@ def refuse_pipes(path: Path) -> None:
         raise InputError(Finding(str(path), f"cannot be read: {getattr(error, 'strerror', None) or error}")) from None
 
 
+def _named(finding: Finding, path: Path, name: str) -> Finding:
+    """The finding with the name of the log instead of its path, as the findings on its content have it."""
+    return replace(
+        finding, where=finding.where.replace(str(path), name), remedy=finding.remedy.replace(str(path), name)
+    )
+
+
 def read_log(
     path: Path, mapping: Mapping[str, Column], options: ReadOptions | None = None, name: str | None = None
 ) -> Log:
@@ -82,4 +90,4 @@ def read_log(
         log = reader.read(path, mapping, options, name or path.name)
         return checked(log, mapping, options.split_times is not None, options.window)
     except InputError as error:
-        raise InputError(*error.findings, *refused) from None
+        raise InputError(*(_named(f, path, name or path.name) for f in error.findings), *refused) from None

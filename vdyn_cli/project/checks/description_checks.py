@@ -99,9 +99,10 @@ def wrong_channels(step: Step, spec: Description, source: YamlSource, dropped: C
         if not _mapped(entry, mapped):
             ways = alternatives(entry)
             names = " or ".join(" + ".join(way) for way in ways)
-            quantity = known[ways[0][0]]
-            line = f"{ways[0][0]}: {{column: '<header>', unit: {quantity.unit or '1'}}}"
-            remedy = f"add '{line}' to the channels{needed_channel(step, ways[0])}"
+            way = min(ways, key=lambda way: (len(set(way) - mapped), -len(way)))
+            first = next(n for n in way if n not in mapped)
+            line = f"{first}: {{column: '<header>', unit: {known[first].unit or '1'}}}"
+            remedy = f"add '{line}' to the channels{needed_channel(step, way)}"
             if entry == "time":
                 remedy += "; if the logs have no time but a fixed rate, write it, such as 'reading: {rate: 1 Hz}'"
             missing.append(Finding(place, f"channel {names} is needed", remedy=remedy))

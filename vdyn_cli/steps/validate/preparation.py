@@ -11,6 +11,7 @@ from vdyn_cli.quantities.constants import USUAL_WHEELS
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.validate.car.prior import parameter_prior, resistances
 from vdyn_cli.steps.validate.car.start_speeds import rms_speed_error
 from vdyn_cli.steps.validate.drives.late_speed import with_speed_on_time
@@ -25,14 +26,16 @@ def prepare(spec: ValidateSpec, logs: Sequence[Log], known: Parameters) -> Valid
 
     Raises
     ------
-    InputError : a mass on a road lacks parameters, read before its roads are computed, which takes long; or the
-        vehicle has more or fewer wheels than its model.
+    InputError : no run; a mass on a road lacks parameters, read before its roads are computed, which takes long; or
+        the vehicle has more or fewer wheels than its model.
     """
     if spec.settings.model == "road_load":
         parameter_prior(known, road_load("torque", resistances=resistances(known)).parameters)
     elif (wheels := known.value("wheels", USUAL_WHEELS)) != USUAL_WHEELS:
         remedy = "set 'settings: {model: road_load}', which needs no single wheels"
         raise InputError(Finding("vehicle.wheels", "the vehicle's model has four wheels", f"{wheels:g}", remedy))
+    if not logs:
+        raise no_runs("validate")
     right, findings = without_mistaken_acceleration(logs, or_speed=False)
     if spec.settings.model == "road_load":
         right, late = with_speed_on_time(right)

@@ -15,7 +15,6 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log, Samples
-from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.validate.drives.complete_inputs import (
     DRIVE_TORQUES,
     FEWEST_SAMPLES,
@@ -153,8 +152,6 @@ def drive_segments(
     ------
     InputError : an input has gaps or another clock than the speed, a clock has gaps, or a log is too short.
     """
-    if not logs:
-        raise no_runs("validate")
     raise_all(f for log in logs for f in unusable(log))
     found: list[DriveSegment] = []
     findings: list[Finding] = []
