@@ -87,3 +87,15 @@ def test_a_single_run_whose_gain_drifts_is_a_doubt_and_no_fault() -> None:
     assert found.doubt
     assert not found.fault
     assert "gradually" in found.what
+
+
+@pytest.mark.parametrize(("gain", "hill"), [(1.0, 0.15), (1.1, 0.0)])
+def test_a_hill_that_begins_is_no_change_of_an_accelerometers_gain(gain: float, hill: float) -> None:
+    """A car that coasts at 0.9 to 1.1 m/s^2 comes to a hill of 1.5 %; or it varies by more, and its gain changes."""
+    runs = []
+    for k in range(5):
+        true = -1.0 + (0.1 if hill else 0.8) * np.sin(np.pi * T / 1.5)
+        after = (T > 6.0) & (k == 2)
+        measured = true * np.where(after, gain, 1.0) - hill * after + np.random.default_rng(k).normal(0.0, 0.02, N)
+        runs.append(Comparison(f"run_{k}.csv", "acceleration", "m/s^2", T, "time in s", measured, true))
+    assert [f.where for f in simulated_gain_findings(runs)] == (["run_2.csv"] if gain != 1.0 else [])

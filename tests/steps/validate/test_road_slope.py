@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.open_road import G, Made, Truth, drive
 from vdyn_cli.quantities.log import Log
@@ -63,3 +64,14 @@ def test_logs_take_the_slopes_of_their_roads_as_channels() -> None:
     assert roads.inputs == ("accelerometer_slope",)
     for log, road in zip(roads.channels(logs), roads.sensed, strict=True):
         assert np.array_equal(log["accelerometer_slope"], road.slope)
+
+
+def test_drives_out_and_back_on_a_hill_share_one_zero() -> None:
+    """1 % up and down again: zeros that differ by 0.2 m/s^2 are hills, as one accelerometer does not scatter so."""
+    out, back = (drive(Truth(zero=0.1, hills=0.0), seed, seconds=150.0) for seed in (11, 11))
+    felt = [one.felt + G * climb for one, climb in ((out, 0.01), (back, -0.01))]
+    logs = [Log("drive", m.time, {"speed": m.speed, "acceleration": f}) for m, f in zip((out, back), felt, strict=True)]
+    slopes = sensed_roads(logs, scatter=0.02).slopes
+    level = sensed_roads(logs).slopes
+    assert [abs(np.mean(s)) < 0.001 for s in level] == [True, True]
+    assert np.mean(slopes[0]) - np.mean(slopes[1]) == pytest.approx(0.02, abs=0.002)

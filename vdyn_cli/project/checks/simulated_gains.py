@@ -19,6 +19,8 @@ from vdyn_cli.quantities.result import Comparison
 
 AT_ONCE = 1.0  # s: a sensor's gain changes from one sample to the next, a brake or a swerve acts for one second or more
 
+SLOPED = ("acceleration",)  # channels to which a slope of the road adds
+
 ChangeKind = Literal["", "abrupt", "gradual"]
 
 
@@ -68,6 +70,8 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
     large = abs(h / g - 1.0) >= QUALITY.least_gain_change and t >= QUALITY.gain_change_t
     if not large or share > QUALITY.simulated_share:
         return change, ""
+    if one.channel in SLOPED and _may_be_added(y, x, k):
+        return change, ""
     drift = stepped_share(y, x, k, drifting(x)) if _steps_at_once(time, y, x, k, (g, h)) else np.inf
     if not alone:
         return change, "abrupt" if drift <= QUALITY.abrupt_share else ""
@@ -75,6 +79,12 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
     if stepped_share(y, x, k, law) > QUALITY.single_run_abrupt_share:
         return change, ""
     return change, "abrupt" if drift <= QUALITY.single_run_abrupt_share else "gradual"
+
+
+def _may_be_added(y: Array, x: Array, k: int) -> bool:
+    """Whether a step that is added to y at index k, such as a hill to a specific force, leaves as little as a gain's."""
+    law = np.column_stack([x, np.arange(x.size) >= k])
+    return stepped_share(y, x, k, law) > QUALITY.abrupt_share
 
 
 def _steps_at_once(time: Array, y: Array, x: Array, k: int, gains: tuple[float, float]) -> bool:

@@ -120,7 +120,8 @@ class ValidateProblem(SimulatedProblem):
             return self.given_roads or DriveRoads()
         if s.windows:
             return sensed_roads(self.logs) if s.windows.powered else DriveRoads()
-        found, stated = sensed_roads(self.logs), replace(self, given_roads=DriveRoads())
+        found = sensed_roads(self.logs, scatter=s.zeros.acceleration.value)
+        stated = replace(self, given_roads=DriveRoads())
         if not found.inputs or not missed_drives(stated.baseline, STEP_POLICY.hills_error):
             return DriveRoads()
         share, reduction = shown_slope(stated.baseline, self.logs, found.slopes)

@@ -6,7 +6,13 @@ of the road are at the same height::
     zero = (int f V dt - (V_end^2 - V_start^2)/2) / distance,   slope = (f - zero - V') / g
 
 The torque is not used. A logged elevation replaces the assumption by the heights of both ends. Without it, the mean
-slope remains an unknown of the drive.
+slope remains an unknown of each drive that is cut into windows. Whole drives have none: there, the zeros of one
+accelerometer are compared. With n zeros z_k that scatter by s, more than those of a sensor do (s_e), the drives have
+other mean slopes, and the zero of a drive is (least squares, variance s^2 of which s_e^2 is the sensor's)::
+
+    zero_k = z + min(1, s_e^2 / s^2) (z_k - z)
+
+with z their mean weighted by distance: all drives together end at the height at which they began.
 """
 
 from __future__ import annotations
@@ -49,11 +55,11 @@ class RoadProfile:
     profile: Array
 
 
-def sensed_road(log: Log) -> RoadProfile:
+def sensed_road(log: Log, zero: float | None = None) -> RoadProfile:
     """The road of a drive by the module's equations: the slope averaged over ``LOOK`` and smoothed.
 
-    The zero is that of the energy balance, or 0 on drives shorter than ``SHORTEST_DRIVE``. The slope is the sine of the
-    angle that is added to the logged grade.
+    Without a stated ``zero``, m/s^2, it is that of the energy balance, or 0 on drives shorter than ``SHORTEST_DRIVE``.
+    The slope is the sine of the angle that is added to the logged grade.
 
     Parameters
     ----------
@@ -66,7 +72,8 @@ def sensed_road(log: Log) -> RoadProfile:
     weight = GRAVITY * known / np.sqrt(1.0 + known**2)
     along = cumulative_integral(time, speed)
     risen = cumulative_integral(along, force - weight) - 0.5 * (speed**2 - speed[0] ** 2)
-    zero = float((risen[-1] - GRAVITY * _climb(log)) / along[-1]) if along[-1] > SHORTEST_DRIVE else 0.0
+    if zero is None:
+        zero = float((risen[-1] - GRAVITY * _climb(log)) / along[-1]) if along[-1] > SHORTEST_DRIVE else 0.0
     kept = (cumulative_integral(time, force - weight) - speed) / GRAVITY
     ends = time[0] + LOOK * np.arange(max(int((time[-1] - time[0]) / LOOK), 1) + 1)
     middle, looks = ends[:-1] + 0.5 * LOOK, np.diff(np.interp(ends, time, kept)) / LOOK - zero / GRAVITY
@@ -151,13 +158,23 @@ class DriveRoads:
         return [road.slope for road in self.sensed]
 
 
-def sensed_roads(logs: Sequence[Log]) -> DriveRoads:
+def sensed_roads(logs: Sequence[Log], scatter: float = 0.0) -> DriveRoads:
     """The roads of drives that their accelerometers show.
 
     Parameters
     ----------
     logs : with speed (m/s), and acceleration (m/s^2).
+    scatter : s_e of the module's equation, m/s^2; 0: every drive has its own zero.
     """
     least = 1.0 - STEP_POLICY.most_missing
     there = all("acceleration" in log and np.isfinite(log["acceleration"]).mean() > least for log in logs)
-    return DriveRoads(tuple(sensed_road(log) for log in logs) if there else ())
+    roads = [sensed_road(log) for log in logs] if there else []
+    long = [k for k, road in enumerate(roads) if road.zero != 0.0]
+    if scatter > 0.0 and len(long) > 1:
+        own = np.array([roads[k].zero for k in long])
+        mean = float(np.average(own, weights=[roads[k].distance[-1] for k in long]))
+        share = min(1.0, scatter**2 / float(np.var(own, ddof=1)))
+        if share < 1.0:
+            for k, zero in zip(long, mean + share * (own - mean), strict=True):
+                roads[k] = sensed_road(logs[k], float(zero))
+    return DriveRoads(tuple(roads))
