@@ -82,7 +82,7 @@ def _likely(one: Comparison, alone: bool) -> tuple[GainChange | None, ChangeKind
 
 
 def _may_be_added(y: Array, x: Array, k: int) -> bool:
-    """Whether a step that is added to y at index k, such as a hill to a specific force, leaves as little as a gain's."""
+    """Whether a step added to y at index k, such as a hill to a specific force, leaves as little as one of the gain."""
     law = np.column_stack([x, np.arange(x.size) >= k])
     return stepped_share(y, x, k, law) > QUALITY.abrupt_share
 
