@@ -14,6 +14,7 @@ from tests.plant.coast import Run
 from tests.plant.vehicle import REFERENCE, Vehicle
 from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
+from vdyn_cli.steps.coastdown.campaign_checks.track_check import track_check
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 from vdyn_cli.steps.coastdown.step import STEP
 
@@ -55,6 +56,23 @@ def test_the_run_after_the_change_is_found(hidden: str) -> None:
 def test_passengers_who_change_only_the_drag_per_mass_are_found() -> None:
     """With rolling resistance and drag area both free, the evidence for a tenth more mass is 2 to 3 too small."""
     assert first_changed(driven_with(replace(REFERENCE, mass=1.1 * REFERENCE.mass), seed=12)) == 4
+
+
+@pytest.mark.slow
+def test_a_roof_box_in_two_runs_is_named_and_noted_by_the_check() -> None:
+    """In the third and fourth run; their means alone differ by less than the scatter of eight runs shows."""
+    boxed = replace(REFERENCE, drag_coefficient=1.15 * REFERENCE.drag_coefficient)
+    runs = coast.campaign(REFERENCE, SEED, DAY)
+    runs = [*runs[:2], *coast.campaign(boxed, SEED, DAY)[2:4], *runs[4:]]
+    ready = prepared(runs)
+    result = diagnosed(ready, ready.problem.publish())
+    assert result.diagnosis is not None
+    assert "changed_car" in result.diagnosis.extended
+    low, high = result.parameters["drag_area"].interval95
+    assert low < REFERENCE.drag_area < high
+    assert "(of the car as in all but run_3.csv and run_4.csv)" in result.sentence
+    found = track_check(spec_of(runs), logs_of(runs), logs_of(runs), known(REFERENCE, DAY), tuple(range(8)))
+    assert [f.where for f in found.findings if "% higher than" in f.what] == ["run_3.csv", "run_4.csv"]
 
 
 @pytest.mark.slow

@@ -63,7 +63,7 @@ def road_load(
     resistances : stated as "coefficients" (rolling resistance changes with the mass), "forces" (N, no change), or
         "coasted": from decelerations times the stated mass (the drag area changes as well).
     rolled : whether the speed was computed from a wheel's, by a radius that is the context ``read_radius`` (m).
-    changed : whether the car was changed between two runs: the context ``changed`` is 1 in those after it, else 0.
+    changed : whether the car was changed between two runs: the context ``changed`` is 1 with the change, else 0.
 
     Returns
     -------

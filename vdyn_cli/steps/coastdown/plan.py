@@ -137,5 +137,5 @@ def _run(campaign: Campaign, one: _PlannedCoast, at: Mapping[str, float], headin
         temperature=one.temperature,
         air_density=one.air_density,
         place=None if campaign.road is None else campaign.road[0 if heading > 0 else 1],
-        changed=None if campaign.runs[0].changed is None else True,  # as the car was last
+        changed=campaign.runs[-1].changed,  # as the car was last
     )

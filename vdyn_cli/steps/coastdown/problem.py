@@ -26,7 +26,7 @@ from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_load
 from vdyn_cli.steps.coastdown.fit.road_load_regression import weighted_start, with_noise_of
 from vdyn_cli.steps.coastdown.fit.road_load_with_effects import regression_with_effects
-from vdyn_cli.steps.coastdown.fit.run_change import changed_from
+from vdyn_cli.steps.coastdown.fit.run_change import changed_in
 from vdyn_cli.steps.coastdown.parts import road_parts
 from vdyn_cli.steps.coastdown.plan import next_coasts
 from vdyn_cli.steps.coastdown.result import result_of, with_answers
@@ -69,14 +69,14 @@ class CoastdownProblem(SimulatedProblem):
 
     @cached_property
     def _located(self) -> LocatedCampaign:
-        """The campaign on its road, and in a coast-down the first run with a changed car, with the fit of both."""
+        """The campaign on its road, and in a coast-down the runs with a changed car, with the fit of both."""
         found = located(self.campaign)
         if found.base is None or not found.campaign.coasting:
             return found
-        first = changed_from(found.base)
-        if first is None:
+        changed = changed_in(found.base)
+        if changed is None:
             return found
-        runs = tuple(replace(r, changed=k >= first) for k, r in enumerate(found.campaign.runs))
+        runs = tuple(replace(r, changed=bool(c)) for r, c in zip(found.campaign.runs, changed, strict=True))
         campaign = replace(found.campaign, runs=runs)
         return LocatedCampaign(campaign, weighted_start(campaign, found.base))
 

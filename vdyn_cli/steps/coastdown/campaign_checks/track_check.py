@@ -20,6 +20,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
     coast_segment,
     longest_of_runs,
 )
+from vdyn_cli.steps.coastdown.doubts.odd_decelerations import CHANGED, CHANGED_PAIR
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts, whole_coasts
 from vdyn_cli.steps.coastdown.input_checks import position_direction_findings
 from vdyn_cli.steps.coastdown.preparation import prepare
@@ -79,8 +80,29 @@ def track_check(
     ]
     doubted = [one for one in odd if not one.rejected]
     findings += [Finding(whole[o.segment.run].name, o.fact, remedy=o.remedy, doubt=True) for o in doubted]
+    findings += [] if odd else _changed_car(coasts, whole, origin)
     balance, wrong = coasts.balance([log.name for log in whole]), position_direction_findings(runs, whole)
     return TrackCheck(rejected, evaluated, balance, parts, tuple(findings), wrong)
+
+
+def _changed_car(coasts: CampaignCoasts, whole: Sequence[Log], origin: Sequence[int]) -> list[Finding]:
+    """The runs with a changed car, which the mean decelerations do not show but the speeds over time do."""
+    try:
+        runs = coasts.problem.campaign_on_road.runs
+    except (ResultError, ArithmeticError):  # the step diagnoses a fit that fails
+        return []
+    changed = list(dict.fromkeys(origin[run.origin] for run in runs if run.changed))
+    found = coasts.rates.change(changed)
+    if found is None:
+        return []
+    where, change = found
+    fact = f"the deceleration{where} is {100 * abs(change):.1f} % {'higher' if change > 0 else 'lower'} than"
+    if runs[-1].changed:
+        return [Finding(whole[changed[0]].name, f"from this run on {fact} before", remedy=CHANGED, doubt=True)]
+    return [
+        Finding(whole[k].name, f"in this and {whole[other].name} {fact} in the others", remedy=CHANGED_PAIR, doubt=True)
+        for k, other in zip(changed, reversed(changed), strict=True)
+    ]
 
 
 def _evaluated(spec: CoastdownSpec, whole: Sequence[Log]) -> dict[int, tuple[float, float]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -77,6 +77,20 @@ class RunDecelerations:
             return None
         top, bottom = self.common[0], self.common[0] - share * (self.common[0] - self.common[1])
         return (top - bottom) / np.array([fall_time(falling_speed(s), top, bottom) for s in self.segments])
+
+    def change(self, runs: Collection[int]) -> tuple[str, float] | None:
+        """Speeds in words, and the relative deceleration in some runs beyond that of the others, each way alone.
+
+        In the upper third of the common speeds, where drag and a load show; None where a direction has no others.
+        """
+        rates, there = self.means(SHARES[-1]), np.array([s.run in runs for s in self.segments])
+        if rates is None or self.common is None:
+            return None
+        ways = [self.heading == way for way in np.unique(self.heading)]
+        if not all(np.any(way & there) and np.any(way & ~there) for way in ways):
+            return None
+        more = np.mean([rates[way & there].mean() - rates[way & ~there].mean() for way in ways])
+        return self._above(SHARES[-1]), float(more / rates.mean())
 
     def odd(self) -> list[OddRun]:
         """Runs that contradict the others: one that is rejected, else an outlier, a step, or a pair without a step.
@@ -153,15 +167,20 @@ class RunDecelerations:
 
     def _changed(self, test: Callable[[Array, Array, int], OutlyingRun | None]) -> tuple[int, float, str, float] | None:
         """Run, relative change, speeds in words and p value of the most significant change that is material."""
-        common, tested = self.common, {share: self.means(share) for share in SHARES}
+        tested = {share: self.means(share) for share in SHARES}
         found = []
         for share, rates in tested.items():
             one = None if rates is None else test(rates, self.heading, len(tested))
             if rates is not None and one is not None:
                 found.append((one, one.force / float(np.mean(rates)), share))
         found = [one for one in found if abs(one[1]) > STEP_POLICY.material_run_force]
-        if not found or common is None:
+        if not found:
             return None
         best, change, share = min(found, key=lambda one: one[0].p_value)
-        where = "" if share == 1.0 else f" above {3.6 * (common[0] - share * (common[0] - common[1])):.0f} km/h"
-        return best.run, change, where, best.p_value
+        return best.run, change, self._above(share), best.p_value
+
+    def _above(self, share: float) -> str:
+        """The upper share of the common speeds in words; empty for all of them."""
+        assert self.common is not None
+        top, bottom = self.common
+        return "" if share == 1.0 else f" above {3.6 * (top - share * (top - bottom)):.0f} km/h"

@@ -37,7 +37,7 @@ class RoadRun:
     split : whether the log is a table of split times, whose rows are too sparse to show the noise of the speed.
     origin : index of the driven run of which this one is a part.
     slope_error : (n, r), factor of the covariance of the error of the grade; None where no error is known.
-    changed : whether the car was changed before this run (run_change.changed_from); None: no change was found.
+    changed : whether the car was changed in this run (run_change.changed_in); None: no change was found in any.
     """
 
     name: str

@@ -1,7 +1,8 @@
 """Search for a change of the car between two runs: a trailer, a load, other tires, a roof box, a dragging brake.
 
-The noise amplitudes of the baseline's fit absorb such a change as wind and resistance that differ from run to run. So
-they are estimated again beside each form of a change, and the forms are compared by their evidence (Bayes factor).
+It lasts to the end of the day, or for two successive runs, one out and one back, after which it is undone. The noise
+amplitudes of the baseline's fit absorb such a change as wind and resistance that differ from run to run. So they are
+estimated again beside each form of a change, and the forms are compared by their evidence (Bayes factor).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from vdyn_cli.inference import Regression
 from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, RandomUnknowns, likelihoods_of, log_evidence
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.fit.road_load_regression import noisy_runs, prior_information, rows_of
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
@@ -33,10 +34,10 @@ CHANGED = ([0, 1], [0], [1])
 FORM = "form"  # name of the amplitude of a form in likelihoods_of
 
 
-def changed_from(regression: Regression) -> int | None:
-    """Index of the first run after a change of the car; None where the runs show none.
+def changed_in(regression: Regression) -> Mask | None:
+    """The runs (n,) with a changed car: all from one run on, or two in succession; None where the runs show no change.
 
-    A change multiplies rolling resistance and drag area of all later runs. It must be ``change_shown`` more likely than
+    A change multiplies rolling resistance and drag area of these runs. It must be ``change_shown`` more likely than
     none, and ``change_over_gradual`` more than a gradual change over the runs or one of a single run.
 
     Parameters
@@ -49,21 +50,22 @@ def changed_from(regression: Regression) -> int | None:
     if count < 2 * FEWEST:
         return None
     search = _search(regression)
-    after = [(number >= k).astype(float) for k in range(FEWEST, count - FEWEST + 1)]
+    changes = [(number >= k).astype(float) for k in range(FEWEST, count - FEWEST + 1)]
+    changes += [np.isin(number, (k, k + 1)).astype(float) for k in range(1, count - 2) if count > 2 * FEWEST]
     gradual = [number / count, *(np.exp(-number / w) for w in WARMING)]
     single = [(number == k).astype(float) for k in range(count)]
-    found = search.quick([0.0 * number, *after, *gradual, *single])
-    steps, others = found[1 : 1 + len(after)], found[1 + len(after) :]
-    best = int(np.argmax(steps))
-    if steps[best] < found[0]:
+    found = search.quick([0.0 * number, *changes, *gradual, *single])
+    tried, others = found[1 : 1 + len(changes)], found[1 + len(changes) :]
+    best = changes[int(np.argmax(tried))]
+    if tried.max() < found[0]:
         return None
     rivals = gradual[int(np.argmax(others[: len(gradual)]))], single[int(np.argmax(others[len(gradual) :]))]
     none = search.evidence(None)
-    gain = search.evidence(after[best]) - none
+    gain = search.evidence(best) - none
     if gain < STEP_POLICY.change_shown:
         return None
     rival = max(search.evidence(one) for one in rivals) - none
-    return int(np.argmax(after[best])) if gain > rival + STEP_POLICY.change_over_gradual else None
+    return best > 0.0 if gain > rival + STEP_POLICY.change_over_gradual else None
 
 
 @dataclass(frozen=True)
