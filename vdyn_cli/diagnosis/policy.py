@@ -19,8 +19,8 @@ class Policy(PartPolicy, FitPolicy):
 
     # Detection ------------------------------------------------------------------------------------------------------
     level: float = 0.05
-    """[probability] false-alarm level of one command; a pipeline shares it over its diagnosed steps. The conventional 5
-    %. Bonferroni over the steps of a pipeline: it also holds for steps that share data."""
+    """[probability] false-alarm level of one command; a pipeline shares it over its diagnosed steps. The conventional
+    5 %. Bonferroni over the steps of a pipeline: it also holds for steps that share data."""
 
     named_share: float = 0.4
     """[share of the level] spent on effects that vary within runs, and as much on those between runs. Bonferroni over

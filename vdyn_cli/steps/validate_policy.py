@@ -53,8 +53,8 @@ class ValidatePolicy:
     standard errors are 4.5."""
 
     missed_error: float = 0.12
-    """[share of the largest speed] rms error of a simulated speed, above which the car may be another one. Errors of 10
-    % of the road load and 5 % of the torque cause half of that."""
+    """[share of the largest speed] rms error of a simulated speed, above which the car may be another one. Errors of
+    10 % of the road load and 5 % of the torque cause half of that."""
 
     own_torque: float = 0.6
     """correlation of torque and acceleration, above which they belong to one drive. 0.85 to 1.0 in 18 trips of a real

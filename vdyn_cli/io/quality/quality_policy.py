@@ -136,8 +136,8 @@ class QualityPolicy:
     acceleration does not include, or a torque that steps affects all rests of a log."""
 
     fewest_judged_rests: int = 10
-    """[rests] of a log, above which the other rests give the largest ordinary misfit. The largest of ten is near the 90
-    % quantile; with fewer, the 99.9 % quantile of the misfit while the torque drives is used."""
+    """[rests] of a log, above which the other rests give the largest ordinary misfit. The largest of ten is near the
+    90 % quantile; with fewer, the 99.9 % quantile of the misfit while the torque drives is used."""
 
     least_rest_edge: float = 0.25
     """[times the 99 % quantile of steps] jump of a torque to zero and back, above which the signal was lost. A motor's
@@ -211,8 +211,8 @@ class QualityPolicy:
     2 a / (g BCD): with a slip stiffness BCD of 10 to 20 by 0.5 to 1 %, below least_gain_change."""
 
     least_gain_change: float = 0.02
-    """[share of the gain] least change that is reported. Tires grow and slip by up to 2 % within a run; a change by 10
-    % in the gain of one of four wheel loads is 2.5 % of their sum."""
+    """[share of the gain] least change that is reported. Tires grow and slip by up to 2 % within a run; a change by
+    10 % in the gain of one of four wheel loads is 2.5 % of their sum."""
 
     gain_change_t: float = 6.0
     """[standard errors] least change that is reported. The largest over all times and ties, with autocorrelated
