@@ -52,6 +52,20 @@ def half_car_matrices(values: Mapping[str, float]) -> tuple[Array, Array, Array]
     return mass, damping, stiffness
 
 
+def half_car_accelerations(values: Mapping[str, float]) -> Array:
+    """Matrix (4, 10) from heave, pitch, both axles, their rates and the road under both axles to accelerations.
+
+    q'' = M^-1 (-K q - C q' + Kt u), with M, C, K of ``half_car_matrices`` and the heights u of the road
+
+    Parameters
+    ----------
+    values : of the half car by name, SI.
+    """
+    mass, damping, stiffness = half_car_matrices(values)
+    tires = values["tire_vertical_stiffness"] * np.eye(4)[:, 2:]
+    return np.asarray(np.linalg.solve(mass, np.hstack([-stiffness, -damping, tires])))
+
+
 def natural_modes(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Natural frequency (Hz) and damping ratio of bounce, pitch and both wheel hops.
 
@@ -66,10 +80,7 @@ def natural_modes(values: Mapping[str, float]) -> dict[str, tuple[float, float]]
     ----------
     values : of the half car by name, SI.
     """
-    mass, damping, stiffness = half_car_matrices(values)
-    inverse = np.linalg.inv(mass)
-    system = np.block([[np.zeros((4, 4)), np.eye(4)], [-inverse @ stiffness, -inverse @ damping]])
-    roots, shapes = np.linalg.eig(system)
+    roots, shapes = np.linalg.eig(np.vstack([np.eye(4, 8, 4), half_car_accelerations(values)[:, :8]]))
     upper = roots.imag > 1e-9 * np.abs(roots)
     half = values["wheelbase"] / 2
     body, found = [], {}

@@ -11,7 +11,7 @@ import numpy as np
 from vdyn_cli.inference import exceeds_noise
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.bump.crossing import LOADS, Crossing
-from vdyn_cli.steps.bump.half_car_modes import half_car_matrices
+from vdyn_cli.steps.bump.half_car_modes import half_car_accelerations
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 # m, intensity c of the road's slope, as tried: Gd = 0.05 to 300e-6 m^3 at 0.1 cycles/m, from a laboratory's floor to
@@ -142,7 +142,7 @@ class RoadNoise:
 
         rate = np.zeros((10, 10))
         rate[:4, 4:8] = np.eye(4)
-        rate[4:8] = _accelerations(self.values)
+        rate[4:8] = half_car_accelerations(self.values)
         rate[8, 8] = rate[9, 9] = -2 * np.pi * LONGEST_WAVE * pace
         power = np.zeros((10, 10))
         power[8, 8] = power[9, 9] = self.intensity * pace
@@ -186,17 +186,9 @@ def _moves(crossing: Crossing, first: int) -> bool:
     return any(exceeds_noise(s, crossing.noise[n], first) for s, n in zip(spreads, LOADS, strict=True))
 
 
-def _accelerations(values: Mapping[str, float]) -> Array:
-    """Matrix (4, 10) from the state to the accelerations of heave, pitch and both axles."""
-    mass, damping, stiffness = half_car_matrices(values)
-    tires = values["tire_vertical_stiffness"] * np.eye(4)[:, 2:]
-    inverse = np.linalg.inv(mass)
-    return np.hstack([-inverse @ stiffness, -inverse @ damping, inverse @ tires])
-
-
 def _output_matrix(values: Mapping[str, float], channels: Sequence[str]) -> Array:
     """Matrix (channels, 10) from the state to the channels of ``half_car``."""
-    acceleration, rigid = _accelerations(values), values["tire_vertical_stiffness"]
+    acceleration, rigid = half_car_accelerations(values), values["tire_vertical_stiffness"]
     rows = {"vertical_acceleration": acceleration[0] + values["antenna_offset"] * acceleration[1]}
     rows["pitch_rate"] = np.eye(10)[5]
     for end, axle, under in (("front", 2, 8), ("rear", 3, 9)):
