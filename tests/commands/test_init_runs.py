@@ -325,3 +325,15 @@ def test_a_log_that_turns_back_has_no_direction(tmp_path: Path) -> None:
         Longitude_deg=9.0 + east,
     )
     assert "direction" not in draft("coastdown", log)[1]["runs"][0]
+
+
+def test_a_coast_of_a_long_ride_ends_where_its_speed_settles(tmp_path: Path) -> None:
+    """The speed between two coasts stays below half of its range, falls slowly, and varies: that is no coast."""
+    time = np.arange(0.0, 1400.0)
+    speed = np.interp(time, [0, 60, 130, 1000, 1060, 1130, 1400], [20, 60, 22, 14, 60, 18, 16])
+    speed += np.where((time > 130.0) & (time < 1000.0), 2.5 * np.sin(time / 9.0), 0.0)
+    _, description = draft("coastdown", table(tmp_path / "ride.csv", Time_s=time, Speed_kmh=np.round(speed, 2)))
+    windows = [[float(run[key].split()[0]) for key in ("from_time", "to_time")] for run in description["runs"]]
+    assert [len(windows), *np.ravel(windows)] == pytest.approx(
+        [2, 55.0, 150.0, 1055.0, 1165.0], abs=70.0
+    )  # ends within a minute

@@ -75,7 +75,8 @@ def test_an_elevation_that_no_run_feels_changes_nothing() -> None:
         for log in logs
     ]
     found = STEP.estimate(spec_of(runs), wandering, known(vehicle, coast.DAY))
-    assert any("elevation is mapped but not used" in f.what for f in found.findings)
+    said = "elevation is mapped but not used: the runs' decelerations do not show its slope"
+    assert any(said in f.what for f in found.findings)
     for name in ("rolling_resistance", "drag_area"):
         assert found.parameters[name].value == plain.parameters[name].value
 

@@ -32,6 +32,8 @@ _REST = 0.1  # of the channel's duration: shorter constant segments are usual in
 _SHORTEST_REST = 10.0  # s
 _ANGLES = 20_000  # samples that suffice for a mean angle
 _LONG_FALL = 10.0  # s; shorter decreases of speed are braking
+_LONGEST_PLATEAU = 60.0  # s without a lower mean: a ride uphill at a steady speed, and no hill of a test road
+_LOWER = 0.04  # of half the range, by which a mean is lower: a coasting car loses as much in some 10 s
 _FALL_STEP = 2.0  # s, averaging time: a coasting car loses more speed in it than the noise of a receiver's mean
 
 
@@ -310,23 +312,22 @@ def _longest_fall(time: Array, values: Array) -> float:
 
 
 def _falls(time: Array, values: Array) -> tuple[tuple[float, float], ...]:
-    """First and last time of each decrease by half of the range, between turning points."""
+    """First and last time of each decrease by half of the range, without a long plateau or an increase by a quarter."""
     begins, means = _step_means(time, values)
     half = 0.5 * float(np.ptp(means))
-    found: list[tuple[float, float]] = []
-    high = low = 0
-    falling = False
+    found: list[tuple[int, int]] = []
+    high = lower = low = 0
     for i, mean in enumerate(means.tolist()):
-        if falling and mean - means[low] >= half:
-            found.append((float(begins[high]), float(begins[low])))
-            falling, high = False, i
-        elif falling:
-            low = i if mean <= means[low] else low
-        elif means[high] - mean >= half:
-            falling, low = True, i
-        else:
-            high = i if mean >= means[high] else high
-    return (*found, (float(begins[high]), float(begins[low]))) if falling else tuple(found)
+        ended = mean - means[low] >= 0.5 * half or begins[i] - begins[lower] > _LONGEST_PLATEAU
+        if ended:
+            found.append((high, low))
+        if ended or mean >= means[high]:
+            high = lower = low = i
+        elif mean <= means[low]:
+            low = i
+            lower = i if mean <= means[lower] - _LOWER * half else lower
+    found.append((high, low))
+    return tuple((float(begins[a]), float(begins[b])) for a, b in found if half > 0.0 and means[a] - means[b] >= half)
 
 
 def _step_means(time: Array, values: Array) -> tuple[Array, Array]:

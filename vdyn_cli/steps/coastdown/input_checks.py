@@ -16,6 +16,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.coasts.idle_drive import per_inertia
 from vdyn_cli.steps.coastdown.coasts.segments import FEWEST_SAMPLES, CoastSegment
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse
+from vdyn_cli.steps.coastdown.road.grade_agreement import FEWEST_RUNS
 from vdyn_cli.steps.coastdown.road.road_position import contradicting_position
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -50,13 +51,18 @@ def sign_findings(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> l
 
 
 def direction_findings(
-    runs: Sequence[Run], logs: Sequence[Log], segments: Sequence[CoastSegment], use: AccelerometerUse
+    runs: Sequence[Run],
+    logs: Sequence[Log],
+    segments: Sequence[CoastSegment],
+    use: AccelerometerUse,
+    drive: DriveSignal,
 ) -> tuple[Finding, ...]:
     """Runs in one direction only, directions that the logged position contradicts, and an elevation not used.
 
     Parameters
     ----------
     logs : one for each of the ``runs`` of the description. segments : that are fitted. use : of the accelerometer.
+    drive : that is evaluated.
     """
     found = []
     ways = {runs[s.run].direction for s in segments}
@@ -76,12 +82,20 @@ def direction_findings(
         found.append(Finding("runs", what, remedy=remedy, doubt=True))
     found += position_direction_findings(runs, logs)
     if use != "alone" and any("elevation" in log and "grade" not in log for log in logs):
-        what = "elevation is mapped but not used: the runs' decelerations do not show its slope"
-        if any("acceleration" in log for log in logs):
-            what = "elevation is mapped but not used: the accelerometer measures the slope"
+        what = f"elevation is mapped but not used: {_why_no_elevation(logs, drive)}"
         remedy = "remove it, or map 'grade' if the slope is known better"
         found.append(Finding("channels.elevation", what, remedy=remedy))
     return tuple(found)
+
+
+def _why_no_elevation(logs: Sequence[Log], drive: DriveSignal) -> str:
+    if drive != "coasting":
+        return "only coasting runs show whether its slope is right"
+    if any("acceleration" in log for log in logs):
+        return "the accelerometer measures the slope"
+    if len(logs) < FEWEST_RUNS:
+        return f"it takes {FEWEST_RUNS} runs or more to show whether its slope is right"
+    return "the runs' decelerations do not show its slope"
 
 
 def position_direction_findings(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[Finding, ...]:

@@ -67,7 +67,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
         runs.append(_with_accelerometer(run, use, zeros.get(run.name)))
     campaign = _campaign(spec, tuple(runs), drive, given, use)
     findings = (*idle, *wrong_acceleration, *start_findings(spec.runs), *by_elevation, *assumptions(known))
-    findings += direction_findings(spec.runs, sloped, segments, use)
+    findings += direction_findings(spec.runs, sloped, segments, use, drive)
     findings += accelerometer_findings(segments)
     if drive == "coasting" and not grades:  # a grade by elevation was compared before
         findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
