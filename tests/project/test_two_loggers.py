@@ -11,9 +11,11 @@ from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
 from vdyn_cli.project.checks.check import check
 from vdyn_cli.project.execute import execute
+from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.result_document import read_record, to_json
 from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.report.step_page import step_page
+from vdyn_cli.steps import load_step
 
 LOADS = ("FL Fz [N]", "FR Fz [N]", "RL Fz [N]", "RR Fz [N]")
 MOTION = ("Antenna Accel [m/s^2]", "Pitch Rate [deg/s]")
@@ -84,6 +86,32 @@ def test_check_lists_the_clocks(described: Path) -> None:
     assert pair.delay is not None
     assert pair.delay_std is not None
     assert abs(pair.delay) < 4.0 * pair.delay_std
+
+
+def test_a_wheel_speed_that_the_step_does_not_read_aligns_the_clocks_only(described: Path) -> None:
+    """Wheel loads beside a wheel speed in 1/min: the launches' slip separates it from the speed of the other logger."""
+    for k in (1, 2):
+        box = np.loadtxt(described.parent / f"box_{k}.csv", delimiter=",", skiprows=1)
+        car = np.loadtxt(described.parent / f"car_{k}.csv", delimiter=",", skiprows=1)
+        motion = dict(zip(MOTION, box[:, 1:].T, strict=True))
+        motion["v"] = np.interp(box[:, 0] - DELAY, car[:, 0], car[:, 5])
+        _write(described.parent / f"gps_{k}.csv", box[:, 0], motion)
+        columns = dict(zip((*LOADS, "n_VL [1/min]"), car[:, 1:].T, strict=True))
+        _write(described.parent / f"wheels_{k}.csv", car[:, 0], columns)
+    text = TEXT.replace(
+        'speed: {column: "Speed [km/h]", unit: km/h}', 'wheel_speed: {column: "n_VL [1/min]", unit: 1/min}'
+    )
+    text = (
+        text.replace("box_", "gps_")
+        .replace("car_", "wheels_")
+        .replace("runs:\n", '      speed: {column: "v", unit: km/h}\nruns:\n')
+    )
+    path = described.with_name("wheel.yaml")
+    path.write_text(text)
+    inputs = gather(load_step("cg"), path)
+    assert all("wheel_speed" in clock.pair for clock in inputs.clocks)
+    assert all(abs(clock.delay - DELAY) < 3.0 * clock.delay_std < 0.06 for clock in inputs.clocks)
+    assert all("wheel_speed" not in log for log in inputs.logs)
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ WHEELS = ("wheel_speed", *WHEEL_SPEEDS, "motor_speed")
 # Order of each channel as a derivative of the position along the road, and of the pitch angle.
 _ALONG = {"position": 0, "speed": 1, "vehicle_speed": 1, **dict.fromkeys(WHEELS, 1), "acceleration": 2}
 _PITCH = {"pitch": 0, "pitch_rate": 1}
+ALIGNING = (*_ALONG, *_PITCH)  # channels that can align two clocks, with or without use in the step
 
 
 @dataclass(frozen=True)
@@ -71,4 +72,4 @@ def tie_of(first: str, second: str) -> ChannelTie | None:
 
 def related_channels(channels: Collection[str]) -> list[str]:
     """The channels with which another logger's clock could be aligned to that of a logger with these channels."""
-    return [n for n in (*_ALONG, *_PITCH) if ties(channels, (n,))]
+    return [n for n in ALIGNING if ties(channels, (n,))]

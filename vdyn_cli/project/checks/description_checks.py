@@ -15,7 +15,7 @@ from vdyn_cli.description.yaml_source import Location, YamlSource, load_yaml
 from vdyn_cli.effects import candidates
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.files import remedy_for_missing_file
-from vdyn_cli.project.reading.channel_sources import channel_maps, logged_channels, needed_channel
+from vdyn_cli.project.reading.channel_sources import channel_maps, logged_channels, needed_channel, readable_channels
 from vdyn_cli.project.reading.logger_columns import column_of
 from vdyn_cli.project.reading.run_reading import log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
@@ -73,7 +73,7 @@ def wrong_channels(step: Step, spec: Description, source: YamlSource, dropped: C
     ----------
     dropped : locations of the description that were removed because they are wrong.
     """
-    known = step.channels()
+    known = readable_channels(step, spec)
     findings = check_channels(spec.channels, known, source, ("channels",))
     for i, logger in enumerate(spec.loggers):
         findings += check_channels(logger.channels, known, source, ("loggers", i, "channels"))

@@ -193,7 +193,7 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
 def _wheel_speed(step: Step, logs: Sequence[GuessedLog]) -> tuple[str, list[str]] | None:
     """A wheel speed that all logs of a logger have, and its lines: it shows the delay better than an acceleration.
 
-    A step that knows no single wheels takes any of them as its ``wheel_speed``.
+    In a step that knows no single wheels, it is the ``wheel_speed``, which then aligns the clocks only.
     """
     known = step.channels()
     wanted = {n: CHANNELS[n] for n in ("wheel_speed", *WHEEL_SPEEDS)}
@@ -201,7 +201,7 @@ def _wheel_speed(step: Step, logs: Sequence[GuessedLog]) -> tuple[str, list[str]
     for channel, guess in first.items():
         own = _mapped_as(guess)
         name = channel if channel in known else "wheel_speed"
-        if own and name in known and guess.unit != "?" and all(_mapped_as(other[channel]) == own for other in others):
+        if own and guess.unit != "?" and all(_mapped_as(other[channel]) == own for other in others):
             return name, channel_line(name, guess)
     return None
 

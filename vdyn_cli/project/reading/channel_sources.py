@@ -9,12 +9,13 @@ import numpy as np
 
 from vdyn_cli.description.description_model import Channel, ChannelSource, Description, KnownChannel, Reading
 from vdyn_cli.description.yaml_source import Location, YamlSource
+from vdyn_cli.io.clocks.tied_channels import ALIGNING
 from vdyn_cli.io.reader import COUNTED
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
-from vdyn_cli.quantities.quantity import Given, UnitError, parse
-from vdyn_cli.quantities.vocabulary import PARAMETERS
+from vdyn_cli.quantities.quantity import Given, Quantity, UnitError, parse
+from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.scaled_channel import ScaledChannel
 from vdyn_cli.steps.step_definition import named_channels
@@ -76,6 +77,13 @@ def _with_time(channels: Mapping[str, ChannelSource], reading: Reading) -> Mappi
 def logged_channels(channels: Mapping[str, Channel | KnownChannel]) -> dict[str, Channel]:
     """The channels that are read from a column of a log."""
     return {n: c for n, c in channels.items() if isinstance(c, Channel)}
+
+
+def readable_channels(step: Step, spec: Description) -> dict[str, Quantity]:
+    """The channels that a log of the description ``spec`` may contain: those of the step and, where several loggers
+    record, those that align the clocks only."""
+    aligning = ALIGNING if len(spec.loggers) > 1 else ()
+    return {**{n: CHANNELS[n] for n in aligning}, **step.channels()}
 
 
 def known_channels(step: Step, spec: Description, source: YamlSource, problems: list[Finding]) -> dict[str, float]:

@@ -12,7 +12,6 @@ from vdyn_cli.io.reader import Column
 from vdyn_cli.project.reading.channel_sources import logged_channels
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.quantity import Quantity
-from vdyn_cli.steps import Step
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class LoggerColumns:
 
 
 def logger_columns(
-    step: Step,
+    quantities: Mapping[str, Quantity],
     run: Run,
     source: YamlSource,
     name: str,
@@ -42,11 +41,12 @@ def logger_columns(
 
     Parameters
     ----------
-    channels : of the logger, and their location in the description. at : location of the run.
+    quantities : of the channels that are read. channels : of the logger, and their location in the description.
+    at : location of the run.
     """
     entries, where = channels
     mapped = {n: _in_run(c, run, n) for n, c in logged_channels(entries).items()}
-    columns = {n: column_of(q, mapped[n], source, (*where, n)) for n, q in step.channels().items() if n in mapped}
+    columns = {n: column_of(q, mapped[n], source, (*where, n)) for n, q in quantities.items() if n in mapped}
     own = {n: source.where((*at, "units", n)) for n in columns if n in run.units}
     columns |= {n: replace(columns[n], where=place, of_run=True) for n, place in own.items()}
     wrong = {n: f for n, c in columns.items() if (f := unit_problem(c, name)) is not None}

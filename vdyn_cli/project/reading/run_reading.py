@@ -23,7 +23,13 @@ from vdyn_cli.io.quality.channel_quality import WHOLE, Window
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
 from vdyn_cli.io.quality.cuts import CutLog, CutOrders, TimeSpan, cut_findings, suspect_findings, with_cuts
 from vdyn_cli.io.reader import Column, ReadOptions
-from vdyn_cli.project.reading.channel_sources import Scaling, channel_maps, logged_channels, with_known_channels
+from vdyn_cli.project.reading.channel_sources import (
+    Scaling,
+    channel_maps,
+    logged_channels,
+    readable_channels,
+    with_known_channels,
+)
 from vdyn_cli.project.reading.logger_columns import logger_columns
 from vdyn_cli.project.reading.road_profile import with_grade
 from vdyn_cli.quantities.clock_difference import ClockDifference
@@ -64,7 +70,7 @@ def read_run(
     problems = [f for key in ("columns", "signs", "units") for f in _unmapped(run, spec, source, ("runs", index, key))]
     read, no_unit, units = [], set[str](), dict[str, str]()
     for name, logger, channels, nth in zip(names, loggers, channel_maps(spec), run.recordings, strict=True):
-        found = logger_columns(step, run, source, name, channels, ("runs", index))
+        found = logger_columns(readable_channels(step, spec), run, source, name, channels, ("runs", index))
         problems += found.problems
         no_unit |= found.no_unit
         units |= {n: c.unit for n, c in found.columns.items()}
@@ -85,6 +91,7 @@ def read_run(
         files |= one[1] if one is not None else {}
     delays = [logger.delay for logger in loggers[1:]]
     log, clocks = (logs[0], ()) if len(logs) == 1 else merge(logs[0], logs[1:], _align_on(spec), delays)
+    log = replace(log, channels={n: v for n, v in log.channels.items() if n in step.channels()})
     raise_all(_segments_outside(run, log, source, ("runs", index)))
     cut = with_cuts(log, replace(_cut_orders(run), units={n: u for n, u in units.items() if n in log}))
     return _checked(step, spec, _in_window(run, cut, place), no_unit), clocks
