@@ -50,6 +50,9 @@ def test_short_and_german_names_and_g_are_known(header: str, expected: list[tupl
             ("pitch_rate", "GyroY [deg/s]"),
         ),
         ("cg", {"Fz FL_N": 4000 + WAVE, "Acc Long_mpers2": WAVE}, ("acceleration", "Acc Long [m/s2]")),
+        ("tire", {"Fx_N": WAVE, "Fz_N": 4000 + WAVE, "omega_rad_s_": 40 + WAVE}, ("wheel_speed", "omega_rad_s")),
+        ("shaft", {"M_GW_N m": 90 * WAVE, "Verdrehung_°": WAVE}, ("shaft_torque", "M_GW [N m]")),
+        ("shaft", {"M_GW_N m": 90 * WAVE, "Verdrehung_°": WAVE}, ("twist", "Verdrehung [°]")),
         ("cg", {"Fz FL_N": 4000 + WAVE, "G Force Long_G": WAVE}, ("acceleration", "G Force Long [G]")),
         ("inertia", {"MY_Nm": 90 * WAVE, "VFZG_kmperh": 50 + WAVE}, ("vehicle_speed", "VFZG [km/h]")),
         (

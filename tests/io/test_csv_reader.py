@@ -149,6 +149,23 @@ def test_a_unit_at_the_end_of_a_name_that_contradicts_the_description_is_named(
     assert stated in said(log)
 
 
+@pytest.mark.parametrize(
+    ("header", "unit", "stated"),
+    [
+        ("p_Brems [bar]", "48 N m", ""),  # the gain of a reading
+        ("p_Brems [bar]", "N m", "'0.5 N m' for 0.5 N m in 1 bar"),
+        ("M [kN m]", "48 N m", "'kN m'"),
+        ("M_mV", "0.4 N m", ""),
+        ("M_daNm", "N m", "'daN m'"),
+    ],
+)
+def test_a_gain_converts_a_reading_of_another_dimension(header: str, unit: str, stated: str, tmp_path: Path) -> None:
+    columns = COLUMNS | {"torque": Column(header, unit, "N m")}
+    log = read(tmp_path, table(names=(*NAMES[:2], header)), columns)
+    assert bool(log.findings) == bool(stated)
+    assert stated in said(log)
+
+
 @pytest.mark.parametrize(("unit", "told"), [("m/s^2", True), ("g", False)])
 def test_a_g_at_the_end_of_the_name_of_an_acceleration_is_its_unit(unit: str, told: bool, tmp_path: Path) -> None:
     columns = {"time": COLUMNS["time"], "acceleration": Column("AccX_g", unit, "m/s^2")}

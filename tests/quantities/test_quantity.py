@@ -168,5 +168,12 @@ def test_capitals_are_no_nanometers() -> None:
 def test_a_raw_value_s_unit_has_a_factor() -> None:
     assert to_si(9000.0, "0.01 km/h", "m/s") == pytest.approx(25.0)
     assert to_si(200.0, "0.1degC", "K") == pytest.approx(293.15)
+    assert to_si(2.0, "48 N m", "N m") == pytest.approx(96.0)
     with pytest.raises(UnitError):
         to_si(1.0, "0.01 0.01 km/h", "m/s")
+
+
+@pytest.mark.parametrize("text", ["1588 2 kg", "1588 0.5 kg"])
+def test_a_standard_deviation_without_its_sign_is_not_a_factor(text: str) -> None:
+    with pytest.raises(UnitError, match=r"two numbers: if the second is a standard deviation, write '\+-' before it"):
+        parse(text, "kg")

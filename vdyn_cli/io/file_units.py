@@ -9,7 +9,7 @@ from functools import lru_cache
 
 from vdyn_cli.io.reader import Column
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.quantities.quantity import UnitError, is_spelling, raw_scale, to_si
+from vdyn_cli.quantities.quantity import UnitError, has_gain, is_spelling, raw_scale, to_si
 from vdyn_cli.quantities.unit_grammar import written_powers
 
 _UNIT = re.compile(r"[\w°%²³·*/^().\s-]{0,24}")
@@ -24,7 +24,7 @@ _OTHER_WORDS = {
 _NAME_ENDS = {  # units as the last word of a name
     **{"mps": "m/s", "kmh": "km/h", "kph": "km/h", "kmph": "km/h", "mph": "mph", "mps2": "m/s^2", "ms2": "m/s^2"},
     **{"rpm": "rpm", "radps": "rad/s", "degps": "deg/s", "dps": "deg/s", "deg": "deg", "nm": "N m", "kn": "kN"},
-    **{"knm": "kN m", "pct": "%", "percent": "%"},
+    **{"knm": "kN m", "dan": "daN", "danm": "daN m", "cn": "cN", "cnm": "cN m", "mv": "mV", "pct": "%", "percent": "%"},
     **{"kg": "kg", "lbs": "lbs", "n": "N", "m": "m", "mm": "mm", "km": "km", "ft": "ft", "s": "s", "ms": "ms"},
     **dict.fromkeys(("mile", "miles"), "mile"),
 }
@@ -34,6 +34,9 @@ _IN_WORDS = (
     (re.compile(r"(?<![^\W_])(km|n)[_ ]([hm])$", re.IGNORECASE), r"\1\2"),
     (re.compile(r"kN$"), "kn"),  # not a name that ends with k, in N
     (re.compile(r"kN[_ ]?m$"), "knm"),
+    (re.compile(r"daN[_ ]?(m?)$"), r"dan\1"),
+    (re.compile(r"(?<![^\W_])cN[_ ]?(m?)$"), r"cn\1"),
+    (re.compile(r"(?<![^\W_])mV$"), "mv"),
     (re.compile(r"kilomet(er|re)s?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "kmh"),
     (re.compile(r"met(er|re)s?[ _]?per[ _]?s(ec(ond)?)?$", re.IGNORECASE), "mps"),
     (re.compile(r"miles?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "mph"),
@@ -41,7 +44,7 @@ _IN_WORDS = (
 # German compounds are split; others, such as Winkelgeschwindigkeit, name other quantities.
 _COMPOUND = re.compile(
     r"(?<![a-zäöü])(fahrzeug|fahr|laengs|längs|quer|vertikal|rad|motor|wind|antriebs|brems|weg)"
-    r"(?=geschw|beschl|drehzahl|drehmoment|moment|kraft|strecke)",
+    r"(?=geschw|beschl|drehzahl|drehmoment|moment|kraft|druck|strecke)",
     re.IGNORECASE,
 )
 # At the end of a name, or before the mark of a device: "Vehicle Speed (km/h) *OBD".
@@ -139,7 +142,7 @@ def contradicts(stated: str, column: Column, only_scale: bool = False) -> bool:
     try:
         file = [to_si(x, stated, column.si_unit) for x in (0.0, 1.0)]
     except UnitError:
-        return not only_scale
+        return not (only_scale or has_gain(column.unit))  # 48 N m for each bar
     ours = [to_si(x, column.unit, column.si_unit) for x in (0.0, 1.0)]
     return any(abs(a - b) > 1e-9 * max(abs(a), abs(b)) for a, b in zip(file, ours, strict=True))
 
@@ -172,9 +175,14 @@ def contradiction(where: str, channel: str, column: Column, stated: str) -> Find
         "at the run"
     )
     if _other_dimension(unit, column.si_unit):
-        remedy = f"map '{channel}' to its own column: '{unit}' is no unit of it; {remedy}"
+        raw = _gain_of(column.unit, unit) if channel != "time" else ""
+        remedy = f"map '{channel}' to its own column: '{unit}' is no unit of it; {raw}{remedy}"
     found = UnitContradiction(where, what, channel=channel, read=column.unit, stated=unit)
     return found if column.of_run else replace(found, remedy=remedy, doubt=True)
+
+
+def _gain_of(unit: str, reading: str) -> str:
+    return f"if it is a sensor's reading, write its gain, such as '0.5 {unit}' for 0.5 {unit} in 1 {reading}; "
 
 
 def _other_dimension(unit: str, si_unit: str) -> bool:
@@ -195,17 +203,19 @@ def unit_problem(column: Column, name: str) -> Finding | None:
     try:
         to_si(1.0, column.unit, column.si_unit)
     except UnitError as error:
-        remedy = (
-            speed_over_ground(column.unit, column.si_unit) or f"write the unit in which '{column.column}' is logged"
-        )
+        remedy = remedy_for_unit(column.unit, column.si_unit) or f"write the unit in which '{column.column}' is logged"
         return Finding(column.where or name, str(error), "", remedy)
     return None
 
 
-def speed_over_ground(unit: str, si_unit: str) -> str:
-    """The remedy for a wheel's angular speed in a unit of speed, which brake controls send; empty for other units."""
-    try:
-        to_si(1.0, unit, "m/s")
-    except UnitError:
-        return ""
-    return "map a wheel's speed over the ground as 'speed', if the test reads 'speed'" if si_unit == "rad/s" else ""
+def remedy_for_unit(unit: str, si_unit: str) -> str:
+    """The remedy for a unit of another dimension that loggers write for a quantity; empty for other units.
+
+    A speed of a wheel in a unit of speed, which brake controls send; a sensor's voltage; the pressure of
+    a brake in place of its torque.
+    """
+    if is_unit_of(unit, "V") or (si_unit == "N m" and is_unit_of(unit, "Pa")):
+        return _gain_of(si_unit, unit).rstrip("; ")
+    if si_unit == "rad/s" and is_unit_of(unit, "m/s"):
+        return "map a wheel's speed over the ground as 'speed', if the test reads 'speed'"
+    return ""

@@ -71,7 +71,9 @@ _BY_KIND = {
     **{(u, "N m"): "lbf*ft" for u in ("lb-ft", "ft-lb", "lb ft", "ft lb", "lbft", "ftlb")},
 }
 
-_RAW = re.compile(r"\s*(\d{0,3}\.\d{1,12})[ *x·]{0,3}((?:[^\W\d_]|[%°]).*)", re.DOTALL)
+_UNIT_BEHIND = r"[ *x·]{0,3}((?:[^\W\d_⁰¹²³⁴-⁹]|[%°]).*)"
+_RAW = re.compile(rf"\s*(\d{{0,3}}\.\d{{1,12}}){_UNIT_BEHIND}", re.DOTALL)
+_GAIN = re.compile(rf"\s*(\d{{1,6}}(?:\.\d{{1,12}})?|\.\d{{1,12}}){_UNIT_BEHIND}", re.DOTALL)  # in a description
 
 _KINDS = {
     "m": "length",
@@ -104,8 +106,17 @@ def is_spelling(text: str) -> bool:
 
 def raw_scale(text: str) -> tuple[float, str]:
     """The decimal factor and the unit of a raw value's unit, such as 0.01 and km/h of ``0.01 km/h``; 1 without one."""
-    raw = _RAW.fullmatch(text[: unit_grammar.LONGEST_UNIT])
-    return (float(raw[1]), raw[2]) if raw is not None and float(raw[1]) > 0.0 else (1.0, text)
+    return _factor_and_unit(_RAW, text)
+
+
+def has_gain(unit: str) -> bool:
+    """Whether a description's unit has a factor, the gain of a sensor: ``48 N m`` for 48 N m in each 1 of the file."""
+    return _factor_and_unit(_GAIN, unit)[1] != unit
+
+
+def _factor_and_unit(form: re.Pattern[str], text: str) -> tuple[float, str]:
+    found = form.fullmatch(text[: unit_grammar.LONGEST_UNIT])
+    return (float(found[1]), found[2]) if found is not None and float(found[1]) > 0.0 else (1.0, text)
 
 
 @cache
@@ -126,7 +137,7 @@ def _scale(unit: str, si_unit: str) -> tuple[float, float]:
 
 def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
     """The same as ``_scale``, from the unit library; a factor before the unit is a raw value's: ``0.01 km/h``."""
-    step, plain = raw_scale(unit)
+    step, plain = _factor_and_unit(_GAIN, unit)
     if plain != unit:
         factor, offset = _scale(plain, si_unit)
         return step * factor, offset
@@ -220,6 +231,8 @@ def parse(text: str | float, si_unit: str) -> Given:
         raise UnitError(f"'{text[:40]}' has a {_without_comma(number, unit[1:])}")
     if not spread and (behind := _DEVIATION.match(unit)):
         unit, spread, own = behind.groups()
+    if has_gain(unit):
+        raise UnitError(f"'{text[:40]}' has two numbers: if the second is a standard deviation, write '+-' before it")
     std = float(spread or 0.0)
     if std < 0.0:
         right = " ".join([number, *([unit, "+-", f"{-std:g}", own] if own else ["+-", f"{-std:g}", unit])]).rstrip()

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vdyn_cli.io.channel_survey import ChannelFacts
-from vdyn_cli.io.file_units import is_unit_of, speed_over_ground, unit_text, words_and_unit
+from vdyn_cli.io.file_units import is_unit_of, remedy_for_unit, unit_text, words_and_unit
 from vdyn_cli.io.reader import clock_units
 from vdyn_cli.project.drafting.channel_names import (
     CORNERS,
@@ -309,7 +309,7 @@ def _unit(one: ChannelFacts, quantity: Quantity, suffix: str, file_name: str) ->
     try:
         to_si(1.0, unit, quantity.unit)
     except UnitError:
-        remedy = speed_over_ground(unit, quantity.unit)
+        remedy = remedy_for_unit(unit, quantity.unit)
         return "", f"is in {unit}, which is not {a_unit_of(quantity.unit)}" + (f": {remedy}" if remedy else "")
     return unit, how
 
