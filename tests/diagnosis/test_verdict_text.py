@@ -36,6 +36,15 @@ def test_an_interval_off_its_value_is_stated_by_its_ends() -> None:
     assert amplitude_text(found, {name: size}).startswith(" of -0.012 [-0.038, -0.002] N m/s")
 
 
+@pytest.mark.parametrize(("half", "axles"), [(0.3, "; front -0.014, rear -0.386"), (1.2, "")])
+def test_axles_that_differ_significantly_have_their_own_amplitudes(half: float, axles: str) -> None:
+    """A damper that is worn at the rear only is not an effect of half the size on both axles."""
+    found = next(e for e in catalog() if e.name == "asymmetric_damping")
+    unknowns = {"damping_asymmetry": (-0.2, 0.06), "damping_asymmetry_balance": (-0.93, half)}
+    sizes = {n: Estimate(v, h / 1.96, (v - h, v + h), "", "", found.name) for n, (v, h) in unknowns.items()}
+    assert amplitude_text(found, sizes) == f" (-0.200 +- 0.060{axles})"
+
+
 PLURAL = (
     "accelerometer_slope", "asymmetric_damping", "brake_drag", "brake_drag_fading", "bump_stop", "degressive_damping",
     "front_load_gain", "load_crosstalk", "progressive_spring", "rear_load_delay", "rear_load_gain",
