@@ -213,3 +213,9 @@ def test_noise_of_a_speed_that_hardly_changes_is_no_wrong_scale(seed: int, gain:
     speed = 14.0 + 2.0 / turning * np.sin(turning * TIME) + 0.25 * np.sin(0.8 * TIME) + rng.normal(0, 0.05, TIME.size)
     log = with_cross_checks(Log("wheel.csv", TIME, {"speed": speed, "acceleration": gain * acceleration}), refuse=False)
     assert any("contradict each other" in finding.what for finding in log.findings) == told
+
+
+def test_a_constant_channel_has_no_scale() -> None:
+    """A position that did not move ended as a division by zero; its own finding says that it is constant."""
+    still = log().with_channels(position=np.full(TIME.size, 3.0))
+    assert not with_cross_checks(still).findings

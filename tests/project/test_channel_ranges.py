@@ -35,3 +35,14 @@ def test_a_speed_of_the_wrong_sign_has_the_sign_among_its_remedies() -> None:
         within_physical_limits(load_step("coastdown"), driven(-60.0))
     with pytest.raises(InputError, match="check the unit and the column"):
         within_physical_limits(load_step("coastdown"), driven(-3000.0))
+
+
+def test_a_clock_too_slow_for_the_test_has_its_unit_as_remedy() -> None:
+    """Milliseconds read as seconds: the fit of cg ended at a bound, and inertia published a thousand times too much."""
+    slow = Log("run.csv", np.arange(0.0, 4000.0, 10.0), {"speed": np.linspace(0.0, 20.0, 400)})
+    for step in ("cg", "inertia", "validate"):
+        with pytest.raises(
+            InputError, match=r"typical step is 10 s; this test needs 2 s or less\n.*units: \{time: ms\}"
+        ):
+            within_physical_limits(load_step(step), slow)
+    assert not within_physical_limits(load_step("coastdown"), slow).findings

@@ -175,3 +175,9 @@ def test_the_missing_half_of_an_axle_is_requested(tmp_path: Path) -> None:
     (tmp_path / "cg.yaml").write_text(yaml.safe_dump({"test": "cg", "channels": channels, "runs": [{"log": "a.csv"}]}))
     with pytest.raises(InputError, match="add 'front_left_load: "):
         gather(load_step("cg"), tmp_path / "cg.yaml")
+
+
+def test_a_column_that_no_readable_run_has_is_wrong_in_the_description(tmp_path: Path) -> None:
+    channels = {"time": {"column": "t", "unit": "s"}, "speed": {"column": "w", "unit": "m/s"}}
+    text = problems(tmp_path, channels=channels, runs=[{"log": "b.csv"}, {"log": "a.csv"}])
+    assert "no such column in a.csv (got 'w')\n    -> its columns are" in text

@@ -60,3 +60,7 @@ def test_a_slope_that_resembles_a_factor_in_one_direction_contradicts_no_speed()
         runs(1.609344 * COASTING, speed=1.0, acceleration=1 / 1.609344), ["out", "back"], CAR, mapped
     )
     assert "'acceleration'" in found.what
+
+
+def test_a_constant_channel_shows_no_unit() -> None:
+    assert not list(contradicted_speed(runs(LIVELY, speed=1.0, position=0.0), ["out", "back"], CAR, MAPPED))

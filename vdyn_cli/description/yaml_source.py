@@ -17,7 +17,7 @@ from vdyn_cli.quantities.input_file import read_regular, unreadable
 Location = tuple[str | int, ...]
 
 MAX_BYTES = 1_000_000
-_SYNTAX = "check indentation, colons, brackets and quotes there"
+_SYNTAX = "check indentation, colons, brackets and quotes there and in the line above"
 _SUFFIXES = (".yaml", ".yml")
 MAX_DEPTH = 30
 _WRITTEN = "vdyn/"  # begins the format of every JSON document of vdyn

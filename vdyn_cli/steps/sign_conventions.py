@@ -8,6 +8,7 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.log import Log
 
 REMEDY = "add 'sign: -1' to its channel"
 
@@ -30,6 +31,15 @@ class WrongSign(Finding):
 
     log: str = field(default="", compare=False)
     channel: str = field(default="", compare=False)
+
+
+def negative_loads(log: Log) -> list[Finding]:
+    """Findings on vertical loads with a median below zero: of wheels where these are mapped, else of axles."""
+    loads = [n for n in log.channels if n.endswith("_load") and np.isfinite(log[n]).any()]
+    low = {n: value for n in loads if (value := float(np.nanmedian(log[n]))) < 0.0}
+    wheels = {n: value for n, value in low.items() if n.endswith(("_left_load", "_right_load"))}
+    what = f"negative {'wheel' if wheels else 'axle'} load: loads must be positive"
+    return [wrong_sign(log.name, n, what, f"{value:.0f} N") for n, value in (wheels or low).items()]
 
 
 def wrong_sign(log: str, channel: str, what: str, got: str = "", remedy: str = REMEDY) -> Finding:

@@ -21,6 +21,7 @@ from vdyn_cli.steps.cg.load_windows import cut_windows, pitch_angle
 from vdyn_cli.steps.cg.problem import CgProblem
 from vdyn_cli.steps.cg.spec import CgSettings, CgSpec
 from vdyn_cli.steps.cg.step import STEP
+from vdyn_cli.steps.sign_conventions import negative_loads
 
 SPEC = CgSpec(test="cg", settings=CgSettings(load_zero="10 N"))  # type: ignore[arg-type]
 
@@ -277,3 +278,11 @@ def test_loads_that_contradict_a_weighed_mass_are_doubted() -> None:
         assert bool(found) is doubted
         # What they carry without air is known to some 10 N, 0.1 % of the weight.
         assert all(float(what.split("carry ")[1].split(" %")[0]) == pytest.approx(1.0, abs=0.15) for what in found)
+
+
+def test_the_wheel_with_a_wrong_sign_is_named_instead_of_the_axle() -> None:
+    log = logs(random_vehicle(1), 1)[0]
+    half = 0.5 * log["front_load"]
+    turned = log.with_channels(front_left_load=-half, front_right_load=half, front_load=0.0 * half)
+    (found,) = negative_loads(turned)
+    assert found.where.endswith("front_left_load")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.shaft.shaft_fit import ShaftFit, linear_solution
@@ -55,3 +56,11 @@ def test_a_damping_that_is_not_published_has_no_correlation() -> None:
     found = STEP.estimate(spec, (tip_ins(1, -30.0),), Parameters()).parameters
     assert set(found) == {"shaft_stiffness_left"}
     assert not found.correlation
+
+
+def test_a_shaft_that_does_not_move_is_refused() -> None:
+    """A constant log ended as a division by zero."""
+    spec = ShaftSpec.model_validate({"test": "shaft", "runs": [{"log": "tip_in.csv", "side": "left"}]})
+    still = {n: np.full(6000, v) for n, v in {"shaft_torque": -19.2, "twist": 0.01}.items()}
+    with pytest.raises(InputError, match="the twist is constant"):
+        STEP.prepare(spec, (Log("tip_in.csv", np.arange(6000) * 2e-3, still),), Parameters())

@@ -159,7 +159,7 @@ def _distance_ratio(time: Array, speed: Array, position: Array) -> float | None:
     driven, place = over_ground(time[good], np.abs(speed[good]), position[good])
     coarse = np.linspace(0, good.sum() - 1, min(51, good.sum())).astype(int)
     moved = float(np.sum(np.abs(np.diff(place[coarse]))))
-    return moved / float(driven[-1]) if driven[-1] > LEAST_DISTANCE else None
+    return moved / float(driven[-1]) if driven[-1] > LEAST_DISTANCE and moved > 0.0 else None
 
 
 def _change_ratio(time: Array, speed: Array, acceleration: Array) -> float | None:

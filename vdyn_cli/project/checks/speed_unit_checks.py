@@ -47,7 +47,7 @@ def contradicted_speed(
         if "wheel_radius" in known.estimates:
             radius = known["wheel_radius"].value
             found |= {n: _by_wheel(logs, speed, n, radius) for n in ("wheel_speed", *WHEEL_SPEEDS)}
-        references = {n: gains for n, gains in found.items() if n in mapped and gains}
+        references = {n: gains for n, gains in found.items() if n in mapped and gains and all(gains)}  # 0: constant
         of_speed = {n: _true_unit(gains, mapped[speed][1], "m/s") for n, gains in references.items()}
         confirmed = any(np.max(np.abs(np.log(np.abs(gains)))) < QUALITY.refused_scale for gains in references.values())
         if any(of_speed.values()) and not confirmed:

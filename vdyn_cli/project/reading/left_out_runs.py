@@ -49,12 +49,16 @@ class RunProblems:
         return self.own.setdefault(index, [])
 
     def name_columns_at_runs(self, count: int) -> None:
-        """Let the remedy for a column that only some of ``count`` runs lack be a key of these runs."""
+        """Let the remedy for a column that only some of ``count`` runs lack be a key of these runs.
+
+        A run with other problems, such as a missing log, does not show whether it has the column.
+        """
         lacking = {(i, f.channel) for i, own in self.own.items() for f in own if isinstance(f, MissingColumn)}
         number = Counter(channel for _, channel in lacking)
+        others = [own for own in self.own.values() if own and not any(isinstance(f, MissingColumn) for f in own)]
         for own in self.own.values():
             for k, one in enumerate(own):
-                if isinstance(one, MissingColumn) and number[one.channel] < count:
+                if isinstance(one, MissingColumn) and number[one.channel] < count - len(others):
                     key = f"write its name at this run, 'columns: {{{one.channel}: NAME}}'"
                     own[k] = replace(one, remedy=f"{key}, since the other runs have {one.got}; {one.remedy}")
 

@@ -230,7 +230,7 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
     InputError : the clock is impossible, or more than 1 % of a channel's samples are outside its physical range; all
         channels are reported at once.
     """
-    problems, doubts = list(impossible_clock(log)), list[Finding]()
+    problems, doubts = list(impossible_clock(log, step.longest_step)), list[Finding]()
     for name, quantity in step.channels().items():
         values = log[name] if name in log and name != "time" and name not in no_unit else None
         if values is None or not np.isfinite(values).any():

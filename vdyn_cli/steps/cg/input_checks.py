@@ -13,10 +13,10 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
-from vdyn_cli.steps.cg.load_windows import LOADS, exceeds_walk, integrated_pitch, pitch_angle
+from vdyn_cli.steps.cg.load_windows import exceeds_walk, integrated_pitch, pitch_angle
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.failure import no_runs
-from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
+from vdyn_cli.steps.sign_conventions import cosine, negative_loads, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SHORTEST_RUN = 2.0  # s: a run must contain a squat and a dive of half a second each, with their onset and decay
@@ -150,9 +150,8 @@ def _errors(log: Log) -> list[Finding]:
     if empty or not _exceeds_noise(acceleration, log.time):
         got = "empty" if empty else f"standard deviation {np.nanstd(acceleration):.2g} m/s^2"
         return [Finding(f"{log.name}, acceleration", WEAK, got, "accelerate and brake with 3 m/s^2 or more")]
-    negative = [n for n in LOADS if n in log and np.nanmedian(log[n]) < 0]
-    if negative:
-        return [wrong_sign(log.name, n, "negative axle load: loads must be positive") for n in negative]
+    if negative := negative_loads(log):
+        return negative
     pitch = integrated_pitch(log)[0]
     gains_load = _correlation(acceleration, load) > STEP_POLICY.sign_correlation
     if gains_load and _correlation(acceleration, pitch) > STEP_POLICY.sign_correlation:

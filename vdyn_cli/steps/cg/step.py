@@ -6,6 +6,7 @@ from vdyn_cli.steps.cg.planned_logs import PLANNED
 from vdyn_cli.steps.cg.problem import prepare
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.step_definition import Diagnosable, Step
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SLOPE = ("tire_longitudinal_stiffness", "tire_relaxation_length")
 
@@ -28,6 +29,7 @@ STEP = Step(
         "brake_share_front",
         "wheels",
     ),
+    longest_step=STEP_POLICY.sparse_samples,
     run_keys=("direction",),
     prepare=prepare,
     complete=("pitch_rate",),

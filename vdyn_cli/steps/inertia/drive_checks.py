@@ -103,7 +103,7 @@ def too_little(run: DriveWindows) -> list[Finding]:
         return [Finding(run.log.name, f"{what}: {FEWEST_WINDOWS} are needed", "", remedy)]
     # Of the speed, not its gain in a window: a coarse encoder's noise may hide each gain, but not their sum.
     speed = run.log["wheel_speed"][np.union1d(run.first, run.last)]
-    spread = float(np.std(speed))
+    spread = float(np.std(speed)) if np.ptp(speed) else 0.0
     if not exceeds_noise(spread, run.noise.speed, speed.size):
         got = f"standard deviation {spread:.2g} rad/s"
         return [Finding(run.log.name, "the wheel speed is constant within its noise", got, remedy)]

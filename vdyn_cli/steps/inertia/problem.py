@@ -28,7 +28,7 @@ from vdyn_cli.steps.failure import unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.inertia.drive_checks import radius_contradiction, sign_doubts, too_little
-from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
+from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.result import inertia_result
 from vdyn_cli.steps.inertia.road_inertia import KNOWN, RoadInertia, road_inertia
@@ -137,7 +137,8 @@ class InertiaProblem(SimulatedProblem):
         assert self.balance is not None
         wheel = self.balance.wheel
         window = max(long_enough(self.data.runs, wheel, most_noise), least)
-        return _balance(self.data.runs, window, wheel, self.balance.torque_zero)
+        runs = _windows(self.data.runs, window, wheel)
+        return _balance(runs, self.data.runs, wheel, self.balance.torque_zero)
 
     def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over the runs on the road, else over the pendulum's recording, with effects in the model.
@@ -218,8 +219,9 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     settings = spec.settings
     zero = float(np.hypot(settings.torque_zero.value, given["wheel_radius"].value * settings.force_zero.value))
     values = {name: one.value for name, one in given.items()}
-    balance = _balance(data.runs, settings.window.value, values, zero)
-    raise_all(f for run in balance.runs for f in too_little(run))
+    runs = _windows(data.runs, settings.window.value, values)
+    raise_all(f for run in runs for f in too_little(run))
+    balance = _balance(runs, data.runs, values, zero)
     findings = [f for log in data.runs for f in log.findings]
     if "rolling_resistance" not in known:
         what = f"is not known: {ANY_TIRE.value} +- {ANY_TIRE.std} assumed (typical car tire)"
@@ -230,6 +232,11 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
     return InertiaProblem(spec, data, given, balance, tuple(findings))
 
 
-def _balance(logs: Sequence[Log], window: float, wheel: Mapping[str, float], zero: float) -> MomentBalance:
-    runs = with_scatter(with_shared_noise([drive_windows(log, window, wheel) for log in logs]), wheel)
-    return MomentBalance(with_slow_acceleration(runs, logs, wheel), wheel, zero)
+def _windows(logs: Sequence[Log], window: float, wheel: Mapping[str, float]) -> tuple[DriveWindows, ...]:
+    return with_shared_noise([drive_windows(log, window, wheel) for log in logs])
+
+
+def _balance(
+    runs: Sequence[DriveWindows], logs: Sequence[Log], wheel: Mapping[str, float], zero: float
+) -> MomentBalance:
+    return MomentBalance(with_slow_acceleration(with_scatter(runs, wheel), logs, wheel), wheel, zero)

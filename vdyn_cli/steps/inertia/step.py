@@ -11,6 +11,7 @@ from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_problem import prepare_stand
 from vdyn_cli.steps.scaled_channel import torque_at_wheel
 from vdyn_cli.steps.step_definition import Diagnosable, Step
+from vdyn_cli.steps.step_policy import STEP_POLICY
 
 ON_ROAD = Step(
     name="inertia",
@@ -22,6 +23,7 @@ ON_ROAD = Step(
     gives=("wheel_inertia", *DRAG),
     scaled=(torque_at_wheel("hub_torque"),),
     reads=(),
+    longest_step=STEP_POLICY.sparse_samples,
     run_keys=(),
     prepare=prepare,
     diagnosable=Diagnosable(metric=("wheel speed", "rad/s"), run="drive"),

@@ -269,7 +269,9 @@ def _turned(time: Array, speed: Array) -> float:
 
 
 def _too_gentle(run: ShaftReadings) -> list[Finding]:
-    move, noise = float(np.std(run.torque)), run.noise[0]
+    if np.ptp(run.twist) == 0.0:
+        return [Finding(run.name, "the twist is constant", f"{run.twist[0]:.3g} rad", "check its sensor and its unit")]
+    move, noise = float(np.std(run.torque)) if np.ptp(run.torque) else 0.0, run.noise[0]
     if exceeds_noise(move, noise, run.torque.size):
         return []
     got = f"standard deviation {move:.3g} N m, noise {noise:.3g} N m"

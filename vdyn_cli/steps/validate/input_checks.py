@@ -9,8 +9,7 @@ import numpy as np
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import filled, rms
-from vdyn_cli.quantities.errors import Finding, InputError, raise_all
-from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.drives.segments import MOVING, DriveSegment, total_drive_torque
@@ -18,7 +17,6 @@ from vdyn_cli.steps.validate.prediction_band import PredictionBand
 
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
 BLOCK = 4.0  # s, of the means: shorter ones are noisy for a speed at 1 Hz, in longer ones the driver has corrected
-UNIT = "check the unit of time: milliseconds?"
 
 
 def refuse_coarse(model: str, step: float) -> None:
@@ -31,21 +29,6 @@ def refuse_coarse(model: str, step: float) -> None:
     if model == "vehicle" and step > LONGEST_STEP:
         what = f"is longer than {1e3 * LONGEST_STEP:g} ms, beyond which the vehicle's half-shafts are not accurate"
         raise InputError(Finding("settings.step", what, f"{1e3 * step:g} ms", "leave it out"))
-
-
-def refuse_sparse(logs: Sequence[Log]) -> None:
-    """Refuse logs whose samples are too far apart to simulate a drive.
-
-    Raises
-    ------
-    InputError : with a finding for each of them.
-    """
-    usual = [float(np.median(np.diff(log.time))) if log.time.size > 1 else 0.0 for log in logs]
-    raise_all(
-        Finding(f"{log.name}, channel 'time'", "has samples too far apart to simulate a drive", f"{step:.3g} s", UNIT)
-        for log, step in zip(logs, usual, strict=True)
-        if step > STEP_POLICY.sparse_samples
-    )
 
 
 def missed_drives(setup: SimulationSetup, least: float = STEP_POLICY.missed_error) -> tuple[Finding, ...]:

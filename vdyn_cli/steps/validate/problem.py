@@ -63,7 +63,7 @@ from vdyn_cli.steps.validate.fit.nondifferentiable import (
 from vdyn_cli.steps.validate.fit.posterior import posterior
 from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
-from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse, refuse_sparse
+from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts, torque_gain_profile
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.result import result
@@ -133,7 +133,6 @@ class ValidateProblem(SimulatedProblem):
         s = self.spec.settings
         if s.step:
             refuse_coarse(s.model, s.step.value)
-        refuse_sparse(self.logs)
         w = s.windows
         rule = Segmentation(s.model, motion=stated_motion(self.known))
         if w:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from vdyn_cli.quantities.parameters import ESTIMATED_BY
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
+from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.complete_inputs import DRIVE_TORQUES, FEWEST_SAMPLES, INPUTS, OUTPUTS
 from vdyn_cli.steps.validate.preparation import powered_windows, prepare
 from vdyn_cli.steps.validate.problem import ValidateProblem
@@ -32,6 +33,7 @@ STEP = Step(
     gives=(),
     scaled=(replace(SPEED_OF_WHEEL, in_model=True), TORQUE_OF_MOTOR),
     any_gain={"speed": MOST_GAIN},
+    longest_step=STEP_POLICY.sparse_samples,
     run_keys=("direction", "start", "temperature"),
     prepare=prepare,
     complete=(*DRIVE_TORQUES, *INPUTS),
