@@ -198,6 +198,17 @@ def test_a_torque_whose_zero_drifts_in_each_drive_is_named(tmp_path: Path, seed:
     assert low <= drift <= high
 
 
+@pytest.mark.slow
+def test_a_torque_that_is_wrong_only_under_recuperation_is_named(tmp_path: Path) -> None:
+    """A controller that holds the efficiency of driving for both directions: its torque reads 20 % too high."""
+    logs = dict(drives(replace(CAR, recuperated=0.06), 6))
+    logs["torque"] = np.where(logs["torque"] < 0.0, 1.2, 1.0) * logs["torque"]
+    found = diagnosed(tmp_path, CAR, logs)
+    assert [c.effect for c in found.causes] == ["overrun_gain"]
+    low, high = found.causes[0].unknowns["overrun_gain"].interval95
+    assert low <= 0.2 <= high
+
+
 def _late(samples: int, folder: Path, car: Car = CAR) -> Diagnosis:
     """The diagnosis of drives whose torque is logged this many ms late."""
     logs = dict(drives(car, 4))
