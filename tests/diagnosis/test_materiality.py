@@ -77,6 +77,15 @@ def test_an_unknown_error_states_the_size_of_what_comes_closest():
     assert said.endswith("Effect of the closest candidate on the speed: 0.5 m/s rms (noise floor 0.2 m/s).")
 
 
+def test_an_answer_without_a_certain_gain_states_its_size():
+    case = Campaign(3, hidden={"wind": 2.0}).setup(*CATALOG)
+    verdict = replace(judge(open_strategy(case)), gain=None)
+    size = Size(output="speed", unit="m/s", change=0.5, noise_floor=0.2, points=(), shifts_in_std={}, share_of_rms=1.0)
+    said = verdict_sentence(verdict, case.candidates, {}, size=size)
+    assert verdict.answer is not None
+    assert said.endswith("part of the rms error. Effect on the speed: 0.5 m/s rms (noise floor 0.2 m/s).")
+
+
 def test_a_size_is_the_change_of_output_and_parameters():
     campaign = Campaign(3, hidden={"wind": 2.0}, plain=True)
     strategy = open_strategy(campaign.setup(*CATALOG))

@@ -22,6 +22,7 @@ PLAIN = (1e-3, 1e5)  # amplitudes that read as plain numbers in a sentence
 SAME_FACTOR, UNLIKE_FACTOR = 0.01, 0.06
 MANY_TIMES = 1.5  # a scale that is off by more is also stated as a factor
 SMALL_REMAINDER = 0.1  # share of the rms misfit, below which a significant residual is called small
+PART = "part of the rms error"  # of an answer whose held-out gain is not known or not certain
 AFTER_THE_NOUN = ("that", "with", "in", "of", "from", "between")  # words after the noun that a label is about
 CLAUSE = ("that", "another")  # after a label with one of these words, the amplitude stands in brackets
 LARGE_BIAS = 0.05  # of a parameter: a smaller one by an undetected effect stands in the report only
@@ -51,6 +52,8 @@ def verdict_sentence(
         text = _immaterial(judgment, effects, amplitudes, size)
     elif judgment.verdict == "unknown" and size is not None and judgment.closest is not None:
         text += f" Effect of the closest candidate on the {_size(size, ': ')}."
+    elif judgment.answer is not None and size is not None and _explained(judgment) == PART:
+        text += f" Effect on the {_size(size, ': ')}."
     if judgment.nuisance is not None:
         text += _nuisance(judgment.nuisance, effects, amplitudes)
     readable = [d for d in shown if PLAIN[0] < d.amplitude < PLAIN[1]]
@@ -211,7 +214,7 @@ def _either(named: Sequence[str]) -> str:
 def _share(gain: HeldOutGain | None) -> str:
     """The share of the rms error above the noise floor that is explained on held-out data."""
     if gain is None or not gain.better:
-        return "part of the rms error"
+        return PART
     return f"{100 * gain.share:.0f} % of the rms error above the noise floor"
 
 
