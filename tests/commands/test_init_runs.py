@@ -145,6 +145,8 @@ def test_the_side_of_each_run_is_to_be_decided_once(tmp_path: Path) -> None:
     paths = [table(tmp_path / f"{k}.csv", Time_s=time, Motor_rpm=900 + k * time) for k in (1, 2)]
     found, _ = draft("shaft", *paths)
     assert found.undecided[-2:] == ("side of each run", "gear_ratio")
+    paths = [p.rename(tmp_path / f"GW_{side}_1.csv") for p, side in zip(paths, ("links", "rechts"), strict=True)]
+    assert [run["side"] for run in draft("shaft", *paths)[1]["runs"]] == ["left", "right"]
 
 
 def test_a_drive_is_no_run_of_a_coast_down(tmp_path: Path) -> None:

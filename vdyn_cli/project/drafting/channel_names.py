@@ -36,6 +36,8 @@ _SPELLINGS = {
     "pitch": "nick nickwinkel nicken tangage beccheggio cabeceo",
     "front": "vorn vorne vorder vorderachse vorderachslast avant delantero delantera anteriore voor",
     "rear": "hinten hinter hinterachse hinterachslast heck arriere trasero trasera posteriore achter",
+    "left": "links linke linkes gauche izquierda izquierdo sinistra sinistro",
+    "right": "rechts rechte rechtes droite derecha derecho destra destro",
     "load": "last achslast radlast radaufstandskraft aufstandskraft charge carga carico",
     "brake": "frein freno freio bremse brems brk",
     "hub": "nabe radnabe",

@@ -14,7 +14,7 @@ from typing import Any
 from vdyn_cli.io.channel_survey import ChannelFacts, survey, without_clock
 from vdyn_cli.io.files import distinct_names
 from vdyn_cli.io.reader import is_clock
-from vdyn_cli.project.drafting.channel_guess import ChannelGuess, guess_channels
+from vdyn_cli.project.drafting.channel_guess import ChannelGuess, guess_channels, without_unit
 from vdyn_cli.project.drafting.drafted_channels import channel_line, quoted
 from vdyn_cli.project.drafting.drafted_runs import relative_path, runs_of_loggers, runs_of_one_logger
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog, are_drives
@@ -246,10 +246,16 @@ def _runs(
         way = ways[run].direction if ways else ""
         reason = f"  # {ways[run].why}" if ways and ways[run].why else ""
         decided = decided and bool(way)
-        side = f", direction: {way}" if way else f", {key}" if key.startswith("side") else ""
+        side = f", direction: {way}" if way else f", {_named_side(entry, key)}" if key.startswith("side") else ""
         lines.append(f"  - {log}{side}{own[run]}}}{reason}")
         run += 1
     return lines, decided
+
+
+def _named_side(entry: str, key: str) -> str:
+    """The key of a run with the side that the names of its logs state; unchanged if they state none or both."""
+    sides = without_unit(entry)[0] & {"left", "right"}
+    return f"side: {next(iter(sides))}" if len(sides) == 1 else key
 
 
 def _pendulum(
