@@ -9,7 +9,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="wheels that roll over the bump as circles",
     signature="The loads rise before the point under the wheel's center reaches the bump, and fall later.",
     alike=("bump_width_error", "tire_enveloping"),
-    confirm="Cross a bump whose feet curve less than the wheel does: there the circle does not matter.",
+    confirm="Cross a bump whose edges have a larger radius than the wheel: there the circle has no effect.",
     sense="of the way from point contact to a rigid circle of the wheels' radius",
     tags={"bump_crossing", "test_only"},
 )

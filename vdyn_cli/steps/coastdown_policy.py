@@ -35,8 +35,8 @@ class CoastdownPolicy:
     speeds of a coast-down, whereas manual starts and stops differ by 5 km/h of about 60."""
 
     agreeing_coasts: float = 0.66
-    """[share of the other runs] that cover such a range, below which no coast is compared with it. Runs that are split
-    into two speed ranges by plan cover their range in half of the runs."""
+    """[share of the other runs] that must cover the median speed range, for a coast to be compared with it. Runs that
+    are split into two speed ranges by plan cover their range in half of the runs."""
 
     fewest_alike_coasts: int = 3
     """[other runs] from which on a coast is compared with their speed range. The median of two runs is between both, so
@@ -123,24 +123,25 @@ class CoastdownPolicy:
     tap of 1 to 2 s at 1 m/s^2 loses that much, a stop for traffic more."""
 
     engaged_share: float = 0.25
-    """[share of the usual deceleration] of the runs, by which that of a whole run may exceed it. A headwind of 3 m/s,
-    the limit of UN R83, adds a sixth at 70 km/h, where half of the road load is drag."""
+    """[share of the usual deceleration] of the other runs, by which that of a whole run may exceed it. A headwind of 3
+    m/s, the limit of UN R83, adds a sixth at 70 km/h, where half of the road load is drag."""
 
     engaged_least: float = 0.06
-    """[m/s^2] least such excess for which a run is rejected. The slope of 0.5 % that SAE J1263 allows is 0.05 m/s^2."""
+    """[m/s^2] least excess deceleration of a whole run for which it is rejected. The slope of 0.5 % that SAE J1263
+    allows is 0.05 m/s^2."""
 
     clutch_runs: int = 4
     """[runs] needed to test the start of all runs for a dragging clutch or a filter's lag. Two runs per direction. A
     lag is tested by the runs' scatter: t(3) = 10 at clutch_chance, t(2) = 22."""
 
     clutch_least: float = 0.05
-    """[m/s^2] of excess deceleration that such a start must have in each direction. The slope of 0.5 % that SAE J1263
-    allows on a test road."""
+    """[m/s^2] of excess deceleration at the start of the runs that a dragging clutch must cause in each direction. The
+    slope of 0.5 % that SAE J1263 allows on a test road."""
 
     clutch_chance: float = 1e-3
-    """[probability] of such a cut on a day without a dragging clutch or a filter. Student's t: of a clutch relative to
-    later parts of the same runs, divided by the number of forms that are tried; of a filter relative to the scatter of
-    runs. A cut removes data, so it must be rarer than a finding."""
+    """[probability] of a cut at the start of all runs on a day without a dragging clutch or a filter. Student's t: of a
+    clutch relative to later parts of the same runs, divided by the number of forms that are tried; of a filter relative
+    to the scatter of runs. A cut removes data, so it must be rarer than a finding."""
 
     filter_share: float = 0.3
     """largest deviation from 1 of the ratio of a lag's transient to that of a filter. A filter has the ratio 1. On 19
@@ -177,8 +178,8 @@ class CoastdownPolicy:
     pressure); a trailer, load, roof box, tires or brake reached it on 13 of 17 days."""
 
     change_over_gradual: float = 1.0
-    """[log likelihood] by which it must explain them better than a gradual change, or one of a single run. The
-    difference that chance makes for one parameter (Akaike)."""
+    """[log likelihood] by which a change between two runs must explain them better than a gradual change, or a change
+    of a single run. The difference that chance makes for one parameter (Akaike)."""
 
     shortest_trip: float = 600.0
     """[s] duration of the median log above which logs without a start each begin with cold tires. The nominal time
@@ -230,12 +231,12 @@ class CoastdownPolicy:
     confidence of other doubts about the data: by chance once in 400."""
 
     grade_material: float = 0.2
-    """[share of the grade] least difference of this share from one that is reported. Rotating mass and wind cause
-    smaller differences."""
+    """[share of the grade] least reported difference from 1 of the grade's share in the decelerations. Rotating mass
+    and wind cause smaller differences."""
 
     grade_clear: float = 0.3
-    """[share of the grade] standard error of this share above which the grade is not judged. A share of zero is then
-    within three standard errors of one."""
+    """[share of the grade] standard error of the grade's share in the decelerations, above which the grade is not
+    judged. A share of zero is then within three standard errors of one."""
 
     common_residual: float = 0.3
     """[correlation] of residuals over position of runs in one direction, above which a slope is suspected. Without a

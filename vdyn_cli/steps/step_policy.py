@@ -46,8 +46,8 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
     gravity by about a millimeter."""
 
     gps_zero_std: float = 5.0
-    """[standard deviations] of scatter and noise that such a zero must exceed. With two runs, Student's t of their
-    scatter has long tails."""
+    """[standard deviations] of scatter and noise that a reported zero of the accelerometer must exceed. With two runs,
+    Student's t of their scatter has long tails."""
 
     carried_windows: int = 8
     """[windows] that a run must have to compare the load of both axles over the speed. Each run has a free constant:
@@ -78,7 +78,7 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
     without brakes."""
 
     bump_visible_noise: float = 8.0
-    """[noise levels] by which it must also change. White noise stays below 5 deviations."""
+    """[noise levels] by which a load must also change on a bump. White noise stays below 5 deviations."""
 
     bump_correlation: float = 0.3
     """[correlation] of the loads with a typical car's response, below which a crossing is refused. Far below the 0.90
@@ -160,8 +160,8 @@ class StepPolicy(ValidatePolicy, CoastdownPolicy):
     differ by this much."""
 
     radius_excess: float = 0.005
-    """[share of the radius] by which it may exceed speed over wheel speed. A loaded radius is below the rolling one; a
-    ground speed is accurate to 0.2 %, and the slip at a tenth of the largest torque is 0.2 %."""
+    """[share of the radius] by which wheel_radius may exceed speed over wheel speed. A loaded radius is below the
+    rolling one; a ground speed is accurate to 0.2 %, and the slip at a tenth of the largest torque is 0.2 %."""
 
     pendulum_jump: float = 30.0
     """[effective chi-square] gained by a disturbance of a pendulum, above which the recording is split there. Two

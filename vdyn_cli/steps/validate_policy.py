@@ -49,8 +49,8 @@ class ValidatePolicy:
     delay."""
 
     delay_evidence: float = 15.0
-    """[log likelihood] of such a delay over none. Those 16 drives reached 46 to 190, drives with 0.3 s 13 to 20; three
-    standard errors are 4.5."""
+    """[log likelihood] by which a delay must explain a drive better than none. Those 16 drives reached 46 to 190,
+    drives with 0.3 s 13 to 20; three standard errors are 4.5."""
 
     missed_error: float = 0.12
     """[share of the largest speed] rms error of a simulated speed, above which the car may be another one. Errors of
@@ -61,8 +61,8 @@ class ValidatePolicy:
     car; at most 0.35 with the torque shifted by a fifth to half of the trip."""
 
     sparse_samples: float = 2.0
-    """[s] spacing of the samples of a drive above which it is refused. A car brakes from 50 km/h to rest in 2 to 4 s:
-    the torque between two samples is then unknown."""
+    """[s] typical step of a log above which a test with drive torque or accelerations refuses it. A car brakes from 50
+    km/h to rest in 2 to 4 s: the torque between two samples is then unknown."""
 
     long_trip: float = 100.0
     """[s] duration of a drive above which powered windows may replace it. Five windows of 20 s; over more, the
@@ -95,8 +95,8 @@ class ValidatePolicy:
     braking; gusts reach 0.02, and hills also affect the driven samples."""
 
     brake_beyond: float = 4.0
-    """[standard deviations] of the driven samples; this deceleration must also exceed them. A normal sample exceeds it
-    once in 30 000."""
+    """[standard deviations] of the driven samples; the unexplained deceleration must also exceed them. A normal sample
+    exceeds it once in 30 000."""
 
     brake_lost: float = 0.25
     """[share of the torque] that a driveline may lose between driving and recuperation, at most. An efficiency of 0.87
@@ -115,15 +115,16 @@ class ValidatePolicy:
     recuperation have some 10 %; single faulty samples are fewer than one in 200."""
 
     brake_shortest: float = 1.0
-    """[s] least duration of such braking. Accelerations are means over 1 s: a shorter event is a single value."""
+    """[s] least duration of braking without a channel. Accelerations are means over 1 s: a shorter event is a single
+    value."""
 
     unequal_share: float = 0.05
     """least reported difference of a drive's torque per acceleration from that of the other drives. Fuel and a
     passenger change the mass of a car by less; two passengers or a load by 10 % and more."""
 
     unequal_t: float = 5.0
-    """[standard errors] that this difference must also exceed. With twelve blocks a correct drive exceeds that once in
-    2500. Of 52 clean drives the largest was 3.1."""
+    """[standard errors] that the difference of a drive's torque per acceleration must also exceed. With twelve blocks a
+    correct drive exceeds that once in 2500. Of 52 clean drives the largest was 3.1."""
 
     road_between: float = 0.001
     """standard deviation between drives on one road: of mean slope, wind force and rolling resistance. Drives turn

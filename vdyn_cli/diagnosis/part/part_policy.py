@@ -41,9 +41,9 @@ class PartPolicy:
     the data instead of the curve."""
 
     law_squares: float = 0.5
-    """[share of the squares that the part explains] that such a law must explain in the data as well. A law can follow
-    the curve and still fail where most of the samples are, such as friction near rest. A law that leaves more than half
-    of the misfit is not the right one."""
+    """[share of the squares that the part explains] that a law of the catalog must also explain in the data. A law can
+    follow the curve and still fail where most of the samples are, such as friction near rest. A law that leaves more
+    than half of the misfit is not the right one."""
 
     formula_share: float = 0.95
     """[share of the curve's rms deviation] that a formula must explain to replace the free curve. The remainder is

@@ -25,8 +25,8 @@ class FitPolicy:
     mass: a truck of 12 t has ten times the drag area of a car."""
 
     heaviest_wheel: float = 40.0
-    """[kg] mass of the wheel above which they grow in proportion to it, if the vehicle's mass is unknown. Wheels of
-    cars with the parts that turn with them have 15 to 40 kg."""
+    """[kg] mass of the wheel above which ranges measured on cars grow in proportion to it, if the vehicle's mass is
+    unknown. Wheels of cars with the parts that turn with them have 15 to 40 kg."""
 
     common_car: float = 1500.0
     """[kg] below which ranges of force-to-weight coefficients grow as the mass falls. Linear terms of certified road

@@ -38,8 +38,8 @@ class QualityPolicy:
     samples at most; one second has 10."""
 
     command_rest_ratio: float = 3.0
-    """times the longest ordinary rest of a torque or force (drive, brake): least frozen segment. A torque is constant
-    while at a limit; the longest such rest of 18 trips lasts 2.7 times the next."""
+    """times the longest ordinary rest of a torque or force (drive, brake): least duration of a frozen segment. A torque
+    is constant while at a limit; the longest such rest of 18 trips lasts 2.7 times the next."""
 
     command_time: float = 5.0
     """[s] least duration of a frozen segment of a command. A driver holds one torque for 2 s in 18 trips, and for 3.5 s
@@ -80,8 +80,8 @@ class QualityPolicy:
     probability of a rest is then known within a third, and the driving is still similar."""
 
     fewest_surroundings: int = 200
-    """[samples] of these surroundings, at least. If 200 samples contain no rest, its probability is below 1.5 % (95 %,
-    rule of three)."""
+    """[samples] least length of the surroundings over which the probability of regularity is estimated. If 200 samples
+    contain no rest, its probability is below 1.5 % (95 %, rule of three)."""
 
     flat_step: float = 1.0
     """[quanta] distance from the chord of six values, up to which they are on a straight line. The value and each end
@@ -127,9 +127,9 @@ class QualityPolicy:
     electric car with one gear reaches 0.93 to 0.97; gears, or a second driven axle, leave less than half."""
 
     rest_t: float = 4.0
-    """[standard deviations] of such means under drive torque, by which the motion must contradict a rest. While a
-    torque is constant the scatter is half as large (a lag between the two has no effect); a log has some ten to a
-    hundred rests."""
+    """[standard deviations] of the means over rest_window under drive torque, by which the motion must contradict a
+    rest. While a torque is constant the scatter is half as large (a lag between the two has no effect); a log has some
+    ten to a hundred rests."""
 
     rest_apart: float = 1.8
     """[times the largest other] misfit, or jump at both ends: least size for a contradicted rest. A grade, which a GPS
@@ -150,7 +150,8 @@ class QualityPolicy:
     of its samples or more."""
 
     most_off_steps: float = 0.05
-    """[share of the rests] that may lie between these levels. With more, the levels are not those of the source."""
+    """[share of the rests] that may lie between the levels at which a changing command rests. With more, the levels are
+    not those of the source."""
 
     quiet_level: float = 0.5
     """[times the median level] of single-sample deviations: least level assumed where the channel is quiet. A constant
@@ -268,8 +269,8 @@ class QualityPolicy:
     their tightest (a radius of 8 m at 1.6 m of track) give as much; straight driving some percent."""
 
     most_bends: float = 0.05
-    """[share] of the samples in such bends, above which it is reported. A turn-around takes a few percent of a test;
-    more is a wheel that slips or a wrong channel."""
+    """[share] of the samples at which the speeds of an axle's wheels differ as in a bend, above which they are
+    reported. A turn-around takes a few percent of a test; more is a wheel that slips or a wrong channel."""
 
     least_acceleration_std: float = 0.8
     """[m/s^2] scatter of the acceleration, above which its scale is compared with the speed. Slopes of 1 to 2 % add 0.1
@@ -284,8 +285,8 @@ class QualityPolicy:
     largest of a few healthy runs is seldom exceeded threefold by another."""
 
     exchanged_distance: float = 1.0
-    """least such distance; a factor of e in size counts as 1, and so does a change of sign. Healthy runs of one test
-    differ by less in size."""
+    """least distance of an exchanged column from its own channel; a factor of e in size counts as 1, and so does a
+    change of sign. Healthy runs of one test differ by less in size."""
 
     near_change: float = 0.6
     """[share of the change] of a channel's gain relative to its simulation that must occur within a second (or a

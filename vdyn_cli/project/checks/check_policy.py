@@ -23,8 +23,8 @@ class CheckPolicy:
     logger; within a second a car's motion changes by what a step evaluates."""
 
     hole_steps: float = 20.0
-    """[median steps of the channel] least duration of such a gap. A channel at 1 Hz or less that has a value at each of
-    its steps has no gap."""
+    """[median steps of the channel] least duration of a gap that is shown as missing. A channel at 1 Hz or less that
+    has a value at each of its steps has no gap."""
 
     uneven_clock: float = 1.0
     """[median steps] range of the steps of a clock (5 to 95 %), above which there is a note. Jitter of a logger shifts
