@@ -8,7 +8,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     label="unsprung mass that the description leaves out",
     signature="The residual is proportional to the second derivative of the axle loads: largest at fast pedal steps.",
     alike=("clock_offset", "pitch_inertia"),
-    confirm="Weigh a wheel with its carrier, half of the links and shafts added.",
+    confirm="Weigh a wheel with its carrier, and add half of the links and shafts.",
     tags={"pitching"},
 )
 def unsprung_mass(load_moment: Law, s: Signals, q: Signals) -> Number:

@@ -121,6 +121,9 @@ def test_what_is_missing_is_said() -> None:
     standing = tuple(d.with_channels(vehicle_speed=np.zeros(d.time.size)) for d in data)
     with pytest.raises(InputError, match="fewer than"):
         STEP.estimate(SPEC, standing, known(vehicle))
+    still = tuple(d.with_channels(slip=np.full(d.time.size, 0.01)) for d in data)
+    with pytest.raises(InputError, match="the slip is constant"):
+        STEP.estimate(SPEC, still, known(vehicle))
     with pytest.raises(InputError, match="no run is given"):
         STEP.estimate(SPEC, (), known(vehicle))
 

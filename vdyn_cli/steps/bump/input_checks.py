@@ -58,6 +58,7 @@ def _wrong_speed(log: Log, width: float) -> list[Finding]:
     if width / (speed * step) < SAMPLES_ON_BUMP:
         got = f"{1 / step:.0f} Hz at {speed:.1f} m/s: {width / (speed * step):.1f} samples on the bump"
         remedy = f"log with {SAMPLES_ON_BUMP * speed / width:.0f} Hz or more (better 500), or drive slower"
+        remedy = f"check the unit of time, or {remedy}" if width < speed * step else remedy
         return [Finding(log.name, "is sampled too slowly for this bump", got, remedy)]
     return []
 

@@ -70,4 +70,7 @@ def _doubts(log: Log, used: int) -> list[Finding]:
         what = f"fewer than {FEWEST_SAMPLES} samples have speed, load and force"
         remedy = "log faster or sweep slower, or reduce the limits of speed and load under settings"
         return [Finding(log.name, what, f"{used} of {log.time.size} samples", remedy)]
+    if np.nanmin(slip) == np.nanmax(slip):
+        remedy = "check the sensors of the slip; drive and brake the wheel in a sweep"
+        return [Finding(log.name, "the slip is constant", f"{np.nanmin(slip):.3g}", remedy)]
     return []
