@@ -17,6 +17,11 @@ class CoastdownPolicy:
     """[standard errors] of a measured drive's mean over 10 s, up to which it is zero. A test day has some 150 such
     means, of which one is above by chance once in 100 days."""
 
+    derived_acceleration: float = 0.5
+    """least share of the rapid part of an acceleration that the speed explains where it is computed from the speed.
+    The noise of an accelerometer gives that of 21 coefficients of at least 126 samples, 0.17; a derivative of the
+    speed gives 1.00, and 0.6 to 0.98 where it is rounded to 0.01 g."""
+
     sign_force: float = 0.25
     """least ratio of a drive's force over inertia to the change of the speed that would be due to it. 1 for a drive
     that moves the car; 0.25 allows for a wrong gear ratio or mass and for losses. The noise of a motor's torque in

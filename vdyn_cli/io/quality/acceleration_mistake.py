@@ -91,8 +91,12 @@ def without_mistaken_acceleration(
         return tuple(logs), ()
     if common_mistake(gains).startswith("speed") and not or_speed:
         return tuple(logs), (found,)
-    left = [replace(log, channels={n: v for n, v in log.channels.items() if n != "acceleration"}) for log in logs]
-    return tuple(left), (replace(found, what=f"not used: {found.what}"),)
+    return without_acceleration(logs), (replace(found, what=f"not used: {found.what}"),)
+
+
+def without_acceleration(logs: Sequence[Log]) -> tuple[Log, ...]:
+    """The logs without their channel ``acceleration``."""
+    return tuple(replace(log, channels={n: v for n, v in log.channels.items() if n != "acceleration"}) for log in logs)
 
 
 def _grid(log: Log, speed: str, step: float) -> tuple[Array, ...]:

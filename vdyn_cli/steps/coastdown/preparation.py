@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.description.description_model import HEADING
-from vdyn_cli.io.quality.acceleration_mistake import without_mistaken_acceleration
+from vdyn_cli.io.quality.acceleration_mistake import without_acceleration, without_mistaken_acceleration
 from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, raise_all
@@ -16,6 +16,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.log_names import log_of
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.coastdown.coasts.derived_acceleration import derived_finding
 from vdyn_cli.steps.coastdown.coasts.idle_drive import idle_finding, is_idle
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, coast_segment, split
 from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, measured_drive, selected, usable
@@ -54,8 +55,12 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     raise_all(f for log in logs for f in sign_findings(log, drive, given))
     logs, wrong_acceleration = without_mistaken_acceleration(logs)
     sloped, grades, by_elevation = _with_slopes(spec, _with_winds(spec, logs), drive, given)
+    found = selected(spec, sloped, drive, given)
+    if (derived := _derived(found)) is not None:
+        problem = prepare(spec, without_acceleration(logs), known)
+        return replace(problem, findings=(derived, *problem.findings))
     starts, origins = run_starts(spec.runs, sloped), _origins(sloped)
-    selection, use, zeros = _segments_and_sensor(spec, selected(spec, sloped, drive, given))
+    selection, use, zeros = _segments_and_sensor(spec, found)
     segments = tuple(sorted(selection.segments, key=lambda s: starts[s.run]))
     selection = replace(selection, segments=segments)
     runs = []
@@ -72,6 +77,12 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     if drive == "coasting" and not grades:  # a grade by elevation was compared before
         findings += tuple(grade_findings(runs, spec.settings.road.profile or "channels.grade"))
     return CoastdownProblem(spec, sloped, known, campaign, selection, zeros, findings)
+
+
+def _derived(found: SegmentSelection) -> Finding | None:
+    """The finding that the acceleration is computed from the speed; None without one, or if it is measured."""
+    coasts = [s.log for s in found.segments if measures_acceleration(s)]
+    return derived_finding(coasts) if coasts else None
 
 
 def _drive(
