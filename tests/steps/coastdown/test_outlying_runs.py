@@ -11,13 +11,16 @@ from tests.coast_cases import known, logs_of, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import REFERENCE
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.steps.coastdown.coasts.segments import longest_of_runs
 from vdyn_cli.steps.coastdown.doubts import changed_runs
+from vdyn_cli.steps.coastdown.doubts.odd_decelerations import RunDecelerations
 from vdyn_cli.steps.coastdown.doubts.outlying_runs import (
     OutlyingRun,
     outlying_pair,
     outlying_run,
     resistance_step,
 )
+from vdyn_cli.steps.coastdown.doubts.partial_coasts import whole_coasts
 from vdyn_cli.steps.coastdown.step import STEP
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -54,6 +57,21 @@ def test_the_level_is_kept_whatever_slope_wind_and_warming_do() -> None:
     found = [one for day in days if (one := outlying_run(day, heading, STEP_POLICY.outlying_run)) is not None]
     assert 0 < sum(one.p_value < STEP_POLICY.outlier_level for one in found) / 4000 < STEP_POLICY.outlier_level * 1.5
     assert len(found) / 4000 < STEP_POLICY.outlying_run * 1.2
+
+
+@pytest.mark.slow
+def test_a_run_behind_another_car_is_found_at_high_speeds() -> None:
+    """Its first 12 s take 9 s longer; the test of all speeds finds it with p = 0.3 at most."""
+    runs = coast.campaign(REFERENCE, 5, EIGHT)
+    logs = logs_of(runs)
+    time = logs[4].time
+    later = np.where(time < 12.0, 1.75 * time, time + 9.0)
+    logs[4] = replace(logs[4], time=time, channels={"speed": np.interp(time, later, logs[4]["speed"])})
+    problem = STEP.prepare(spec_of(runs), logs, known(REFERENCE, EIGHT))
+    rates = RunDecelerations(whole_coasts(longest_of_runs(problem.selection.segments)), REFERENCE.mass)
+    (found,) = rates.odd()
+    assert found.segment.run == 4
+    assert " less above " in found.fact
 
 
 def test_few_runs_have_no_outlier() -> None:

@@ -30,7 +30,9 @@ class OutlyingRun:
     p_value: float
 
 
-def outlying_run(force: Array, heading: Array, level: float = STEP_POLICY.outlier_level) -> OutlyingRun | None:
+def outlying_run(
+    force: Array, heading: Array, level: float = STEP_POLICY.outlier_level, tests: int = 1
+) -> OutlyingRun | None:
     """The run with the largest externally studentized residual, if it is significant.
 
     The other runs predict each run from a mean, the direction (slope, wind) and the order (warming tires); its
@@ -40,12 +42,13 @@ def outlying_run(force: Array, heading: Array, level: float = STEP_POLICY.outlie
     Parameters
     ----------
     force : (n,) N, of each run beyond the common road load. heading : (n,) +1 out, -1 back.
-    level : probability of naming a run on a day without an outlying one.
+    level : probability of naming a run on a day without an outlying one. tests : number of forces that are tested on
+        one day (Bonferroni).
 
     Source: Cook and Weisberg, Residuals and Influence in Regression (1982), 2.2.2.
     """
     order = np.arange(force.size, dtype=np.float64)
-    found = _largest(_base(heading, order), {k: order == k for k in range(force.size)}, force)
+    found = _largest(_base(heading, order), {k: order == k for k in range(force.size)}, force, tests)
     return found[0] if found is not None and found[0].p_value < level else None
 
 
