@@ -171,3 +171,10 @@ def test_a_wrong_list_is_named_with_what_to_write(lines: str, says: str, tmp_pat
     problems = load_partial(tmp_path / "test.yaml", load_step("coastdown").spec).problems
     (said,) = (p for p in problems if says in p.what)
     assert "write" in said.remedy + said.what
+
+
+def test_a_test_in_place_of_a_vehicle_is_one_problem(tmp_path: Path) -> None:
+    (tmp_path / "other.yaml").write_text("test: tire\nchannels: {}\nruns: []\n")
+    (tmp_path / "test.yaml").write_text("test: coastdown\nvehicle: other.yaml\n")
+    with pytest.raises(InputError, match=r"^test.yaml:2: other.yaml describes a test, not a vehicle\n    -> [^\n]*$"):
+        load_spec(tmp_path / "test.yaml", Description)

@@ -186,7 +186,7 @@ def with_vehicle_file(source: YamlSource) -> YamlSource:
 
     Raises
     ------
-    InputError : the vehicle file cannot be read.
+    InputError : the vehicle file cannot be read, or describes a test.
     """
     if not isinstance(source.data, dict) or not isinstance(source.data.get("vehicle"), str):
         return source
@@ -195,6 +195,9 @@ def with_vehicle_file(source: YamlSource) -> YamlSource:
         vehicle = load_yaml(source.path.parent / name)
     except InputError as error:
         raise InputError(*(_from(f, source.where(("vehicle",))) for f in error.findings)) from None
+    if isinstance(vehicle.data, dict) and "test" in vehicle.data:
+        remedy = "name the file of the vehicle's parameters, or write them under 'vehicle'"
+        raise InputError(Finding(source.where(("vehicle",)), f"{name} describes a test, not a vehicle", "", remedy))
     lines = {("vehicle", *location): place for location, place in vehicle.lines.items()}
     data = {**source.data, "vehicle": vehicle.data}
     digests = {**source.digests, **vehicle.digests}
