@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from string import ascii_lowercase
 
+from vdyn_cli.quantities.number_text import listed
 from vdyn_cli.quantities.parameters import BASELINE, UNEXPLAINED, Estimate, wider_than_value
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.report import effect_labels, typography
@@ -80,7 +81,7 @@ def _without_interval(e: Estimate) -> str:
 
 def spans_text(spans: Sequence[str]) -> str:
     """The other explanations, in words, whose values an interval includes."""
-    return ", ".join(_answer(one) for one in spans)
+    return listed([_answer(one) for one in spans], "or") if spans else ""
 
 
 def _answer(name: str) -> str:

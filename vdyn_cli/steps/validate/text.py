@@ -31,7 +31,7 @@ def sentence(v: Validation) -> str:
     start = f"Over {logs} log{'s' if logs > 1 else ''} the simulated speed is off by {3.6 * off:.2f} km/h rms"
     if v.outside:
         worst = max(v.outside, key=lambda n: v.tests[n].share)
-        test, names = v.tests[worst], ", ".join(words(n) for n in v.outside[:4])
+        test, names = v.tests[worst], listed([words(n) for n in v.outside[:4]])
         at = max(test.by_regime, key=lambda r: test.by_regime[r][0] - test.by_regime[r][1], default="all regimes")
         return (
             f"{start}; {names} leave{'s' if len(v.outside) == 1 else ''} the prediction band ({words(worst)} for "
@@ -39,8 +39,9 @@ def sentence(v: Validation) -> str:
             f"{100 * test.limit:.1f} %)."
         )
     if v.contradicted:
-        names = ", ".join(words(n) for n in v.contradicted[:3])
-        return f"{start}, within the prediction band, but the drives contradict the prior of {names}."
+        names = listed([words(n) for n in v.contradicted[:3]])
+        priors = f"prior{'s' if len(v.contradicted) > 1 else ''} of {names}"
+        return f"{start}, within the prediction band, but the drives contradict the {priors}."
     outputs = f"all {len(v.tests)} outputs stay" if len(v.tests) > 1 else f"{words(next(iter(v.tests)))} stays"
     return (
         f"{start}, and {outputs} within the prediction band: the uncertainty of the parameters allows an "
