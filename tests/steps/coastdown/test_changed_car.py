@@ -53,6 +53,13 @@ def test_the_run_after_the_change_is_found(hidden: str) -> None:
 
 
 @pytest.mark.slow
+def test_the_order_of_the_description_does_not_matter_where_the_starts_are_stated() -> None:
+    """As a shell lists them: all runs back before all runs out."""
+    runs = driven_with(replace(REFERENCE, **CHANGES["a roof box"]))
+    assert first_changed(sorted(runs, key=lambda run: run.direction)) == 4
+
+
+@pytest.mark.slow
 def test_passengers_who_change_only_the_drag_per_mass_are_found() -> None:
     """With rolling resistance and drag area both free, the evidence for a tenth more mass is 2 to 3 too small."""
     assert first_changed(driven_with(replace(REFERENCE, mass=1.1 * REFERENCE.mass), seed=12)) == 4

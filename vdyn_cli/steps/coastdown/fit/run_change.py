@@ -45,7 +45,8 @@ def changed_in(regression: Regression) -> Mask | None:
     regression : the baseline's ``weighted_start``, of coasts whose speed is fitted.
     """
     rows = rows_of(regression)
-    number = np.unique([r.origin for r in rows.campaign.runs], return_inverse=True)[1].astype(float)
+    place = {run: k for k, run in enumerate(dict.fromkeys(r.origin for r in rows.campaign.runs))}  # by their starts
+    number = np.array([float(place[r.origin]) for r in rows.campaign.runs])
     count = int(number.max()) + 1
     if count < 2 * FEWEST:
         return None
