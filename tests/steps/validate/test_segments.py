@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,19 @@ def test_parts_of_one_log_belong_to_it() -> None:
     found, _ = drive_segments(parts, [RunConditions(), RunConditions()], Segmentation("road_load", 10.0, True))
     assert {s.run for s in found} == {0, 1}
     assert {s.log for s in found} == {"a.csv"}
+
+
+def test_a_speed_of_a_slower_logger_counts_once_for_each_of_its_samples() -> None:
+    """Rows that are interpolated between two samples have less noise, and none of their own."""
+    rng = np.random.default_rng(2)
+    at = np.arange(0.03, 59.9, 0.5)
+    read = np.interp(at, TIME, SPEED) + 0.1 * rng.standard_normal(at.size)
+    slower = replace(log(speed=np.interp(TIME, at, read)), samples={"speed": (at, read)})
+    (s,), _ = drive_segments([slower], [RunConditions()], Segmentation("vehicle"))
+    there = np.isfinite(s.outputs["speed"])
+    assert there.sum() == at.size
+    assert np.abs(s.time[there] - at).max() < 0.051
+    assert s.noise_levels["speed"] == pytest.approx(0.1, rel=0.3)
 
 
 def test_powered_windows_follow_one_another() -> None:

@@ -102,7 +102,7 @@ def _segment_bands(w: WhitenedDrives, run: int) -> dict[str, PredictionBand]:
         found[name] = PredictionBand(
             error, s.outputs[name], slopes[:, : len(root)], own_slopes, parts[0], gusts, sensor, parts[1], slow
         )
-    if "acceleration" in found and resolves_jerk(s.time):
+    if "acceleration" in found and resolves_jerk(s.time[np.isfinite(s.outputs["acceleration"])]):
         found["jerk"] = _jerk(w, run, root)
     return found
 

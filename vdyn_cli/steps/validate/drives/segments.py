@@ -175,7 +175,7 @@ def drive_segments(
         parts = _parts(whole, cut, top, limits[k].beyond | braked.braked | changes[k].other) if top > MOVING else []
         made = [_segment(k, whole, condition, a, b, len(parts) > 1 or cut.length is not None) for a, b in parts]
         slow = min(CREEPING, CREEPING_SHARE * top)
-        made = [replace(s, creeping=slow, sampled=_sampled(log, s)) for s in made]
+        made = [replace(s, creeping=slow, sampled=_sampled(log, s), outputs=_as_sampled(log, s)) for s in made]
         made = [s for s in made if np.count_nonzero(s.smooth_speed > s.creeping) >= FEWEST_SAMPLES // 2]
         found += made
         if not made:
@@ -223,6 +223,22 @@ def _sampled(log: Log, s: DriveSegment) -> dict[str, Samples]:
             inside = there & (time > s.time[0] + edge) & (time < s.time[-1] - edge)
             ends = s.inputs[name][[0, -1]]
             found[name] = np.r_[s.time[0], time[inside], s.time[-1]], np.r_[ends[0], read[inside], ends[1]]
+    return found
+
+
+def _as_sampled(log: Log, s: DriveSegment) -> dict[str, Array]:
+    """The outputs, where interpolated from a slower logger only in the row next to each sample, else NaN.
+
+    The interpolated rows have no noise of their own: they would look more precise, and count more, than the samples.
+    """
+    found = dict(s.outputs)
+    for name in log.samples.keys() & found.keys():
+        time, read = log.samples[name]
+        at = time[np.isfinite(read) & (time >= s.time[0]) & (time <= s.time[-1])]
+        after = np.clip(np.searchsorted(s.time, at), 1, s.time.size - 1)
+        rows = after - (at - s.time[after - 1] < s.time[after] - at)
+        found[name] = np.full(s.time.size, np.nan)
+        found[name][rows] = s.outputs[name][rows]
     return found
 
 
