@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -26,7 +26,9 @@ ACCELERATION = sensors.GPS_ACCELERATION
 PITCH_RATE = sensors.GYRO
 SPEED = sensors.GPS_SPEED.but(latency=0.0)
 WHEELS = ("FL", "FR", "RL", "RR")
-AXIS = 0.2  # m, standard deviation of the height of a car's pitch axis
+# Standard deviations of what no tester knows: the height of a car's pitch axis, m, its tires' slip per friction, and
+# their relaxation length, m.
+AXIS, SLIP, RELAXATION = 0.15, 0.03, 0.15
 BRAKE_FRONT = 0.65  # share of the braking force; all of the driving force is at the front
 
 # Sizes at which finite differences are taken.
@@ -163,8 +165,8 @@ def information(
 ) -> Information:
     """About cg_height, cg_to_rear, pitch_inertia and the effects in ``unknowns``.
 
-    Under their priors, also about each run's zero of both axles' load cells and the height of the pitch axis, which no
-    tester knows.
+    Under their priors, also about each run's zero of both axles' load cells, the height of the pitch axis and the
+    tires' sliding, which no tester knows.
 
     Motion and loads being unknown themselves, a log says no more than that the moments balance at each sample, L Ff =
     lr (Ff + Fr) - (M h + 4 J/r) a - Fd hd + I th'', a the antenna's acceleration + (H - h) th'', th'' by the slope of
@@ -174,9 +176,12 @@ def information(
     per_acceleration = vehicle.mass * vehicle.cg_height + 4 * vehicle.wheel_inertia / vehicle.wheel_radius
     names = ("cg_height", "cg_to_rear", "pitch_inertia")
     unknowns = tuple(dict.fromkeys([*unknowns, "pitch_axis"]))
-    parts = [prior({"pitch_axis": AXIS})]
+    parts = [prior({"pitch_axis": AXIS, "slip_compliance": SLIP, "tire_relaxation_length": RELAXATION})]
+    stretched = replace(vehicle, tire_relaxation_length=vehicle.tire_relaxation_length + RELAXATION)
     for k, run in enumerate(manoeuvres(seed, count)):
         true = run.ride(vehicle, effects)
+        late = run.ride(stretched, effects).sliding_rate - true.sliding_rate
+        spin = 4 * vehicle.wheel_inertia / vehicle.wheel_radius
         inner = slice(1, -1)
         by_height = -vehicle.mass * true.acceleration + per_acceleration * true.pitch_acceleration
         slopes = np.column_stack(
@@ -186,12 +191,15 @@ def information(
                 true.pitch_acceleration[inner],
                 np.full(run.times.size - 2, vehicle.cg_to_front),
                 np.full(run.times.size - 2, -vehicle.cg_to_rear),
+                spin * vehicle.tire_longitudinal_stiffness * true.sliding_rate[inner],
+                spin * late[inner] / RELAXATION,
                 effect_slopes(partial(_imbalance, vehicle, run), effects or {}, unknowns, SMALL, ONE_SIDED),
             ]
         )
         zeros = [f"zero_front_{k}", f"zero_rear_{k}"]
         band = _noise_band(vehicle, run, per_acceleration, lever)
-        parts.append(from_constraints((*names, *zeros, *unknowns), slopes, band))
+        tires = ("slip_compliance", "tire_relaxation_length")
+        parts.append(from_constraints((*names, *zeros, *tires, *unknowns), slopes, band))
         parts.append(prior(dict.fromkeys(zeros, 2**0.5 * LOAD.zero)))
     return total(parts)
 
