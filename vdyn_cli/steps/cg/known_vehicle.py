@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import hypot
 
 from vdyn_cli.physics.models.load_transfer import EXCESS_GAIN, HEAVE_LEVERS
 from vdyn_cli.quantities.constants import GRAVITY, USUAL_WHEELS
@@ -37,11 +36,11 @@ USUAL_RELAXATION, RELAXATION_STD = 0.3, 0.15  # m; 0.1 to 0.6 m (Pacejka 2012)
 USUAL_BRAKE_SHARE, BRAKE_SHARE_STD = 0.67, 0.07
 DRAG_HEIGHT_STD = 0.15  # m, of the drag's line of action, which is near the center of gravity: 0.45 to 0.75 m
 # Height of the center of gravity as a share of the wheelbase: 0.2 to 0.28, race cars 0.14. Axles that move straight up
-# and down hold the hubs in place, and the body turns about an axis at their height. Anti-dive and anti-squat tilt the
-# paths of the hubs by 0 to 0.15; both axles' tilts move the axis by a quarter of the wheelbase times their sum, up or
-# down (Gillespie, Fundamentals of Vehicle Dynamics, 1992, ch. 7): 0.075 of the wheelbase, with the height 0.09. With
-# much of them the body turns about its center, as textbooks have it: the prior's mean is half-way to it.
-AXIS, USUAL_HEIGHT_SHARE, AXIS_STD = "pitch_axis", 0.23, 0.09
+# and down hold the hubs in place, and the body turns about an axis at their height. Anti-dive and anti-squat raise it
+# (Gillespie, Fundamentals of Vehicle Dynamics, 1992, ch. 7); with much of them the body turns about its center, as
+# textbooks have it. The prior's mean is half-way, and its standard deviation the distance to either: three end at the
+# road. It is at least the scatter of the heights, which matters where these two nearly coincide.
+AXIS, USUAL_HEIGHT_SHARE, HEIGHT_SHARE_STD = "pitch_axis", 0.23, 0.03
 LEAST_SLIP = 0.1  # relative standard deviation of a stated one: the axles' loads differ by as much from equal ones
 DEFAULTS = {"antenna_offset": 0.0, "air_density": 1.2, "drag_area": USUAL_DRAG_AREA, "drag_height": 0.6}  # m, kg/m^3
 
@@ -136,7 +135,7 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         )
         findings.append(Finding("cg", what, "", remedy))
     half = (USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)) / 2
-    nuisances = {AXIS: (half, hypot(AXIS_STD * values["wheelbase"], half)), **_tire_prior(known)}
+    nuisances = {AXIS: (half, max(half, HEIGHT_SHARE_STD * values["wheelbase"])), **_tire_prior(known)}
     nuisances |= {COMPLIANCE: (values[COMPLIANCE], std.pop(COMPLIANCE))} if COMPLIANCE in std else {}
     nuisances |= {} if "drag_height" in known else {"drag_height": (values["drag_height"], DRAG_HEIGHT_STD)}
     values |= {n: mean for n, (mean, _) in nuisances.items()}
