@@ -96,6 +96,7 @@ DECODED = "TimeStamp,CAN ID,Signal,Raw Value,Physical Value\n" + rows(
 )
 TAGGED = "t:Time:s:3:0:1;kmh:Speed GNSS:km/h:1:0:0;v_in:Input voltage:V:2:0:0\n" + rows("{t:.3f};{v:.2f};50.1")
 MARKED = '# Lap timer\n"Time","Engine Speed (RPM) *OBD","Vehicle Speed (km/h) *OBD"\n' + rows("{t:.3f},800,{v:.2f}")
+REMARK = "Time [s],RPM,VSS1 [km/h]\nLog started on the way out\n" + rows("{t:.3f},800,{v:.2f}")
 COMMENTS = "Zeit;v_Fzg;T_Aussen\ns;km/h;°C\nZeitkanal;CAN ESP_21;Klima\n" + rows("{t:.3f};{v:.2f};#NV")
 AGAIN = OF_DAY.splitlines(keepends=True)
 EXPORTS = {
@@ -120,6 +121,7 @@ EXPORTS = {
     "decoded.csv": (DECODED, "TimeStamp", "VehSpd[km/h]", "km/h"),
     "tagged.csv": (TAGGED, "Time", "Speed GNSS", "km/h"),
     "marked.csv": (MARKED, "Time", "Vehicle Speed (km/h) *OBD", "km/h"),
+    "remark.csv": (REMARK, "Time [s]", "VSS1 [km/h]", "km/h"),
     "comments.csv": (COMMENTS, "Zeit", "v_Fzg", "km/h"),
     "again.csv": ("".join([*AGAIN[:300], AGAIN[0], *AGAIN[300:]]), "Time", "v [km/h]", "km/h"),
 }

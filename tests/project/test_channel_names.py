@@ -35,7 +35,7 @@ OTHERS = {
 # Names of a channel of a step.
 OF_THE_CAR = {
     ("validate", "speed", "km/h"): "Ground Speed|True speed|Speed over ground|"
-    "GPS Speed 3D|Speed filtered|kmph_meas|Roller Speed|VehSpd|v_Fahrzeug|Vitesse|車速|车速",
+    "GPS Speed 3D|Speed filtered|kmph_meas|VSS1|Roller Speed|VehSpd|v_Fahrzeug|Vitesse|車速|车速",
     ("validate", "drive_torque", "N m"): "Motor torque|PropShaftTrq|M_Motor|"
     "Motordrehmoment|Inverter Torque Feedback|電機轉矩|Couple moteur",
     ("validate", "drive_torque_left", "N m"): "Hub Motor Torque Left",

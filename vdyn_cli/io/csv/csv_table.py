@@ -314,7 +314,7 @@ def _header_above(first: int, records: list[CsvRow], cells: list[list[str]], wan
     for i in range(first - 1, -1, -1):
         if not any(map(is_written, records[i].fields)):
             continue  # some loggers write empty lines between header, units and numbers
-        if not rows and _is_section(records[i].fields):
+        if not rows and (width > 2 or _is_section(records[i].fields)) and _is_remark(records[i].fields):
             continue
         if not cells[i] or len(rows) == _MOST_HEADS:
             break
@@ -337,8 +337,12 @@ def _header_above(first: int, records: list[CsvRow], cells: list[list[str]], wan
 
 
 def _is_section(fields: Sequence[str]) -> bool:
-    written = [f for f in fields if f.strip()]
-    return len(written) == 1 and _SECTION.fullmatch(written[0]) is not None
+    return _SECTION.fullmatch("".join(fields)) is not None
+
+
+def _is_remark(fields: Sequence[str]) -> bool:
+    """Whether a row has a single text, such as [Channel Data] or the start of the log, and so names no columns."""
+    return sum(map(is_written, fields)) == 1
 
 
 def _resemblance(name: str, cells: Sequence[str]) -> float:

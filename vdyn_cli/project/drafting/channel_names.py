@@ -9,7 +9,7 @@ from collections.abc import Mapping
 # Other spellings of the words in the rules below, also in German, French, Spanish, Italian, Portuguese, Dutch,
 # Polish, Czech and Scandinavian languages, without accents.
 _SPELLINGS = {
-    "speed": "velocity vel spd v vx vss geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita "
+    "speed": "velocity vel spd v vx vss vss1 geschwindigkeit geschw tempo vfzg vitesse velocidad velocidade velocita "
     "snelheid predkosc hastighet hastighed rychlost sog kmph kmh kph mph",
     "accel": "acceleration accelerometer acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione "
     "versnelling przyspieszenie",
