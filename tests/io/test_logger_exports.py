@@ -144,10 +144,10 @@ def test_a_trace_of_bus_frames_is_to_be_decoded_first(tmp_path: Path, name: str,
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ('<?xml version="1.0"?>\n<gpx version="1.1"><trk><trkseg>\n', "is XML, such as a GPX track"),
+        ('<?xml version="1.0"?>\n<gpx version="1.1"><trk><trkseg>\n', "is XML, such as a GPX track(?s:.*)-i gpx"),
         ('[\n {\n  "t": 0.0,\n  "v": 30.0\n }\n]\n', "is JSON without a series of at least 10 objects"),
         ("$GPRMC,100000.00,A,4806.0000,N,01130.0000,E,58.00,90.0,120526,,,A*6C\n", "NMEA sentences"),
-        ("# Name: a receiver\n$GPHDT,,T*1B\n$GPGGA,,,,,,0,,,,M,,M,,*66\n", "NMEA sentences"),
+        ("# Name: a receiver\n$GPHDT,,T*1B\n$GPGGA,,,,,,0,,,,M,,M,,*66\n", "NMEA sentences(?s:.*)-i nmea"),
         ("<!DOCTYPE html>\n<html><body>Please, log in</body></html>\n", "is a web page"),
         (
             "Type,Local Number,Message,Field 1,Value 1,Units 1,\nData,0,record,speed,3,m/s,\n",

@@ -57,7 +57,7 @@ _FORMATS = {
 # Text formats that contain the raw bytes of bus messages, which need the description of the bus; and text without a
 # table.
 _DECODE = "decode it with the DBC or ARXML file of the bus first, and save its signals as MF4 or CSV"
-_CONVERT = "convert it to CSV, with a column for each channel"
+_CONVERT = "convert it to CSV, as 'gpsbabel -t -i {} -f LOG -o unicsv -F LOG.csv' does"
 _FIT = "convert the FIT file with 'FitCSVTool --data record'; its file that ends in _data.csv is a table"
 _TEXTS = (
     (rb"date [^\n]{8,60}\r?\n\s*base (hex|dec)\s+timestamps", "a trace of bus frames by Vector (.asc)", _DECODE),
@@ -85,14 +85,14 @@ _TEXTS = (
     (
         rb"(#[^\r\n]*[\r\n]+)*[$!][A-Z]{2}[A-Z0-9]{2,5},[^\r\n]*\*[0-9A-F]{2}\s",
         "a receiver's NMEA sentences, not a table",
-        _CONVERT,
+        _CONVERT.format("nmea"),
     ),
     (
         rb"(?i)\s*(<!doctype html|<html)",
         "a web page, not a log",
         "download the log again; the page may ask for a login",
     ),
-    (rb"\s*<(\?xml|gpx|kml)", "XML, such as a GPX track, not a table", _CONVERT),
+    (rb"\s*<(\?xml|gpx|kml)", "XML, such as a GPX track, not a table", _CONVERT.format("gpx")),
     (rb"version https://git-lfs", "a pointer of Git LFS, not the log itself", "fetch the log with 'git lfs pull'"),
 )
 _REMEDIES = {
