@@ -112,6 +112,16 @@ def test_rest_at_zero_is_not_clipping() -> None:
     assert said(np.maximum(load() - 4200.0, 0.0)) == ""
 
 
+@pytest.mark.parametrize("moving", [0.0, 5.0])
+def test_a_brake_that_holds_the_standing_car_is_not_clipped(moving: float) -> None:
+    """At 794 N m in two stops; while the car moves, the same is a limit of the sensor."""
+    pressed = np.clip(2000.0 * np.sin(2.0 * np.pi * T / 20.0), 0.0, 794.0)
+    speed = np.where(pressed > 0.0, moving, 15.0)
+    log = Log("run.csv", T, {"brake_torque": pressed, "speed": speed})
+    found = check_channel(log, "brake_torque", "N m").findings
+    assert any("clipped" in f.what for f in found) == (moving > 0.0)
+
+
 def test_missing_values_are_counted_and_placed() -> None:
     values = load()
     values[:300] = np.nan

@@ -24,6 +24,7 @@ _CHUNK = 1 << 20
 _CLIPPED = 4  # equal values in a row, at least
 _RESTS = 20  # samples, least length of a normal constant segment that is assumed
 _STUCK = 50  # samples, fewest from which a constant channel counts as failed
+_STANDING = 0.02  # of the largest speed, below which the car stands
 _APART = 5.0  # times the longest other segment, length of a single segment that may be frozen
 
 
@@ -72,7 +73,8 @@ def check_channel(log: Log, channel: str, unit: str, window: Window = WHOLE) -> 
     *Clipped*: the largest or smallest value lasts several samples, more than once, and the signal reaches and leaves it
     too steeply for a natural peak. A parabola that spends L samples in its top quantum q enters it at a slope s with
     s L / 4 <= q, so an overshoot s L / 4 of many quanta means that the top was cut off. Zero and 100 % are normal rest
-    values. A slow or well-controlled channel is constant at other values, too, so that its extremes prove nothing.
+    values, and so is any value of a brake that holds the standing car. A slow or well-controlled channel is constant at
+    other values, too, so that its extremes prove nothing.
 
     *Held*: it changes at every k-th row only, by more than its resolution, like a slower sensor on a faster clock: see
     ``held_rows``.
@@ -102,11 +104,20 @@ def check_channel(log: Log, channel: str, unit: str, window: Window = WHOLE) -> 
     sample = values[:: -(-values.size // _SAMPLE)]
     if np.unique(sample).size <= _LEVELS:
         return Quality(tuple(findings))
-    runs = _equal_runs(values)
     findings += _held(values, where) or _interpolated(values, where)
+    values = _released_at_rest(log, channel, values, rows)
+    runs = _equal_runs(values)
     for named_extreme in (("largest", float(values.max())), ("smallest", float(values.min()))):
         findings += _clipped(values, runs, named_extreme, unit, where, line)
     return Quality(tuple(findings))
+
+
+def _released_at_rest(log: Log, channel: str, values: Array, rows: Rows | None) -> Array:
+    """The values of a brake, zero where the car stands, which any torque holds; other channels as they are."""
+    if channel != "brake_torque" or "speed" not in log:
+        return values
+    speed = np.abs(log["speed"] if rows is None else log["speed"][rows])
+    return np.where(speed < _STANDING * np.nanmax(speed, initial=0.0), 0.0, values)
 
 
 def _missing(missing: Mask, rows: Rows, where: str, every: _Rows) -> Finding:
