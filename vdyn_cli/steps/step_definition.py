@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from vdyn_cli.io.clocks.sample_times import COARSEST
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Quantity
@@ -100,7 +99,7 @@ class Step:
     run_keys : which of a run's direction, start, temperature and wind it reads; None: any of them.
     scaled : channels that may be computed from another one, times constants of the vehicle.
     any_gain : factors by which channels may exceed their physical range, because the diagnosis finds their gain.
-    longest_step : s, typical step of a log's clock above which it is refused.
+    longest_step : s, typical step of a log's clock above which it is refused; None: as for any log.
     rate : (spec) -> Hz, to which logs that are sampled at least twice as fast are averaged, because the model has no
         faster dynamics; None: as sampled.
     track_check : (spec, whole logs before cuts, data, known, run of each log in data) -> check of the runs at the
@@ -128,7 +127,7 @@ class Step:
     run_keys: tuple[str, ...] | None = None
     scaled: tuple[ScaledChannel, ...] = ()
     any_gain: Mapping[str, float] = field(default_factory=dict, compare=False)
-    longest_step: float = COARSEST
+    longest_step: float | None = None
     rate: Callable[[Any], float | None] = lambda spec: None
     track_check: Callable[[Any, tuple[Log, ...], Any, Parameters, tuple[int, ...]], TrackCheck] | None = None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)

@@ -175,7 +175,7 @@ def check_steps(log: Log, beside: bool = False) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def impossible_clock(log: Log, longest_step: float = COARSEST) -> Iterator[Finding]:
+def impossible_clock(log: Log, longest_step: float | None = None) -> Iterator[Finding]:
     """A finding if no log of a road vehicle can have this clock, so that its unit is wrong.
 
     Duration or mean step is outside ``SHORTEST_LOG`` to ``LONGEST_LOG`` or ``FINEST`` to ``COARSEST``, s, or the speed
@@ -183,7 +183,7 @@ def impossible_clock(log: Log, longest_step: float = COARSEST) -> Iterator[Findi
 
     Parameters
     ----------
-    log : channels in SI. longest_step : s, most that the typical step may be.
+    log : channels in SI. longest_step : s, most that the typical step may be; None: any.
     """
     duration, where = log.duration, f"{log.name}, channel 'time'"
     usual = duration / max(log.time.size - 1, 1)
@@ -194,7 +194,7 @@ def impossible_clock(log: Log, longest_step: float = COARSEST) -> Iterator[Findi
             yield Finding(where, got, remedy=_unit_of_time(value > high))
             return
     typical = float(np.median(np.diff(log.time))) if log.time.size > 1 else 0.0
-    if typical > longest_step:
+    if longest_step is not None and typical > longest_step:
         what = f"the typical step is {typical:.3g} s; this test needs {longest_step:g} s or less"
         yield Finding(where, what, remedy=_unit_of_time(True))
         return
