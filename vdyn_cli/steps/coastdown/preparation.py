@@ -56,7 +56,7 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     logs, wrong_acceleration = without_mistaken_acceleration(logs)
     sloped, grades, by_elevation = _with_slopes(spec, _with_winds(spec, logs), drive, given)
     found = selected(spec, sloped, drive, given)
-    if (derived := _derived(found)) is not None:
+    if (derived := _derived(found, drive)) is not None:
         problem = prepare(spec, without_acceleration(logs), known)
         return replace(problem, findings=(derived, *problem.findings))
     starts, origins = run_starts(spec.runs, sloped), _origins(sloped)
@@ -79,9 +79,12 @@ def prepare(spec: CoastdownSpec, logs: Sequence[Log], known: Parameters) -> Coas
     return CoastdownProblem(spec, sloped, known, campaign, selection, zeros, findings)
 
 
-def _derived(found: SegmentSelection) -> Finding | None:
-    """The finding that the acceleration is computed from the speed; None without one, or if it is measured."""
-    coasts = [s.log for s in found.segments if measures_acceleration(s)]
+def _derived(found: SegmentSelection, drive: DriveSignal) -> Finding | None:
+    """The finding that the acceleration is computed from the speed; None without one, or if it is measured.
+
+    A driven car accelerates so rapidly that a precise speed also shows what an accelerometer measures.
+    """
+    coasts = [s.log for s in found.segments if measures_acceleration(s)] if drive == "coasting" else []
     return derived_finding(coasts) if coasts else None
 
 
