@@ -11,6 +11,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 
 REMEDY = "add 'sign: -1' to its channel"
+TARED = 0.1  # of the largest load: the median of a sensor that was set to zero under the car is smaller
 
 
 def cosine(a: Array, b: Array) -> float:
@@ -34,9 +35,10 @@ class WrongSign(Finding):
 
 
 def negative_loads(log: Log) -> list[Finding]:
-    """Findings on vertical loads with a median below zero: of wheels where these are mapped, else of axles."""
-    loads = [n for n in log.channels if n.endswith("_load") and np.isfinite(log[n]).any()]
-    low = {n: value for n in loads if (value := float(np.nanmedian(log[n]))) < 0.0}
+    """Findings on vertical loads with a negative median: of wheels where these are mapped, else of axles."""
+    loads = {n: log[n] for n in log.channels if n.endswith("_load") and np.isfinite(log[n]).any()}
+    medians = {n: float(np.nanmedian(load)) for n, load in loads.items()}
+    low = {n: value for n, value in medians.items() if value < -TARED * float(np.nanmax(np.abs(loads[n])))}
     wheels = {n: value for n, value in low.items() if n.endswith(("_left_load", "_right_load"))}
     what = f"negative {'wheel' if wheels else 'axle'} load: loads must be positive"
     return [wrong_sign(log.name, n, what, f"{value:.0f} N") for n, value in (wheels or low).items()]
