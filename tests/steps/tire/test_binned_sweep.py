@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -57,3 +59,17 @@ def test_the_time_swept_before_a_sweep_counts_every_sample() -> None:
     duration = sweeps[0].span[1] - sweeps[0].span[0]
     assert duration == pytest.approx(39.99)
     assert _swept(sweeps, sweeps[1])[0] == pytest.approx(duration + sweeps[1].time[0])
+
+
+def test_the_slopes_of_a_slip_that_lags_are_free_of_its_noise() -> None:
+    """Noise of both is a bias of the relaxation length, which a delay compensates."""
+    random, time = np.random.default_rng(5), np.arange(12_000) / 100.0
+    slip = 0.22 * np.sin(2 * np.pi * time / 3.0)
+    force, speed = 4000.0 * slip, np.full(time.size, 13.0)
+    channels = {"slip": slip, "force_x": force, "force_z": np.full(time.size, 4000.0), "vehicle_speed": speed}
+    clean = binned_sweep(Log("sweep.csv", time, channels))
+    samples = replace(clean.samples, slip=slip + 0.004 * random.standard_normal(time.size))
+    sweeps = [one.lagged(0.35, 0.0) for one in (replace(clean, samples=samples), clean)]
+    acting = [one.samples.means(one.samples.lagged(0.35, 0.0)[0]) for one in sweeps]
+    noise, of_slope = acting[0] - acting[1], sweeps[0].slip_gradient - sweeps[1].slip_gradient
+    assert abs(noise @ of_slope) < 0.2 * (noise @ noise)  # 0.8 with the slopes of the slip as it was read

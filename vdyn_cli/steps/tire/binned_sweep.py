@@ -15,6 +15,7 @@ GAP = 5.0  # median time steps, beyond which samples belong to different bins
 MOST_IN_BIN = 40  # samples in one bin: noise in slip falls by six, and a sweep of some seconds keeps dozens of bins
 FEWEST_SLOW = 8  # samples of a slower speed from which the level of its noise can be estimated
 SCATTERS = 3.0  # standard deviations of a variance, by which that of a varying load exceeds that of the noise
+SMOOTH = 3.0  # bins, over which the slip is smoothed for its slopes: a bin's own noise has a seventh of the weight
 WIDEST = 0.015  # largest range of slip in a bin: a fifth of the width of the knee of a stiff tire
 
 
@@ -60,6 +61,8 @@ class BinnedSweep:
 
         ``slip`` is that of which the lags times ``slip_gradient`` and ``slip_rate`` are subtracted. The first-order
         change of a slow sweep, of which these are the slopes without a lag, lacks the transients where a sweep turns.
+        The slopes are those of the smoothed slip: with the noise of the slip that acts, they would be correlated with
+        the residual, and a relaxation length would appear as a longer one with a negative delay.
 
         Parameters
         ----------
@@ -68,10 +71,10 @@ class BinnedSweep:
         distance = max(distance, 0.0) if self.speed is not None else 0.0
         if distance == 0.0 and delay == 0.0:
             return self
-        acting, slower = self.samples.lagged(distance, delay)
-        bins = self.samples.means(acting)
+        bins = self.samples.means(self.samples.lagged(distance, delay)[0])
+        calm, slower = self.samples.smooth().lagged(distance, delay)
         gradient = self.slip_gradient if slower is None else -self.samples.means(slower)
-        rate = np.gradient(bins, self.time)
+        rate = np.gradient(self.samples.means(calm), self.time)
         return replace(self, slip=bins + distance * gradient + delay * rate, slip_gradient=gradient, slip_rate=rate)
 
 
@@ -88,6 +91,13 @@ class SlipSamples:
         """The means of values (m,) over the bins, (n,)."""
         counts = np.diff(np.append(self.starts, self.time.size))
         return np.asarray(np.add.reduceat(values, self.starts) / counts)
+
+    def smooth(self) -> SlipSamples:
+        """The samples with a slip without most of its noise, smoothed over ``SMOOTH`` bins (standard deviation)."""
+        from scipy.ndimage import gaussian_filter1d
+
+        width = SMOOTH * float(np.median(np.diff(self.starts))) if self.starts.size > 1 else 1.0
+        return replace(self, slip=gaussian_filter1d(self.slip, width))
 
     def lagged(self, distance: float, delay: float) -> tuple[Array, Array | None]:
         """The slip that acts, (m,), and its derivative by the distance, (m,) 1/m; None for a distance of 0."""
