@@ -76,8 +76,8 @@ COASTDOWN = (
 )
 
 CG = (
-    *_each("cg", "", "named", clock_offset=1e-3, acceleration_delay=2e-3),
-    *_each("cg", "", "named", unsprung_mass=60.0, aero_lift=0.6),
+    *_each("cg", "", "named", clock_offset=1e-3, acceleration_delay=4e-3),
+    *_each("cg", "", "named", unsprung_mass=100.0, aero_lift=0.6),
     *_each("cg", "", "named", load_crosstalk=0.02),
     Cell("cg", "", {"road_grade": 0.02}, "named", fast=True),
     *_each("cg", "", "not_testable", accelerometer_tilt=0.005, accelerometer_offset=0.05, wheel_force_gain=0.01),
