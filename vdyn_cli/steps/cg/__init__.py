@@ -15,9 +15,9 @@ Where the unsprung masses m of both axles are given, the axles move vertically o
 are then the forces on the body, F - m (g + z''), and lr is the distance to the body's center. Without these masses the
 pitch inertia is up to 1 % too high or too low.
 
-The body turns about an axis e below its center: M g e th is added for the pitch angle th. e is between
-zero and the height of a usual center above the hubs, with a standard deviation of some 10 % of the wheelbase for the
-suspension's anti-dive and anti-squat; the runs determine it better.
+The body turns about an axis e below its center: M g e th is added for the pitch angle th. The prior
+of e is centered between zero and the height of a usual center above the hubs, with the distance to either as standard
+deviation; the runs determine it better.
 
 The loads at rest determine lr, the load transfer per acceleration M h, and the load transfer per pitch acceleration
 I - (M h + J) (H - h). The last two have opposite signs: a pitch rate of the wrong sign turns I into

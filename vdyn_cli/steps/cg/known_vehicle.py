@@ -136,7 +136,10 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         findings.append(Finding("cg", what, "", remedy))
     half = (USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)) / 2
     nuisances = {AXIS: (half, max(half, HEIGHT_SHARE_STD * values["wheelbase"])), **_tire_prior(known)}
-    nuisances |= {COMPLIANCE: (values[COMPLIANCE], std.pop(COMPLIANCE))} if COMPLIANCE in std else {}
+    if COMPLIANCE in std and any(
+        values[n] > 0 for n in UNSPRUNG
+    ):  # else the runs show only its product with an added mass
+        nuisances[COMPLIANCE] = values[COMPLIANCE], std.pop(COMPLIANCE)
     nuisances |= {} if "drag_height" in known else {"drag_height": (values["drag_height"], DRAG_HEIGHT_STD)}
     values |= {n: mean for n, (mean, _) in nuisances.items()}
     return KnownVehicle(values, std, tuple(findings), nuisances)
@@ -157,8 +160,8 @@ def with_free_heave(vehicle: KnownVehicle) -> KnownVehicle:
 def _unsprung(known: Parameters, mass: float) -> tuple[dict[str, float], dict[str, float]]:
     """Unsprung masses, kg, zero unless both are given, and the tires' compliance, m/N; second: std of the uncertain.
 
-    The axles' motion is proportional to the compliance, so that a fit of it is linear. Without unsprung masses it does
-    not matter.
+    The axles' motion is proportional to the compliance, so that a fit of it is linear. Without unsprung masses it
+    matters for an effect only that adds some.
     """
     compliance = TIRE_DEFLECTION / (mass * GRAVITY / 2)
     spread = DEFLECTION_STD * compliance
@@ -166,10 +169,10 @@ def _unsprung(known: Parameters, mass: float) -> tuple[dict[str, float], dict[st
         compliance = 1 / known[STIFFNESS].value
         spread = known[STIFFNESS].std * compliance**2
     values = {COMPLIANCE: compliance, **dict.fromkeys(UNSPRUNG, 0.0)}
+    std = {COMPLIANCE: spread} if spread > 0 else {}
     if not all(n in known for n in UNSPRUNG):
-        return values, {}
-    std = {n: known[n].std for n in UNSPRUNG if known[n].std > 0}
-    std |= {COMPLIANCE: spread} if spread > 0 else {}
+        return values, std
+    std |= {n: known[n].std for n in UNSPRUNG if known[n].std > 0}
     return {**values, **{n: known[n].value for n in UNSPRUNG}}, std
 
 

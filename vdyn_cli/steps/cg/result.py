@@ -15,12 +15,12 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.cg import figures, text
-from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
+from vdyn_cli.steps.cg.known_vehicle import COMPLIANCE, KnownVehicle
 from vdyn_cli.steps.cg.load_fit import TOLERANCE, LoadFit
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import fit_summary
 
-ONLY_IN_EFFECTS = ("brake_share_front",)  # known numbers that the balance without effects does not contain
+ONLY_IN_EFFECTS = ("brake_share_front", COMPLIANCE)  # known numbers that the balance without effects does not contain
 
 
 def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings: Sequence[Finding]) -> Result:
@@ -49,24 +49,31 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
         figures.figures(fit, compared),
         (text.uncertainty_table(solution, moved),),
         tuple(findings),
-        amplitudes=effect_amplitudes(solution, fit.added.unknowns),
+        amplitudes=effect_amplitudes(solution, fit.added.unknowns, _inherited(fit, solution, moved)),
         withheld=withheld,
         restate=text.sentence,
     )
 
 
 def _moved(fit: LoadFit, solution: Solution, vehicle: KnownVehicle) -> dict[str, dict[str, float]]:
-    """Change of each result when a known number is one standard deviation larger, by known number."""
-    moved = {}
+    """Change of each result and effect when a known number is one standard deviation larger, by known number."""
+    moved, results = {}, (*SOUGHT, *fit.added.names)
     for name, std in vehicle.std.items():
         if name in ONLY_IN_EFFECTS and not fit.added:
             continue
         other = _refitted(replace(fit, known={**vehicle.values, name: vehicle.values[name] + std}), solution)
-        moved[name] = {n: other.values[n] - solution.values[n] for n in SOUGHT}
+        moved[name] = {n: other.values[n] - solution.values[n] for n in results}
     if fit.pitch_inertia is not None:
         other = _refitted(replace(fit, pitch_inertia=fit.pitch_inertia + vehicle.pitch_inertia_std), solution)
-        moved["pitch_inertia"] = {n: other.values[n] - solution.values[n] for n in SOUGHT}
+        moved["pitch_inertia"] = {n: other.values[n] - solution.values[n] for n in results}
     return moved
+
+
+def _inherited(fit: LoadFit, solution: Solution, moved: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """Standard deviation of each unknown of the effects, with the uncertainty of the known numbers."""
+    return {
+        n: float(np.hypot(solution.std[n], np.linalg.norm([row[n] for row in moved.values()]))) for n in fit.added.names
+    }
 
 
 def _refitted(fit: LoadFit, near: Solution) -> Solution:
