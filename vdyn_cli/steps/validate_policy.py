@@ -71,7 +71,7 @@ class ValidatePolicy:
     hills_error: float = 0.02
     """[share of the largest speed] rms error of a simulated speed, above which sensors' hills are candidates. Hills of
     0.6 % rms cause 3 %, as do errors of 4 % of the torque: hills_gain tells these apart, for hills removed 53 to 96 %
-    of the error, and at most 6 % on roads without hills (13 simulated days)."""
+    of the error, and at most 6 % on roads without hills (11 simulated days)."""
 
     hills_gain: float = 0.1
     """[share of the rms error] that hills must remove beside errors of load and torque, to be candidates. In 18 trips
