@@ -14,6 +14,7 @@ from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.inference import solve
+from vdyn_cli.quantities.arrays import cumulative_integral
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps import load_step
@@ -87,6 +88,22 @@ def test_hardly_any_noise_leaves_hardly_any_error(hidden: Hidden) -> None:
     assert found == pytest.approx(hidden.size, rel=near.get(hidden.plant, 0.1))
     for name, truth in plant.truth(VEHICLE).items():
         assert result.parameters[name].value == pytest.approx(truth, rel=2e-3), name
+
+
+def test_gravity_in_a_late_reading_is_as_late_as_the_acceleration() -> None:
+    late, exact = 0.06, problem(Hidden("acceleration_delay", 0.0), 0.02)
+    turned = []
+    for log in exact.logs:
+        pitch = cumulative_integral(log.time, log["pitch_rate"])
+        felt = np.interp(log.time - late, log.time, log["acceleration"] + 9.80665 * pitch)
+        turned.append(log.with_channels(acceleration=felt))
+    spec = {"test": "cg", "settings": {"load_zero": "10 N", "accelerometer": "body"}}
+    made = prepare(CgSpec.model_validate(spec), turned, KNOWN)
+    made = replace(made, fit=replace(made.fit, nuisances={**made.fit.nuisances, "pitch_axis": (0.2, 0.2)}))
+    result = made.publish(added(Hidden("acceleration_delay", late).effect))
+    assert result.amplitudes["acceleration_delay"].value == pytest.approx(late, abs=5e-4)
+    for name, truth in plant.truth(VEHICLE).items():
+        assert result.parameters[name].value == pytest.approx(truth, rel=5e-3), name
 
 
 def test_slip_that_would_imitate_an_error_is_held() -> None:

@@ -251,6 +251,14 @@ def test_what_is_missing_or_useless_is_said() -> None:
         STEP.estimate(SPEC, blind, known(vehicle))
 
 
+def test_a_known_frontal_area_scales_the_assumed_drag() -> None:
+    vehicle = random_vehicle(1)
+    bare = {n: e for n, e in known(vehicle).items() if n in ("mass", "wheelbase", "antenna_height")}
+    van = known_vehicle(SPEC, Parameters({**bare, **given({"frontal_area": 4.0})}))
+    assert van.values["drag_area"] == pytest.approx(1.4)
+    assert van.std["drag_area"] == pytest.approx(0.32)
+
+
 @pytest.mark.slow
 def test_left_out_drag_and_spin_are_assumed_and_said() -> None:
     vehicle = random_vehicle(1)

@@ -50,7 +50,7 @@ def _with_motion(e: ModelBuilder, u: Signals) -> Signals:
 def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_bend: Number, rear_bend: Number) -> None:
     """The moments as separate sensors, because loads, pitch and acceleration may come from loggers with other clocks.
 
-    ``inertial`` is the share of the logged acceleration in the moment of the motion.
+    ``inertial`` is the share of the acceleration as it was logged, with gravity, in the moment of the motion.
 
     ``u`` has the signals of ``_with_motion``. ``front``, ``rear`` N are the upward forces on the axles, including lift;
     their bends, N/s^2, are second derivatives of the loads, which deflect the tires. ``reads_gravity`` is 1 where the
@@ -88,7 +88,8 @@ def _moments(e: ModelBuilder, u: Signals, front: Number, rear: Number, front_ben
         p.slip_compliance / GRAVITY * (with_speed + p.tire_relaxation_length * bend)
         for with_speed, bend in ((u.push_speed_rate, u.push_bend), (u.swing_speed_rate, u.swing_bend))
     )
-    inertial = (p.mass * p.cg_height + p.spin) * rate + p.spin * pushed
+    felt = GRAVITY * p.reads_gravity * u.pitch  # logged with the acceleration, so as late as it is
+    inertial = (p.mass * p.cg_height + p.spin) * (rate + felt) + p.spin * pushed
     motion = e(
         motion_moment,
         acceleration=rate,

@@ -20,6 +20,7 @@ UNSPRUNG = ("unsprung_mass_front", "unsprung_mass_rear")
 # Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without drag, the aerodynamic moment about the
 # road would be a model error that the diagnosis detects and cannot name.
 USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
+USUAL_DRAG, DRAG_STD = 0.35, 0.08  # drag coefficient: cars 0.25 to 0.4, vans to 0.5 (likewise Hucho)
 # Tires of cars: 0.006 to 0.015 (UN R117, classes A to E), on rough roads to 0.02.
 USUAL_ROLLING, ROLLING_STD, USUAL_RADIUS = 0.010, 0.005, 0.31  # -, -, m
 # m, inertia of the wheels over their radius and the mass of the car, which adds to the height at which the car's
@@ -94,11 +95,9 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
     values |= {n: known.value(n, default) for n, default in DEFAULTS.items()}
     std = {n: known[n].std for n in values if n in known and known[n].std > 0}
     if "drag_area" not in known:
+        values["drag_area"], std["drag_area"] = drag, drag_std = _usual_drag_area(known)
         remedy = "give drag_area, or pass the result of 'vdyn coastdown' with --known"
-        std["drag_area"] = DRAG_AREA_STD
-        what = (
-            f"drag_area is not given: {USUAL_DRAG_AREA} +- {DRAG_AREA_STD} m^2 assumed, which changes the height by 1 %"
-        )
+        what = f"drag_area is not given: {drag:.2f} +- {drag_std:.2f} m^2 assumed, which changes the height by 1 %"
         findings.append(Finding("cg", what, "", remedy))
     lead, lead_std = _contact_lead(known)
     values["contact_lead"] = lead
@@ -189,6 +188,14 @@ def _tire_prior(known: Parameters) -> dict[str, tuple[float, float]]:
         length = known["tire_relaxation_length"]
         found["tire_relaxation_length"] = length.value, max(length.std, LEAST_SLIP * length.value)
     return found
+
+
+def _usual_drag_area(known: Parameters) -> tuple[float, float]:
+    """A usual drag area and its standard deviation, m^2: of a usual coefficient where the frontal area is known."""
+    if "frontal_area" not in known:
+        return USUAL_DRAG_AREA, DRAG_AREA_STD
+    area = known["frontal_area"].value
+    return USUAL_DRAG * area, DRAG_STD * area
 
 
 def _contact_lead(known: Parameters) -> tuple[float, float]:
