@@ -196,7 +196,8 @@ def cut_findings(ledger: Sequence[LedgerRow]) -> Iterator[Finding]:
         what = f"{longest.why}, {span} ({TESTS[test]})"
         if len(rows) > 1:
             what += f", and {len(rows) - 1} more of this kind"
-        keep = f"{{channel: {channel}, from: {longest.start:.15g} s, to: {longest.stop:.15g} s}}"
+        first, last = np.floor(np.round(1e3 * longest.start, 3)), np.ceil(np.round(1e3 * longest.stop, 3))
+        keep = f"{{channel: {channel}, from: {first / 1e3:.15g} s, to: {last / 1e3:.15g} s}}"  # ms, outwards
         if decision == "kept":
             remedy = "remove 'keep' or 'cuts' from the run to cut it"
             yield Finding(where, f"{what}; kept by the description", "", remedy, doubt=True)
