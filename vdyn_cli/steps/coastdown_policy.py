@@ -182,7 +182,7 @@ class CoastdownPolicy:
     """[log likelihood] by which a change of the car between two runs must explain them better than none. A Bayes factor
     of 55 for one of the five to seven places on a day. On 31 days without a change the largest was 2.9 (tires that lose
     pressure); a trailer, load, roof box, tires or brake reached it on 13 of 17 days. Of two successive runs: 5.5 with a
-    roof box and with a load, at most 0.3 on 29 days without either."""
+    roof box and with a load; on 29 days without either at most 0.4, but 2.2 where one run was in a slipstream."""
 
     change_over_gradual: float = 1.0
     """[log likelihood] by which a change between two runs must explain them better than a gradual change, or a change

@@ -20,7 +20,7 @@ UNSPRUNG = ("unsprung_mass_front", "unsprung_mass_rear")
 # Passenger cars: 0.5 to 0.8 m^2 (Hucho, Aerodynamics of Road Vehicles). Without drag, the aerodynamic moment about the
 # road would be a model error that the diagnosis detects and cannot name.
 USUAL_DRAG_AREA, DRAG_AREA_STD = 0.65, 0.15  # m^2
-USUAL_DRAG, DRAG_STD = 0.35, 0.08  # drag coefficient: cars 0.25 to 0.4, vans to 0.5 (likewise Hucho)
+USUAL_COEFFICIENT, COEFFICIENT_STD = 0.35, 0.08  # drag coefficient: cars 0.25 to 0.4, vans to 0.5 (likewise Hucho)
 # Tires of cars: 0.006 to 0.015 (UN R117, classes A to E), on rough roads to 0.02.
 USUAL_ROLLING, ROLLING_STD, USUAL_RADIUS = 0.010, 0.005, 0.31  # -, -, m
 # m, inertia of the wheels over their radius and the mass of the car, which adds to the height at which the car's
@@ -135,9 +135,8 @@ def known_vehicle(spec: CgSpec, known: Parameters) -> KnownVehicle:
         findings.append(Finding("cg", what, "", remedy))
     half = (USUAL_HEIGHT_SHARE * values["wheelbase"] - known.value("wheel_radius", USUAL_RADIUS)) / 2
     nuisances = {AXIS: (half, max(half, HEIGHT_SHARE_STD * values["wheelbase"])), **_tire_prior(known)}
-    if COMPLIANCE in std and any(
-        values[n] > 0 for n in UNSPRUNG
-    ):  # else the runs show only its product with an added mass
+    # Without a stated mass the runs show only the product of the compliance with an added one.
+    if COMPLIANCE in std and any(values[n] > 0 for n in UNSPRUNG):
         nuisances[COMPLIANCE] = values[COMPLIANCE], std.pop(COMPLIANCE)
     nuisances |= {} if "drag_height" in known else {"drag_height": (values["drag_height"], DRAG_HEIGHT_STD)}
     values |= {n: mean for n, (mean, _) in nuisances.items()}
@@ -195,7 +194,7 @@ def _usual_drag_area(known: Parameters) -> tuple[float, float]:
     if "frontal_area" not in known:
         return USUAL_DRAG_AREA, DRAG_AREA_STD
     area = known["frontal_area"].value
-    return USUAL_DRAG * area, DRAG_STD * area
+    return USUAL_COEFFICIENT * area, COEFFICIENT_STD * area
 
 
 def _contact_lead(known: Parameters) -> tuple[float, float]:
