@@ -28,7 +28,7 @@ def test_the_policy_lists_the_thresholds_of_the_diagnosis() -> None:
     from vdyn_cli.diagnosis.policy import POLICY
     from vdyn_cli.quantities.threshold import thresholds_text
 
-    assert explanation("policy").startswith(thresholds_text(POLICY))
+    assert explanation("policy").startswith(f"Diagnosis\n\n{thresholds_text(POLICY)}")
     assert "false_alarm = 0.001 probability" in explanation("policy")
     assert len(thresholds_text(POLICY).splitlines()) > 5
 

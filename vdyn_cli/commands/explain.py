@@ -66,18 +66,7 @@ def explanation(topic: str) -> str:
     if topic == "glossary":
         return glossary()
     if topic == "policy":
-        from vdyn_cli.diagnosis.policy import POLICY
-        from vdyn_cli.io.clocks.clock_policy import CLOCKS
-        from vdyn_cli.io.quality.quality_policy import QUALITY
-        from vdyn_cli.project.checks.check_policy import CHECK
-        from vdyn_cli.quantities.threshold import thresholds_text
-        from vdyn_cli.steps.step_policy import STEP_POLICY
-
-        of_steps = f"Steps\n\n{thresholds_text(STEP_POLICY)}"
-        check = f"Check of the runs (vdyn check)\n\n{thresholds_text(CHECK)}"
-        clocks = f"Clocks of several loggers\n\n{thresholds_text(CLOCKS)}"
-        quality = f"Quality of the logs\n\n{thresholds_text(QUALITY)}"
-        return f"{thresholds_text(POLICY)}\n{quality}\n{clocks}\n{check}\n{of_steps}"
+        return _policies()
     effects = {e.name: e for e in catalog()}
     quantities = CHANNELS | PARAMETERS
     raise_refused(topic)
@@ -88,6 +77,25 @@ def explanation(topic: str) -> str:
     found += [_quantity(quantities[topic])] if topic in quantities else []
     found += [_effect(effects[topic])] if topic in effects else []
     return "\n\n".join(found)  # wheel_radius is a parameter and a candidate effect
+
+
+def _policies() -> str:
+    from vdyn_cli.diagnosis.policy import POLICY
+    from vdyn_cli.io.clocks.clock_policy import CLOCKS
+    from vdyn_cli.io.quality.quality_policy import QUALITY
+    from vdyn_cli.project.checks.check_policy import CHECK
+    from vdyn_cli.quantities.threshold import thresholds_text
+    from vdyn_cli.steps.step_policy import STEP_POLICY
+
+    policies = {
+        "Diagnosis": POLICY,
+        "Quality of the logs": QUALITY,
+        "Clocks of several loggers": CLOCKS,
+        "Check of the runs (vdyn check)": CHECK,
+        "Several steps": STEP_POLICY,
+        **{f"Step {name}": steps.load_step(name).policy for name in steps.names()},
+    }
+    return "\n".join(f"{title}\n\n{thresholds_text(one)}" for title, one in policies.items() if one is not None)
 
 
 def _step(name: str) -> str:

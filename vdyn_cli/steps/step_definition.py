@@ -107,6 +107,7 @@ class Step:
     manoeuvres : steps of the same name, spec and parameters that evaluate other manoeuvres, by the key ``manoeuvre`` of
         the description.
     planned : how a day is simulated before it is driven; None where that needs a log of the car.
+    policy : its own thresholds, which ``vdyn explain policy`` prints; None where it has none.
     """
 
     name: str
@@ -132,6 +133,7 @@ class Step:
     track_check: Callable[[Any, tuple[Log, ...], Any, Parameters, tuple[int, ...]], TrackCheck] | None = None
     manoeuvres: Mapping[str, Step] = field(default_factory=dict, compare=False)
     planned: PlannedDay | None = field(default=None, compare=False)
+    policy: Any = None
 
     def of(self, spec: Any) -> Step:
         """The step of this name that evaluates the description's manoeuvre."""

@@ -20,10 +20,10 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.bump.known_car import known_car
 from vdyn_cli.steps.bump.measured_profile import BumpData
+from vdyn_cli.steps.bump.policy import BUMP_POLICY
 from vdyn_cli.steps.bump.rolling_path import rolling_path
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.bump.step import STEP
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def scaled(name: str, factor: float, offset: float = 0.0) -> Callable[[Log], Log]:
@@ -160,5 +160,5 @@ def test_the_path_over_a_profile_is_that_over_the_bump_that_it_describes() -> No
 def test_an_accelerometer_whose_place_is_not_stated_is_uncertain() -> None:
     column = {"vertical_acceleration": {"column": "az", "unit": "m/s^2"}}
     logged = BumpSpec.model_validate({"test": "bump", "bump": {"height": 0.07, "width": 0.48}, "channels": column})
-    assert known_car(logged, known())[0].std["antenna_offset"] == STEP_POLICY.bump_accelerometer
+    assert known_car(logged, known())[0].std["antenna_offset"] == BUMP_POLICY.bump_accelerometer
     assert "antenna_offset" not in known_car(SPEC, known())[0].std

@@ -21,8 +21,8 @@ from vdyn_cli.steps.coastdown.doubts.outlying_runs import (
     resistance_step,
 )
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import whole_coasts
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.step import STEP
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 EIGHT = coast.DAY.but(runs=8)
 SLOW = pytest.mark.slow  # the same test of other days
@@ -54,9 +54,13 @@ def test_the_level_is_kept_whatever_slope_wind_and_warming_do() -> None:
     random = np.random.default_rng(1)
     heading = np.tile([1.0, -1.0], 5)
     days = [random.normal(size=10) + 30 * heading - 4 * np.arange(10) for _ in range(4000)]
-    found = [one for day in days if (one := outlying_run(day, heading, STEP_POLICY.outlying_run)) is not None]
-    assert 0 < sum(one.p_value < STEP_POLICY.outlier_level for one in found) / 4000 < STEP_POLICY.outlier_level * 1.5
-    assert len(found) / 4000 < STEP_POLICY.outlying_run * 1.2
+    found = [one for day in days if (one := outlying_run(day, heading, COASTDOWN_POLICY.outlying_run)) is not None]
+    assert (
+        0
+        < sum(one.p_value < COASTDOWN_POLICY.outlier_level for one in found) / 4000
+        < COASTDOWN_POLICY.outlier_level * 1.5
+    )
+    assert len(found) / 4000 < COASTDOWN_POLICY.outlying_run * 1.2
 
 
 @pytest.mark.slow
@@ -107,7 +111,7 @@ def test_no_pair_is_found_where_there_is_none(trend: str) -> None:
     heading, order = np.tile([1.0, -1.0], 4), np.arange(8)
     shape = {"none": 0.0 * order, "warming": 40.0 * np.exp(-order / 1.5), "steady rise": 6.0 * order}[trend]
     days = [random.normal(0.0, 6.0, 8) + 20 * heading + shape for _ in range(2000)]
-    assert sum(outlying_pair(day, heading) is not None for day in days) / 2000 < 1.5 * STEP_POLICY.outlier_level
+    assert sum(outlying_pair(day, heading) is not None for day in days) / 2000 < 1.5 * COASTDOWN_POLICY.outlier_level
 
 
 @pytest.mark.slow
@@ -118,7 +122,7 @@ def test_no_step_is_found_where_there_is_none(trend: str) -> None:
     shape = {"none": 0.0 * order, "warming": 40.0 * np.exp(-order / 1.5), "steady rise": 6.0 * order}[trend]
     days = [random.normal(0.0, 6.0, 8) + 20 * heading + shape for _ in range(2000)]
     found = sum(resistance_step(day, heading) is not None for day in days)
-    assert found / 2000 < (0.06 if trend == "steady rise" else 1.5 * STEP_POLICY.outlier_level)
+    assert found / 2000 < (0.06 if trend == "steady rise" else 1.5 * COASTDOWN_POLICY.outlier_level)
 
 
 @pytest.mark.parametrize(("force", "is_reported"), [pytest.param(1.0, False, marks=SLOW), (30.0, True)])

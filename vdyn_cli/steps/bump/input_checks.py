@@ -13,8 +13,8 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.bump.bump_location import BumpLocation
 from vdyn_cli.steps.bump.crossing import BODY_CHANNELS, LOADS, Crossing
+from vdyn_cli.steps.bump.policy import BUMP_POLICY
 from vdyn_cli.steps.sign_conventions import negative_loads, wrong_sign
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SAMPLES_ON_BUMP = 8  # while an axle is on the bump: fewer than four per flank do not resolve its shape
 FEWEST_SAMPLES = 50  # of a log: fewer do not contain a crossing at any rate that resolves a bump
@@ -78,7 +78,7 @@ def _wrong_load(log: Log, name: str, static: float) -> list[Finding]:
         got = f"{rest:.0f} N, expected {static:.0f} N from mass and center of gravity"
         return [Finding(where, "is not the axle's load at rest", got, guess)]
     change = float(np.nanmax(np.abs(load - rest)))
-    if change < max(STEP_POLICY.bump_visible * static, STEP_POLICY.bump_visible_noise * white_level(load, log.time)):
+    if change < max(BUMP_POLICY.bump_visible * static, BUMP_POLICY.bump_visible_noise * white_level(load, log.time)):
         got = f"largest change {change:.0f} N of {static:.0f} N"
         remedy = "check the time window; drive over a higher bump, or faster"
         return [Finding(where, "shows no bump", got, remedy)]
@@ -100,18 +100,18 @@ def wrong_location(log: Log, found: BumpLocation, wheelbase: float) -> list[Find
         remedy = "swap the columns of front_load and rear_load"
         return [Finding(f"{log.name}, front_load", what, f"{-found.delay:.3f} s before", remedy)]
     pace = wheelbase / found.delay
-    if not 1 / STEP_POLICY.bump_speed_ratio < found.speed / pace < STEP_POLICY.bump_speed_ratio:
+    if not 1 / BUMP_POLICY.bump_speed_ratio < found.speed / pace < BUMP_POLICY.bump_speed_ratio:
         late = f"{found.delay:.3f} s after the front axle"
         what = f"the rear axle meets the bump {late}, which corresponds to {pace:.2f} m/s"
         ratio = max(found.speed / pace, pace / found.speed)
         hint = "check whether its unit is km/h" if 3.0 < ratio < 4.3 else "check the unit of speed, and the wheelbase"
         return [Finding(f"{log.name}, speed", what, f"{found.speed:.2f} m/s", hint)]
-    if found.correlation < STEP_POLICY.bump_correlation:
+    if found.correlation < BUMP_POLICY.bump_correlation:
         got = f"correlation {found.correlation:.2f}"
         remedy = "check the bump's size and shape; the log must begin before the front axle meets it"
         return [Finding(log.name, "the loads do not match a car on this bump", got, remedy)]
     gain = np.mean([found.gain[n] for n in LOADS])
-    if not 1 / STEP_POLICY.bump_load_ratio < gain < STEP_POLICY.bump_load_ratio:
+    if not 1 / BUMP_POLICY.bump_load_ratio < gain < BUMP_POLICY.bump_load_ratio:
         what = f"the loads change {gain:.2g} times as much as for a typical car on this bump"
         return [Finding(log.name, what, "", "check height and width of the bump, and the loads' unit")]
     return [f for n in BODY_CHANNELS if n in found.gain for f in _wrong_gain(log, n, found.gain[n])]
@@ -166,7 +166,7 @@ def airborne(crossing: Crossing, static: Mapping[str, float], wheelbase: float) 
     for name in LOADS:
         load = crossing.channels[name][behind]
         share = float(np.mean(load[np.isfinite(load)] < 0.02 * static[name]))
-        if share > STEP_POLICY.bump_airborne:
+        if share > BUMP_POLICY.bump_airborne:
             what = f"excluded: the {name[:-5]} axle is off the road for {100 * share:.0f} % of the crossing"
             return Finding(crossing.run, what, "", "drive slower, or use a lower bump")
     return None

@@ -14,8 +14,8 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.bump.crossing import LOADS
+from vdyn_cli.steps.bump.policy import BUMP_POLICY
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 ENDS = ("front", "rear")
 HUBS = tuple(f"hub_compliance_{end}" for end in ENDS)
@@ -81,7 +81,7 @@ def known_car(spec: BumpSpec, known: Parameters) -> tuple[KnownCar, tuple[Findin
     numbers["outboard_mass"] = Given(0.0)
     place = numbers["antenna_offset"]
     if "vertical_acceleration" in spec.mapped:
-        numbers["antenna_offset"] = Given(place.value, place.std or STEP_POLICY.bump_accelerometer)
+        numbers["antenna_offset"] = Given(place.value, place.std or BUMP_POLICY.bump_accelerometer)
     sprung, _ = sprung_body(*(numbers[n].value for n in BODY_OF))
     above = _height_above_wheels({n: Given(e.value, e.std) for n, e in known.items()}).value
     numbers["longitudinal_lever"] = Given(numbers["mass"].value / sprung * above, LEVER_STD)  # of the sprung body
@@ -132,7 +132,7 @@ def _mass(stated: Mapping[str, Given]) -> Given:
     parts = [stated[n] for n in ("sprung_mass", "unsprung_mass_front", "unsprung_mass_rear")]
     total = Given(sum(p.value for p in parts), float(np.hypot.reduce([p.std for p in parts])))
     whole = stated.get("mass")
-    if whole is not None and abs(whole.value - total.value) > STEP_POLICY.mass_agreement * whole.value + 3 * whole.std:
+    if whole is not None and abs(whole.value - total.value) > BUMP_POLICY.mass_agreement * whole.value + 3 * whole.std:
         got = f"mass {whole.value:.0f} kg, sprung and unsprung together {total.value:.0f} kg"
         raise InputError(Finding("vehicle", "the masses contradict each other", got, "leave out mass or sprung_mass"))
     return total

@@ -14,8 +14,8 @@ from vdyn_cli.quantities.number_text import number
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.bump.crossing import Ground
 from vdyn_cli.steps.bump.measured_profile import BumpData, simplified
+from vdyn_cli.steps.bump.policy import BUMP_POLICY
 from vdyn_cli.steps.bump.spec import BumpSpec
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 USUAL_RADIUS = 0.31  # m, of a car's wheel
 SPACING = 2e-3  # m, of the profile along the road: the circle's height is then exact to 0.01 mm
@@ -50,7 +50,7 @@ class RollingPath:
         stiffness : of an axle's tires, N/m. residual : root mean square of the loads, N.
         """
         force = stiffness * self.gap
-        if residual < STEP_POLICY.bump_rolling * force:
+        if residual < BUMP_POLICY.bump_rolling * force:
             return ()
         what = "tires with point contact do not explain the loads; a wheel that rolls over this bump takes another path"
         usual, state = ("", "") if self.stated else (" (usual)", "state wheel_radius, or ")

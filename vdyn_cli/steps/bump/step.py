@@ -8,6 +8,7 @@ from vdyn_cli.physics.models.half_car import SOUGHT
 from vdyn_cli.steps.bump.drop_problem import prepare_drop
 from vdyn_cli.steps.bump.measured_profile import load
 from vdyn_cli.steps.bump.planned_logs import PLANNED
+from vdyn_cli.steps.bump.policy import BUMP_POLICY
 from vdyn_cli.steps.bump.problem import prepare
 from vdyn_cli.steps.bump.spec import BumpSpec
 from vdyn_cli.steps.step_definition import Diagnosable, Step
@@ -21,6 +22,7 @@ CROSSING = Step(
     name="bump",
     situations=frozenset({"bump_crossing"}),
     spec=BumpSpec,
+    policy=BUMP_POLICY,
     required=(
         *("time", "speed"),
         *("front_load|front_left_load+front_right_load", "rear_load|rear_left_load+rear_right_load"),

@@ -21,9 +21,9 @@ from vdyn_cli.steps.bump.half_car_fit import BumpFit
 from vdyn_cli.steps.bump.half_car_modes import HalfCarMode
 from vdyn_cli.steps.bump.known_car import ENDS, KnownCar, static_loads
 from vdyn_cli.steps.bump.noise import MISFIT
+from vdyn_cli.steps.bump.policy import BUMP_POLICY
 from vdyn_cli.steps.bump.replay import Replay
 from vdyn_cli.steps.interval_text import ends
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 TIRE = "tire_vertical_stiffness"
 LEVEL = 1e-3  # m, difference of height from which a bump is a curb: it slows a car of 3 m/s by 0.003 m/s
@@ -96,12 +96,12 @@ def warnings(
     found = []
     for name, estimate in estimates.items():
         half = estimate.half_width
-        if half > STEP_POLICY.vague_interval * abs(estimate.value):
+        if half > BUMP_POLICY.vague_interval * abs(estimate.value):
             remedy = NO_HOP if name == TIRE else "cross the bump faster, or use a higher one"
             found.append(f"{name} is poorly determined (+- {100 * (half / abs(estimate.value)):.0f} %): {remedy}")
     exact = [n for n in ("unsprung_mass_front", "unsprung_mass_rear") if n not in known.std]
     follows = sum(sensitivity[n][TIRE] * known.values[n] for n in exact) / estimates[TIRE].value
-    if follows > STEP_POLICY.tire_follows:
+    if follows > BUMP_POLICY.tire_follows:
         reason = UNCERTAIN_HEIGHT if "bump_height" in known.std else NO_HOP
         found.append(
             f"{TIRE} depends on the unsprung masses, which are given as exact: 1 % of them changes it by "
@@ -138,7 +138,7 @@ def changing_speed(fit: BumpFit, ground: Ground) -> list[Finding]:
         at = np.interp([along[0], along[-1] + values["wheelbase"]], way, c.time)
         rate = float(np.diff(np.interp(at, c.time, c.speed.value))[0] / np.diff(at)[0])
         transfer = abs(rate) * values["mass"] * values["longitudinal_lever"] / values["wheelbase"]
-        if transfer > STEP_POLICY.bump_transfer * min(static_loads(values).values()):
+        if transfer > BUMP_POLICY.bump_transfer * min(static_loads(values).values()):
             what = f"the car {'slows down' if rate < 0 else 'accelerates'} by {abs(rate):.2g} m/s^2 over the bump"
             got = f"{transfer:.0f} N or more move from one axle to the other, which the model does not have"
             found.append(Finding(c.run, what, got, "cross at a steady speed, without brakes and throttle", doubt=True))

@@ -18,7 +18,7 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.inference.banded import factored, whitened
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.cg.policy import CG_POLICY
 
 LENGTH = 0.5  # s of a window: at least half a period of the body's heave of 1 to 2 Hz
 LONGEST_GAP = 3.0  # usual steps of the clock
@@ -68,7 +68,7 @@ def carried_weight(log: Log, mass: float) -> CarriedWeight | None:
     whole = np.isfinite(load + speed + push)[samples].all(axis=1)
     whole &= log.time[samples[:, -1]] - log.time[samples[:, 0]] < (length + LONGEST_GAP) * step
     samples = samples[whole]
-    if len(samples) < STEP_POLICY.carried_windows:
+    if len(samples) < CG_POLICY.carried_windows:
         return None
     means = np.column_stack([np.ones(len(samples)), push[samples].mean(axis=1)])
     adjacent = np.diff(samples[:, 0]) == length

@@ -14,6 +14,7 @@ from vdyn_cli.quantities.errors import Finding, InputError, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.known_vehicle import KnownVehicle
 from vdyn_cli.steps.cg.load_windows import exceeds_walk, integrated_pitch, pitch_angle
+from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.failure import no_runs
 from vdyn_cli.steps.sign_conventions import cosine, negative_loads, wrong_sign
@@ -55,7 +56,7 @@ def gentle_doubts(logs: Sequence[Log]) -> tuple[Finding, ...]:
     found = []
     for log in logs:
         spread = float(np.nanstd(log["acceleration"]))
-        if spread < STEP_POLICY.cg_gentle:
+        if spread < CG_POLICY.cg_gentle:
             got, remedy = f"standard deviation {spread:.2g} m/s^2", "accelerate and brake with 3 m/s^2 or more"
             found.append(Finding(f"{log.name}, acceleration", WEAK, got, remedy, doubt=True))
     return tuple(found)
@@ -81,7 +82,7 @@ def weight_contradiction(
 
     Raises
     ------
-    InputError : they differ by about the load of a wheel (``STEP_POLICY.weight_refused``).
+    InputError : they differ by about the load of a wheel (``CG_POLICY.weight_refused``).
     """
     sums = [carried_at_rest(log) for log in logs if "rear_load" in log]
     if not sums:
@@ -89,16 +90,16 @@ def weight_contradiction(
     weight, std = vehicle.values["mass"] * GRAVITY, vehicle.std.get("mass", 0.0) * GRAVITY
     carried = float(np.median([value for value, _ in sums]))
     share = carried / weight - 1.0
-    stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight if std > 0 else STEP_POLICY.weight_doubted
+    stated = 3 * float(np.hypot(std, load_zero * 2**0.5)) / weight if std > 0 else CG_POLICY.weight_doubted
     uncertain = 3 * float(np.median([error for _, error in sums])) / len(sums) ** 0.5 / weight
-    if abs(share) < min(stated, STEP_POLICY.weight_refused) + uncertain:
+    if abs(share) < min(stated, CG_POLICY.weight_refused) + uncertain:
         return 0.0, ()
     got = f"{carried:.0f} N against {weight:.0f} N"
     remedy = "check the mass, the unit of the loads, and whether the sensors carry the wheels' own weight"
     off = f"{100 * abs(share):.1f} %"
     what = f"the axles carry {off} {'more' if share > 0 else 'less'} than mass x g"
     place = "front_load, rear_load"
-    if abs(share) > STEP_POLICY.weight_refused:
+    if abs(share) > CG_POLICY.weight_refused:
         raise InputError(Finding(place, what, got, remedy))
     what += f": all loads are scaled by {1 / (1 + share):.3f}"
     one_axle = f"{replace(vehicle, load_excess=share).one_axle_shift:.2g} m"

@@ -41,10 +41,10 @@ from vdyn_cli.steps.cg.load_windows import WINDOW, LoadWindows
 from vdyn_cli.steps.cg.local_derivative import SPAN, TRUE_SPAN, local_derivative
 from vdyn_cli.steps.cg.logged_speed import SpeedChange
 from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
+from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.uneven_road import uneven_road
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance
 from vdyn_cli.steps.contract import NO_VALUES
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
 HEAVE_ROUNDS = 5  # of the fit, with the heave's noise from the last residuals; then the noise is held
@@ -104,7 +104,7 @@ class LoadFit:
         priors = {} if held is None else {"pitch_inertia": (held, EXACT * held)}
         std = self.load_zero * 2**0.5  # two wheels an axle
         zeros = [f"{n}_zero" for n in self.runs[0].loads] if std > 0 else []
-        gain = [Unknown(EXCESS_GAIN, 0.0, prior=(0.0, STEP_POLICY.axle_gain), nuisance=True)]
+        gain = [Unknown(EXCESS_GAIN, 0.0, prior=(0.0, CG_POLICY.axle_gain), nuisance=True)]
         spins = self.known["spin"] > 0
         usual = {n: p for n, p in self.nuisances.items() if spins or n not in SLIP}
         return (
@@ -304,7 +304,7 @@ class LoadFit:
 
 def _plausible(prior: tuple[float, float]) -> tuple[float, float]:
     """The range of a property of the vehicle; an answer of the diagnosis that needs another value explains nothing."""
-    reach = STEP_POLICY.cg_implausible * prior[1]
+    reach = CG_POLICY.cg_implausible * prior[1]
     return prior[0] - reach, prior[0] + reach
 
 

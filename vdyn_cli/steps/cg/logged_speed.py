@@ -21,7 +21,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.cg.load_windows import pitch_angle
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.cg.policy import CG_POLICY
 
 EVERY = 0.5  # s between the compared speeds: half a period of the body's pitch, which moves the antenna
 FEWEST_SPEEDS = 8  # speeds of a run
@@ -94,7 +94,7 @@ def read_gravity(logs: Sequence[Log]) -> list[Finding]:
         return []
     speed, gained, gravity = np.concatenate(rows).T
     read, free = (float(np.sqrt(np.mean((speed - by) ** 2))) for by in (gained, gained - gravity))
-    if free**2 > STEP_POLICY.gravity_left * read**2:
+    if free**2 > CG_POLICY.gravity_left * read**2:
         return []
     what = "follows the speed better without gravity along the pitching body: the accelerometer seems to be on the body"
     got = f"{free:.2g} m/s rms instead of {read:.2g} m/s"
@@ -132,7 +132,7 @@ def gps_zero(logs: Sequence[Log]) -> list[Finding]:
     zeros = np.array(list(found.values()))
     mean, noise = float(np.average(zeros[:, 0], weights=zeros[:, 1] ** -2)), float(np.sum(zeros[:, 1] ** -2) ** -0.5)
     scatter = float(np.std(zeros[:, 0], ddof=1)) / np.sqrt(len(zeros)) if len(zeros) > 1 else 0.0
-    if abs(mean) < max(STEP_POLICY.gps_zero_least, STEP_POLICY.gps_zero_std * float(np.hypot(noise, scatter))):
+    if abs(mean) < max(CG_POLICY.gps_zero_least, CG_POLICY.gps_zero_std * float(np.hypot(noise, scatter))):
         return []
     what = f"acceleration reads {mean:+.3f} m/s^2 more than the rate of the speed, which biases the center of gravity"
     remedy = "subtract its zero offset, or map the speed's rate; for a sensor in the body write 'accelerometer: body'"

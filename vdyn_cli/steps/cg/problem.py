@@ -28,6 +28,7 @@ from vdyn_cli.steps.cg.load_fit import EXACT, LoadFit
 from vdyn_cli.steps.cg.load_windows import LOADS, cut_windows
 from vdyn_cli.steps.cg.logged_speed import gps_zero, read_gravity, speed_change
 from vdyn_cli.steps.cg.parts import balance_parts
+from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.result import cg_result
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE
@@ -36,7 +37,6 @@ from vdyn_cli.steps.effect_estimates import is_law, unbounded, unknowns_of_profi
 from vdyn_cli.steps.failure import unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FREE_MOMENT = 500.0  # N m, plausible amplitude of a free profile: a tenth of the moment of braking at 6 m/s^2
 NOISE_ROUNDS = 2  # of a fit that determines noise and true channels, which only serve the linearization
@@ -118,7 +118,7 @@ class CgProblem(SimulatedProblem):
         """
         rows = known.rows
         assert isinstance(rows, BalanceRows)
-        if rows.misfit >= STEP_POLICY.balance_noise:
+        if rows.misfit >= CG_POLICY.balance_noise:
             return self.regression(added, start)
         fit = replace(self.fit, added=added)
         return fit.regression(rows.unknowns_in(fit), fit.unknowns_at(self._first, start), rows.heave)
@@ -133,14 +133,14 @@ class CgProblem(SimulatedProblem):
         """
         alone: tuple[Array, float] | None = None
         heaves = not self.fit.both_axles
-        if not heaves and _misfit(self._first) >= STEP_POLICY.balance_misfit:
+        if not heaves and _misfit(self._first) >= CG_POLICY.balance_misfit:
             alone = self._best_with_one(fit)
-            if alone[1] < STEP_POLICY.balance_noise:
+            if alone[1] < CG_POLICY.balance_noise:
                 return alone[0]
         whole = replace(fit, added=unbounded(fit.added))
         found = self._nearly_fitted(whole, unknowns_of_profiles(fit.added.effects))
         at, misfit = (fit.unknowns_at(found[0]), found[1]) if found else (fit.unknowns_at(self._first), np.inf)
-        enough = STEP_POLICY.balance_noise * misfit if heaves else STEP_POLICY.balance_misfit
+        enough = CG_POLICY.balance_noise * misfit if heaves else CG_POLICY.balance_misfit
         if (_unexplained(self.fit, even_if_refused(lambda: self.baseline)) if heaves else misfit) < enough:
             return at
         if heaves:
@@ -271,7 +271,7 @@ def _with_plausible_tires(fit: LoadFit) -> LoadFit:
 def _implausible_tires(fit: LoadFit, found: Solution) -> list[str]:
     """The tires' properties whose estimates are not those of a tire."""
     judged = {n: fit.nuisances[n] for n in (SLIP[0], COMPLIANCE) if n in fit.nuisances}
-    limit = STEP_POLICY.cg_implausible
+    limit = CG_POLICY.cg_implausible
     return [n for n, (mean, std) in judged.items() if abs(found.values.get(n, mean) - mean) >= limit * std]
 
 
@@ -294,5 +294,5 @@ def _holding_inertia(problem: CgProblem) -> CgProblem:
     held = float(np.clip(end.values["pitch_inertia"], typical - 2 * std, typical + 2 * std))
     other = replace(problem, fit=replace(problem.fit, pitch_inertia=held))
     with suppress(ResultError):
-        return other if _misfit(other.baseline) < STEP_POLICY.balance_misfit else problem
+        return other if _misfit(other.baseline) < CG_POLICY.balance_misfit else problem
     return problem

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vdyn_cli.steps.cg.planned_logs import PLANNED
+from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.problem import prepare
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.step_definition import Diagnosable, Step
@@ -14,6 +15,7 @@ STEP = Step(
     name="cg",
     situations=frozenset({"pitching"}),
     spec=CgSpec,
+    policy=CG_POLICY,
     required=("time", "front_load|front_left_load+front_right_load", "acceleration"),
     optional=("pitch_rate", "pitch", "rear_load|rear_left_load+rear_right_load", "speed"),
     needs=(

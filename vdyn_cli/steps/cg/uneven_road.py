@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LOWEST = 3.0  # Hz, above the driver's pedals
@@ -43,7 +44,7 @@ def uneven_road(imbalances: Sequence[Array], sensors: Sequence[Array], window: f
     fits = [_amplitude(power, sensor, _shape(frequency, window, cutoff)) for cutoff in CUTOFFS]
     best = int(np.argmax([gain for _, gain in fits]))
     q, gain = fits[best]
-    least = AXLE_SHARE * mass * STEP_POLICY.smoothest_road / window
+    least = AXLE_SHARE * mass * CG_POLICY.smoothest_road / window
     if gain < STEP_POLICY.uneven_road or q < least**2:
         return SMOOTH
     frequency = np.asarray(np.fft.rfftfreq(4 * LAGS, window), float)

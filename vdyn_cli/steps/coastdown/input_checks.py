@@ -16,6 +16,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.coasts.idle_drive import per_inertia
 from vdyn_cli.steps.coastdown.coasts.segments import FEWEST_SAMPLES, CoastSegment
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.road.grade_agreement import FEWEST_RUNS
 from vdyn_cli.steps.coastdown.road.road_position import contradicting_position
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
@@ -38,12 +39,12 @@ def sign_findings(log: Log, drive: DriveSignal, known: Mapping[str, Given]) -> l
     good = np.isfinite(log["speed"])
     if good.sum() < FEWEST_SAMPLES:
         return []
-    if np.median(log["speed"][good]) < -STEP_POLICY.backward_speed:
+    if np.median(log["speed"][good]) < -COASTDOWN_POLICY.backward_speed:
         return [wrong_sign(log.name, "speed", "speed is negative: the car drives backward")]
     found = []
     for name in ("acceleration", *(() if drive == "coasting" else (f"drive_{drive}",))):
         alike, ratio = _likeness_to_rate(log, name) if name in log else (0.0, 0.0)
-        possible = name == "acceleration" or ratio * per_inertia(drive, known) >= -STEP_POLICY.sign_force * alike
+        possible = name == "acceleration" or ratio * per_inertia(drive, known) >= -COASTDOWN_POLICY.sign_force * alike
         if alike < -STEP_POLICY.sign_correlation and possible:
             what = f"{name} falls when the car speeds up and rises when it slows down"
             found.append(wrong_sign(log.name, name, what, f"correlation {alike:.2f}"))
@@ -73,8 +74,8 @@ def direction_findings(
         fact = unstated if None in ways else one_way
         what = (
             f"{fact}: a slope or a steady wind is collinear with rolling resistance; "
-            f"the intervals include a slope of {100 * STEP_POLICY.one_way_slope:g} % and a wind of "
-            f"{STEP_POLICY.one_way_wind:g} m/s, where not measured"
+            f"the intervals include a slope of {100 * COASTDOWN_POLICY.one_way_slope:g} % and a wind of "
+            f"{COASTDOWN_POLICY.one_way_wind:g} m/s, where not measured"
         )
         remedy = "drive as many runs back as out, and write 'direction: out' or 'back' to each run"
         if lost:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.steps.coastdown.campaign_checks.planned_logs import PLANNED
 from vdyn_cli.steps.coastdown.campaign_checks.track_check import track_check
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.preparation import prepare
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
@@ -29,6 +30,7 @@ STEP = Step(
     name="coastdown",
     situations=frozenset({"coasting", "open_road"}),
     spec=CoastdownSpec,
+    policy=COASTDOWN_POLICY,
     required=("time", "speed"),
     optional=("position", "drive_torque", "drive_force", "acceleration", "grade", "wind_speed", "elevation"),
     needs=("frontal_area",),  # wheel_inertia is used where it is given, but its step follows this one

@@ -14,6 +14,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows
+from vdyn_cli.steps.inertia.policy import INERTIA_POLICY
 from vdyn_cli.steps.sign_conventions import cosine, wrong_sign
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -92,7 +93,7 @@ def _energy_falls(log: Log) -> bool:
     work = cumulative_integral(time, torque * turn)
     done, gained = np.diff(work[edges]), np.diff(turn[edges] ** 2)
     alike = cosine(done - done.mean(), gained - gained.mean())
-    return bool(alike * np.sqrt((done.size - 2) / max(1.0 - alike**2, 1e-9)) < -STEP_POLICY.work_correlation)
+    return bool(alike * np.sqrt((done.size - 2) / max(1.0 - alike**2, 1e-9)) < -INERTIA_POLICY.work_correlation)
 
 
 def too_little(run: DriveWindows) -> list[Finding]:
@@ -121,8 +122,8 @@ def radius_contradiction(logs: Sequence[Log], radius: Given) -> tuple[Given, tup
     The radius, and findings on the runs whose rolling radius differs from it.
     """
     rolling = {log.name: found for log in logs if (found := _rolling_radius(log)) is not None}
-    high = {name: r for name, r in rolling.items() if r < (1 - STEP_POLICY.radius_excess) * radius.value}
-    other = {n: r for n, r in rolling.items() if abs(r / radius.value - 1) > STEP_POLICY.radius_agreement}
+    high = {name: r for name, r in rolling.items() if r < (1 - INERTIA_POLICY.radius_excess) * radius.value}
+    other = {n: r for n, r in rolling.items() if abs(r / radius.value - 1) > INERTIA_POLICY.radius_agreement}
     findings = []
     for name, found in {**other, **high}.items():
         what = "wheel_radius is above the rolling radius, speed over wheel speed: the loaded radius is below it"

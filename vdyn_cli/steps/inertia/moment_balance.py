@@ -28,8 +28,8 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.inertia.noise import WindowNoise
+from vdyn_cli.steps.inertia.policy import INERTIA_POLICY
 from vdyn_cli.steps.known_sensitivity import slopes_by_known
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Index = NDArray[np.intp]
 STANDSTILL = 1.0  # rad/s, below which friction is not defined
@@ -188,7 +188,7 @@ class MomentBalance:
     def _wheel_range(self) -> tuple[float, float]:
         """The least and the most inertia of a wheel of the stated mass and radius, kg m^2; 0 for a free wheel."""
         hoop = self.moment * self.wheel.get("wheel_radius", 0.0)
-        return STEP_POLICY.least_rim_share * hoop, STEP_POLICY.most_rim_share * hoop
+        return INERTIA_POLICY.least_rim_share * hoop, INERTIA_POLICY.most_rim_share * hoop
 
     def possible_inertias(self, inertia: float) -> tuple[float, float] | None:
         """The least and the most inertia of a wheel of the stated mass m and radius r, kg m^2.

@@ -14,10 +14,10 @@ from vdyn_cli.quantities.result import Comparison, Figure, FitSummary, Result
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.inertia import figures, text
+from vdyn_cli.steps.inertia.policy import INERTIA_POLICY
 from vdyn_cli.steps.inertia.road_inertia import RoadInertia
 from vdyn_cli.steps.inertia.spin_torque import spin_torques
 from vdyn_cli.steps.inertia.wheel_inertia import PendulumInertia, published_inertia, refuse_zero, standard_distance
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def inertia_result(
@@ -79,7 +79,7 @@ def _summary(
     if not summaries:
         return FitSummary(("pendulum",), 0.0, 0.0, "s", ()), (), ()
     warnings = [w for s in summaries for w in s.warnings]
-    if road and pendulum and abs(standard_distance(road, pendulum)) > STEP_POLICY.inertia_disagreement:
+    if road and pendulum and abs(standard_distance(road, pendulum)) > INERTIA_POLICY.inertia_disagreement:
         apart = abs(standard_distance(road, pendulum))
         warnings.append(f"road and pendulum disagree by {apart:.0f} standard deviations: one of them is wrong")
     unknowns = tuple(dict.fromkeys(n for s in summaries for n in s.unknowns))

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from vdyn_cli.physics.models.free_wheel import DRAG
 from vdyn_cli.steps.inertia.planned_logs import PLANNED
+from vdyn_cli.steps.inertia.policy import INERTIA_POLICY
 from vdyn_cli.steps.inertia.problem import load, prepare
 from vdyn_cli.steps.inertia.spec import InertiaSpec
 from vdyn_cli.steps.inertia.stand_problem import prepare_stand
@@ -17,6 +18,7 @@ ON_ROAD = Step(
     name="inertia",
     situations=frozenset({"wheel_spin", "rolling_wheel_spin"}),
     spec=InertiaSpec,
+    policy=INERTIA_POLICY,
     required=("time", "hub_torque", "wheel_speed", "hub_force_x", "hub_force_z", "acceleration"),
     optional=("vehicle_speed",),
     needs=("wheel_mass", "wheel_radius", "rolling_resistance"),

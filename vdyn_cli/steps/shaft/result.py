@@ -14,11 +14,11 @@ from vdyn_cli.quantities.parameters import Estimate, Parameters, normal_interval
 from vdyn_cli.quantities.result import FitSummary, Result
 from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.shaft import figures, text
+from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.sections import shared_modulus_correlation
 from vdyn_cli.steps.shaft.shaft_fit import noise_excess
 from vdyn_cli.steps.shaft.shaft_side import LoggedShaft
 from vdyn_cli.steps.shaft.stiffness_comparison import ComparedStiffness
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 
 def shaft_result(sides: Sequence[ComparedStiffness], findings: Sequence[Finding]) -> Result:
@@ -102,7 +102,7 @@ def _summary(sides: Sequence[ComparedStiffness]) -> FitSummary:
     off = [run.torque - torque for s in logged for run, torque in zip(s.runs, s.torque, strict=True)]
     excess = noise_excess((s.solution for s in logged), (run for s in logged for run in s.runs))
     warnings = [w for s in logged[1:] for w in s.solution.warnings]
-    if excess > STEP_POLICY.shaft_excess:
+    if excess > SHAFT_POLICY.shaft_excess:
         what = f"the residuals are {excess:.1f} times the sensors' noise"
         warnings.append(f"{what}: backlash, a progressive joint, or a clock offset")
     solution, names = logged[0].solution, [run.name for s in logged for run in s.runs]

@@ -15,9 +15,9 @@ from vdyn_cli.quantities.arrays import Array, Rows, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, twist_resolution, with_twist_of_angles
+from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 UNREAD_TWIST = 0.3  # rad, standard deviation of a twist that was not logged: ten times the twist of a hard tip-in
 UNREAD_RATE = 30.0  # rad/s, likewise of its rate
@@ -255,7 +255,7 @@ def speed_ratio_doubts(log: Log, ratio: float) -> list[Finding]:
     if not turning.any():
         return []
     seen = float(np.median(motor[turning] / wheel[turning]))
-    if abs(seen / ratio - 1) < STEP_POLICY.ratio_agreement:
+    if abs(seen / ratio - 1) < SHAFT_POLICY.ratio_agreement:
         return []
     remedy = f"write 'gear_ratio: {seen:.4g}' under settings" if seen > 0 else "add 'sign: -1' to one of the speeds"
     what = f"motor_speed and wheel_speed have the ratio {seen:.4g}, not the gear ratio {ratio:g}"

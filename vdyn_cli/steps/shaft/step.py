@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vdyn_cli.steps.scaled_channel import torque_at_wheel
 from vdyn_cli.steps.shaft.planned_logs import PLANNED
+from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.spec import ShaftSpec
 from vdyn_cli.steps.step_definition import Diagnosable, Step
@@ -12,6 +13,7 @@ STEP = Step(
     name="shaft",
     situations=frozenset({"shaft_twist"}),
     spec=ShaftSpec,
+    policy=SHAFT_POLICY,
     required=("time", "shaft_torque"),
     optional=("twist", "motor_speed", "wheel_speed", "motor_angle", "wheel_angle"),
     needs=(),

@@ -19,10 +19,10 @@ from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
 from vdyn_cli.quantities.quantity import Given
+from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.shaft_fit import MOST_DAMPING, linear_solution, noise_excess
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 from vdyn_cli.steps.shaft.spec import SideName
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 Readings = Mapping[SideName, tuple[ShaftReadings, ...]]
 LONGEST, STEP = 0.2, 2e-3  # s: the longest delay tried (telemetry: a few hundredths), and the distance of trials
@@ -60,7 +60,7 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
     stated : the delay of the description, s; it stands where the logs do not contradict it.
     """
     before = shaft_fits(read(stated.value))
-    if before is None or before.excess <= STEP_POLICY.shaft_excess:
+    if before is None or before.excess <= SHAFT_POLICY.shaft_excess:
         return stated, ()
     near = stated.value + _start([run for runs in read(stated.value).values() for run in runs])
     about = _tried(read, near)
@@ -68,9 +68,9 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
         return stated, ()
     found = Given(near + DAMPING_TIME - about.damping_time, UNKNOWN)
     after = _tried(read, found.value)
-    if after is None or not after.physical or after.excess > STEP_POLICY.shaft_excess:
+    if after is None or not after.physical or after.excess > SHAFT_POLICY.shaft_excess:
         return stated, ()
-    if abs(found.value - stated.value) < STEP_POLICY.delay_std * found.std:
+    if abs(found.value - stated.value) < SHAFT_POLICY.delay_std * found.std:
         return stated, ()
     late = f"{1e3 * abs(found.value):.0f} +- {1e3 * found.std:.0f} ms {'late' if found.value > 0 else 'early'}"
     what = f"is logged {late} relative to the twist, and is shifted by that"

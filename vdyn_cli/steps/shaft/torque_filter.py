@@ -18,10 +18,10 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.shaft.noise import GAP
+from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.shaft_readings import ShaftReadings
 from vdyn_cli.steps.shaft.spec import SideName
 from vdyn_cli.steps.shaft.torque_clock import FEWEST_INNER, Readings, shaft_fits, unexplained_squares
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 SHORTEST, LONGEST, TRIALS = 5e-4, 0.1, 30  # s: corners of 320 to 1.6 Hz, and the number of trials in each order
 ORDERS = (1, 2)  # one pole; Butterworth
@@ -74,13 +74,13 @@ def torque_filter(readings: Readings) -> tuple[TorqueFilter | None, float, tuple
     readings : of the logs, with a delay of the torque compensated.
     """
     before, runs = shaft_fits(readings), [run for side in readings.values() for run in side]
-    if before is None or before.excess <= STEP_POLICY.shaft_excess or any(_broken(run) for run in runs):
+    if before is None or before.excess <= SHAFT_POLICY.shaft_excess or any(_broken(run) for run in runs):
         return None, 0.0, ()
     found = min((_best(runs, order) for order in ORDERS), key=lambda one: _cost(runs, one))
     fits = [_cost(runs, replace(found, time=found.time * (1.0 + apart))) for apart in (-APART, 0.0, APART)]
     bend = (fits[0] - 2.0 * fits[1] + fits[2]) / (APART * found.time) ** 2
     after = shaft_fits(found.through(readings))
-    if bend <= 0.0 or after is None or not after.physical or after.excess > STEP_POLICY.shaft_excess:
+    if bend <= 0.0 or after is None or not after.physical or after.excess > SHAFT_POLICY.shaft_excess:
         return None, 0.0, ()
     if after.damping_time > found.time:  # a viscoelastic shaft, which is stiffer in fast oscillations
         return None, 0.0, ()

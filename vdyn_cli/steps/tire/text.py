@@ -12,8 +12,8 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.interval_text import with_interval
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
+from vdyn_cli.steps.tire.policy import TIRE_POLICY
 
 METHODS = (
     "Slip follows from wheel speed, radius and vehicle speed; samples are averaged into bins in which slip changes by "
@@ -75,8 +75,8 @@ def two_peaks_note(sweeps: Sequence[BinnedSweep]) -> tuple[Finding, ...]:
     """
     slip, friction = (np.concatenate(x) for x in ([s.slip for s in sweeps], [s.force / s.load for s in sweeps]))
     driving, braking = float(np.quantile(friction, 0.98)), -float(np.quantile(friction, 0.02))
-    both_reached = slip.min() <= -STEP_POLICY.peak_slip and slip.max() >= STEP_POLICY.peak_slip
-    if not both_reached or abs(driving - braking) < STEP_POLICY.two_peaks * max(driving, braking):
+    both_reached = slip.min() <= -TIRE_POLICY.peak_slip and slip.max() >= TIRE_POLICY.peak_slip
+    if not both_reached or abs(driving - braking) < TIRE_POLICY.two_peaks * max(driving, braking):
         return ()
     what = "the largest friction differs between driving and braking, and one curve is fitted to both"
     remedy = (
@@ -91,7 +91,7 @@ def prior_notes(priors: Mapping[str, tuple[float, float]], solution: Solution) -
     for name, (mean, std) in priors.items():
         away = (solution.values[name] - mean) / std
         what = f"{mean:g} +- {std:.2g} is a prior; the fitted value deviates by {away:+.1f} of its standard deviations"
-        doubtful = abs(away) > STEP_POLICY.prior_contradicted
+        doubtful = abs(away) > TIRE_POLICY.prior_contradicted
         remedy = "state another value, or a wider standard deviation" if doubtful else ""
         found.append(Finding(name, what, "", remedy, minor=not doubtful, doubt=doubtful))
     return found

@@ -10,9 +10,9 @@ from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import filled, rms
 from vdyn_cli.quantities.errors import Finding, InputError
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.drives.segments import MOVING, DriveSegment, total_drive_torque
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.prediction_band import PredictionBand
 
 LONGEST_STEP = 0.002  # s: half-shafts and wheels oscillate at up to 540 rad/s; their torque is then 4 % off
@@ -31,7 +31,7 @@ def refuse_coarse(model: str, step: float) -> None:
         raise InputError(Finding("settings.step", what, f"{1e3 * step:g} ms", "leave it out"))
 
 
-def missed_drives(setup: SimulationSetup, least: float = STEP_POLICY.missed_error) -> tuple[Finding, ...]:
+def missed_drives(setup: SimulationSetup, least: float = VALIDATE_POLICY.missed_error) -> tuple[Finding, ...]:
     """A finding for each drive whose simulated speed is far off, with a remedy.
 
     rms(V_simulated - V_measured) > least max(|V_measured|), over all segments of the log, since one segment may have an
@@ -69,7 +69,7 @@ def beyond_band(found: Sequence[Mapping[str, PredictionBand]]) -> bool:
     error = np.concatenate([one["speed"].error for one in found])
     allowed = np.concatenate([np.hypot(one["speed"].own, one["speed"].sensor) for one in found])
     there = np.isfinite(error)
-    return rms(error[there]) > STEP_POLICY.missed_std * rms(allowed[there])
+    return rms(error[there]) > VALIDATE_POLICY.missed_std * rms(allowed[there])
 
 
 def torque_correlation(segments: Sequence[DriveSegment]) -> float:
@@ -93,8 +93,8 @@ def torque_correlation(segments: Sequence[DriveSegment]) -> float:
 def is_long_trip(segments: Sequence[DriveSegment]) -> bool:
     """Whether a drive is longer than ``long_trip``, and in every drive the acceleration follows the torque."""
     drives = [[s for s in segments if s.log == log] for log in dict.fromkeys(s.log for s in segments)]
-    own = all(torque_correlation(one) > STEP_POLICY.own_torque for one in drives)
-    return own and max(one[-1].time[-1] - one[0].time[0] for one in drives) > STEP_POLICY.long_trip
+    own = all(torque_correlation(one) > VALIDATE_POLICY.own_torque for one in drives)
+    return own and max(one[-1].time[-1] - one[0].time[0] for one in drives) > VALIDATE_POLICY.long_trip
 
 
 def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: float) -> Finding:
@@ -103,12 +103,12 @@ def _missed_drive(segments: Sequence[DriveSegment], worst: DriveSegment, miss: f
     name, _, times = worst.name.rpartition(", ") if several else (worst.name, "", "")
     correlation = torque_correlation(segments)
     follows, remedy = "", "check unit, gear_ratio, brake_torque and grade"
-    if correlation < -STEP_POLICY.own_torque:
+    if correlation < -VALIDATE_POLICY.own_torque:
         remedy = (
             "positive torque slows the car here: add 'sign: -1' to drive_torque, or remove it if it is there; or, if "
             "the column is the torque of the brakes, map it as brake_torque and another one as drive_torque"
         )
-    elif correlation > STEP_POLICY.own_torque:
+    elif correlation > VALIDATE_POLICY.own_torque:
         follows = f", although the acceleration follows it (correlation {correlation:.2f})"
         remedy = (
             "a force or a scale is missing or wrong: map grade and brake_torque, check road load, mass and gear_ratio; "

@@ -25,7 +25,6 @@ from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.run_starts import run_starts, start_findings
 from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.channel_errors import with_channel_errors
 from vdyn_cli.steps.validate.car.integration_step import with_accurate_step
 from vdyn_cli.steps.validate.car.prior import (
@@ -65,6 +64,7 @@ from vdyn_cli.steps.validate.fit.whitening import whiten_drives
 from vdyn_cli.steps.validate.fit.whole_drives import is_cut, whole_drives
 from vdyn_cli.steps.validate.input_checks import LONGEST_STEP, beyond_band, missed_drives, refuse_coarse
 from vdyn_cli.steps.validate.parts import coordinate_values, drive_parts, torque_gain_profile
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.prediction_band import band_tests, bands
 from vdyn_cli.steps.validate.result import result
 from vdyn_cli.steps.validate.road.open_road import road_findings
@@ -122,10 +122,10 @@ class ValidateProblem(SimulatedProblem):
             return sensed_roads(self.logs) if s.windows.powered else DriveRoads()
         found = sensed_roads(self.logs, scatter=s.zeros.acceleration.value)
         stated = replace(self, given_roads=DriveRoads())
-        if not found.inputs or not missed_drives(stated.baseline, STEP_POLICY.hills_error):
+        if not found.inputs or not missed_drives(stated.baseline, VALIDATE_POLICY.hills_error):
             return DriveRoads()
         share, reduction = shown_slope(stated.baseline, self.logs, found.slopes)
-        return found if share > 0.0 and reduction > STEP_POLICY.hills_gain else DriveRoads()
+        return found if share > 0.0 and reduction > VALIDATE_POLICY.hills_gain else DriveRoads()
 
     @cached_property
     def segmented(self) -> tuple[tuple[DriveSegment, ...], tuple[Finding, ...]]:
@@ -313,7 +313,7 @@ class ValidateProblem(SimulatedProblem):
         if effect.name not in self._likely:
             least, *_, most = effect.probes
             size, gain = likely_size(setup, self.reference, least, most)
-            if gain > STEP_POLICY.certain_play:
+            if gain > VALIDATE_POLICY.certain_play:
                 best = size_beside_parameters(setup, partial(_whitened, self), self.reference, size)
                 without = likely_cost(self.reference, setup(0.0))
                 size, gain = (best[0], without - best[1]) if best and without - best[1] > gain else (size, gain)

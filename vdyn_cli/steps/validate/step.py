@@ -9,6 +9,7 @@ from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
 from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.complete_inputs import DRIVE_TORQUES, FEWEST_SAMPLES, INPUTS, OUTPUTS
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.preparation import powered_windows, prepare
 from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.spec import ValidateSpec
@@ -27,6 +28,7 @@ STEP = Step(
     name="validate",
     situations=frozenset({"driving", "open_road"}),
     spec=ValidateSpec,
+    policy=VALIDATE_POLICY,
     required=("time", "speed", "drive_torque|drive_torque_left+drive_torque_right"),
     optional=("brake_torque", *OUTPUTS[1:], "jerk", "grade", "elevation", "wind_speed"),
     needs=tuple(ESTIMATED_BY),

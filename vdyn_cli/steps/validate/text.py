@@ -7,9 +7,9 @@ import numpy as np
 from vdyn_cli.quantities.arrays import rms
 from vdyn_cli.quantities.number_text import listed
 from vdyn_cli.quantities.vocabulary import PARAMETERS
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.prior import FARTHEST, INSENSITIVE
 from vdyn_cli.steps.validate.drives.jerk import CORNER
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.validation import Validation
 from vdyn_cli.steps.validate.window_ends import WindowEnds
 
@@ -117,7 +117,7 @@ def _contradictions(v: Validation) -> list[str]:
         which = "it" if len(pulled) == 1 else "one of them"
         made.append(
             f"the drives require {listed(pulled)}: {which} or the drive torque may be wrong, or an unmodeled effect is "
-            f"present ({100 * _by_chance(v):.0f} % of correct models have a pull beyond {STEP_POLICY.large_pull:g})"
+            f"present ({100 * _by_chance(v):.0f} % of correct models have a pull beyond {VALIDATE_POLICY.large_pull:g})"
         )
     return made
 
@@ -128,7 +128,7 @@ def _by_chance(v: Validation) -> float:
 
     pulls = zip(v.prior.names, v.posterior.pull, strict=True)
     seen = [n for n, pull in pulls if np.isfinite(pull) and n not in INSENSITIVE]
-    return float(1.0 - (1.0 - 2.0 * ndtr(-STEP_POLICY.large_pull)) ** len(seen))
+    return float(1.0 - (1.0 - 2.0 * ndtr(-VALIDATE_POLICY.large_pull)) ** len(seen))
 
 
 def methods(v: Validation) -> str:

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array, rms
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.prior import INSENSITIVE, ParameterPrior
 from vdyn_cli.steps.validate.drives.segments import DriveSegment
 from vdyn_cli.steps.validate.fit.posterior import Posterior
 from vdyn_cli.steps.validate.fit.whitening import WhitenedDrives
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.prediction_band import BandTest, PredictionBand
 from vdyn_cli.steps.validate.road.open_road import RoadFindings
 
@@ -82,13 +82,15 @@ class Validation:
     @property
     def outside(self) -> list[str]:
         """Outputs that are significantly long outside their band; none where all together are within chance."""
-        if self.chance >= STEP_POLICY.band_chance:
+        if self.chance >= VALIDATE_POLICY.band_chance:
             return []
-        found = [n for n, v in self.tests.items() if v.chance <= STEP_POLICY.output_chance]
+        found = [n for n, v in self.tests.items() if v.chance <= VALIDATE_POLICY.output_chance]
         return found or [min(self.tests, key=lambda n: self.tests[n].chance)]
 
     @property
     def contradicted(self) -> list[str]:
         """Parameters that the drives contradict, the worst first, except those without effect on a straight drive."""
         names, pull = self.prior.names, np.abs(np.nan_to_num(self.posterior.pull))
-        return [names[i] for i in np.argsort(-pull) if pull[i] > STEP_POLICY.large_pull and names[i] not in INSENSITIVE]
+        return [
+            names[i] for i in np.argsort(-pull) if pull[i] > VALIDATE_POLICY.large_pull and names[i] not in INSENSITIVE
+        ]

@@ -22,8 +22,8 @@ from vdyn_cli.steps.coastdown.coasts.late_clutch import RELEASED
 from vdyn_cli.steps.coastdown.coasts.opposite_direction import direction_doubt, fits_opposite
 from vdyn_cli.steps.coastdown.coasts.repeated_slope import PlacedExcess, repeated_slope
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment, groups
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.road.road_position import first_place
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 INTERVAL = 2.0  # s, over which a deceleration is averaged
 DRIVEN_ON = 5  # intervals in which a driver who braked has driven on; a later throttle is found as such
@@ -53,7 +53,7 @@ class _ExcessDeceleration:
         A brake or a throttle changes the speed for good. An excess that the neighboring intervals cancel is a wrong
         reading and is not returned, unless the car slows first: then the driver braked and drove on.
         """
-        size, level = np.abs(self.excess), STEP_POLICY.brake_gross * self.limit
+        size, level = np.abs(self.excess), COASTDOWN_POLICY.brake_gross * self.limit
         beyond, gross = size > self.limit, size > level
         # Decelerations of mean speeds spread a short pulse over the intervals beside its peak.
         padded = np.pad(self.excess, 1)
@@ -70,7 +70,7 @@ class _ExcessDeceleration:
     def _driven_on(self) -> Mask:
         """Whether each pair of successive intervals lies between a gross braking and as gross a throttle after it."""
         scatter = median_deviation(self.excess - np.median(self.excess))
-        level = np.maximum(STEP_POLICY.brake_gross * self.limit, STEP_POLICY.brake_scatter * scatter)
+        level = np.maximum(COASTDOWN_POLICY.brake_gross * self.limit, COASTDOWN_POLICY.brake_scatter * scatter)
         found = np.zeros(self.excess.size - 1, dtype=bool)
         for k in np.flatnonzero(self.excess > level):
             later = np.flatnonzero(self.excess[k : k + DRIVEN_ON] < -level[k])
@@ -104,7 +104,7 @@ class _ExcessDeceleration:
         at += int(abs(self.excess[at + 1]) > abs(self.excess[at])) if at + 1 < self.excess.size else 0
         what, cause = ("decelerates", "brake or driveline") if self.excess[at] > 0 else ("accelerates", "throttle")
         wind = abs(self.excess[at]) / self.per_wind[at] if self.per_wind[at] > 0.0 else np.inf
-        if wind < STEP_POLICY.plausible_gust:
+        if wind < COASTDOWN_POLICY.plausible_gust:
             cause += f", or {wind:.1f} m/s more {'headwind' if self.excess[at] > 0 else 'tailwind'}"
         # A wrong direction shifts the whole run, and is no cause of an excess that is beyond the limit without it.
         shifted = abs(self.excess[at] - float(np.median(self.excess))) <= self.limit[at]
@@ -126,8 +126,8 @@ def without_braking(segments: Sequence[CoastSegment], window: float | None, shor
 
     Parameters
     ----------
-    window : m/s, span of speed of which at least ``STEP_POLICY.least_covered`` must be left; None: the median of the
-        spans that are left.
+    window : m/s, span of speed of which at least ``least_covered`` must be left; None: the median of the spans that are
+        left.
     shortest : s, duration of a window between two interruptions that is kept.
     """
     kept: list[CoastSegment] = []
@@ -229,8 +229,8 @@ def _over_common_law(
     gust = _gust(excess, per_wind)
     found = []
     for k, segment in enumerate(segments):
-        separate = directions.count(directions[k]) >= STEP_POLICY.separating_runs
-        least = STEP_POLICY.brake_excess if separate else STEP_POLICY.brake_excess_few
+        separate = directions.count(directions[k]) >= COASTDOWN_POLICY.separating_runs
+        least = COASTDOWN_POLICY.brake_excess if separate else COASTDOWN_POLICY.brake_excess_few
         limit, usual = np.maximum(least, gust * per_wind[k]), float(np.mean(common[k]))
         like, time = fits_opposite(runs, directions, k), measured[k][0]
         found.append(_ExcessDeceleration(segment, time, speeds[k], excess[k], usual, limit, per_wind[k], like))
@@ -251,7 +251,7 @@ def _gust(excess: Sequence[Array], per_wind: Sequence[Array]) -> float:
     winds = np.concatenate([np.zeros(0), *pairs])
     if not winds.size:
         return 0.0
-    return min(STEP_POLICY.gust_scatter * median_deviation(winds), STEP_POLICY.largest_gust)
+    return min(COASTDOWN_POLICY.gust_scatter * median_deviation(winds), COASTDOWN_POLICY.largest_gust)
 
 
 def _levels(fitted: Array, column: NDArray[np.int64], runs: Array) -> Array:
@@ -267,7 +267,7 @@ def _levels(fitted: Array, column: NDArray[np.int64], runs: Array) -> Array:
     level = fitted.copy()
     for way in range(fitted.size):
         own = runs[column == way]
-        if 1 < own.size < STEP_POLICY.separating_runs and fitted.size > 1:
+        if 1 < own.size < COASTDOWN_POLICY.separating_runs and fitted.size > 1:
             level[way] = own[np.argmin(np.abs(own - np.median(runs)))]
     return level
 
@@ -286,7 +286,7 @@ def _undisturbed_part(
     """The windows of a coast between its interruptions that cover most speed, and the rejected rest."""
     name, time = one.segment.name, one.segment.log.time
     middle = float(np.median(one.excess))
-    if middle > max(STEP_POLICY.engaged_least, STEP_POLICY.engaged_share * one.usual):
+    if middle > max(COASTDOWN_POLICY.engaged_least, COASTDOWN_POLICY.engaged_share * one.usual):
         cause = direction_doubt(one.like) if one.like else "check for an engaged driveline or a dragging brake"
         return None, [
             one.segment.rejected(f"decelerates by {middle:.2f} m/s^2 more than the other runs throughout: {cause}")
@@ -294,7 +294,7 @@ def _undisturbed_part(
     if not (at := one.outliers).size:
         return one.segment, []
     best = _undisturbed(one, shortest)
-    if _covered(one.segment, best) < STEP_POLICY.least_covered * window:
+    if _covered(one.segment, best) < COASTDOWN_POLICY.least_covered * window:
         return None, [one.segment.rejected(one.reason(int(at[0])))]
     edges = [float(time[0]), *(t for pair in best for t in pair), float(time[-1])]
     lost = [(a, b, at[(one.time[at] > a) & (one.time[at] < b)]) for a, b in zip(edges[::2], edges[1::2], strict=True)]
@@ -314,7 +314,7 @@ def _undisturbed(one: _ExcessDeceleration, shortest: float) -> list[tuple[float,
     pieces = [p for p in pieces if p[1] - p[0] >= shortest] or pieces
     joined = [pieces[:1]]
     for piece in pieces[1:]:
-        if one.lost(joined[-1][-1][1], piece[0]) < STEP_POLICY.brake_warm:
+        if one.lost(joined[-1][-1][1], piece[0]) < COASTDOWN_POLICY.brake_warm:
             joined[-1].append(piece)
         else:
             joined.append([piece])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 WIDTH = 0.7  # m/s of a class of speed, which a coast at 0.1 m/s^2 passes in 7 s
 LOW, HIGH = 6, 24  # classes: below 15 km/h, and from there to 60 km/h, which give the deceleration without a drive
@@ -76,7 +76,7 @@ def _free_from(rates: Array, ways: Sequence[NDArray[np.intp]]) -> float | None:
     expected = np.polyval(line, center**2)
     lowest = int(np.argmax(seen))
     missing = expected[lowest] - means[lowest]
-    if missing < max(STEP_POLICY.creep_share * expected[lowest], STEP_POLICY.creep_std * errors[lowest]):
+    if missing < max(COASTDOWN_POLICY.creep_share * expected[lowest], COASTDOWN_POLICY.creep_std * errors[lowest]):
         return None
     returned = np.flatnonzero(seen & (means >= RETURNED * expected))
     return float(WIDTH * (returned[0] + 1 if returned.size else LOW))  # the first one may still be pushed in part

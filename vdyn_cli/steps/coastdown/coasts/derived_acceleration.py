@@ -19,7 +19,7 @@ from vdyn_cli.io.clocks.block_means import condensed
 from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 RATE = 100.0  # Hz, to which faster logs are averaged: receivers have 1 to 100 Hz
 SLOW = 2.0  # s, over which a coast's motion is smooth
@@ -44,7 +44,7 @@ def derived_finding(coasts: Sequence[Log]) -> Finding | None:
         return None
     left = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
     share = 1.0 - float(left @ left) / float(y @ y)
-    if share < STEP_POLICY.derived_acceleration:
+    if share < COASTDOWN_POLICY.derived_acceleration:
         return None
     what = (
         f"not used: it is computed from the speed, whose noise explains {100 * share:.0f} % of its own; it does not "

@@ -23,7 +23,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.gradual_release import gradual_release
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, rows
 from vdyn_cli.steps.coastdown.coasts.start_cuts import from_start, without_starts
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 LAGS = tuple(float(t) for t in np.geomspace(0.2, 1.6, 13))  # s, grid of T: shorter ones change no estimate
 LENGTH = 4.5  # s of a run's start that are fitted: a parabola still describes the coast, and gusts change it little
@@ -49,7 +49,7 @@ def filter_lag(logs: Sequence[Log]) -> float | None:
     Assumes a first-order filter with the same T in all runs, and a constant speed before the start. The exponential is
     the ramp response of a first-order low-pass.
     """
-    if len(logs) < STEP_POLICY.clutch_runs:
+    if len(logs) < COASTDOWN_POLICY.clutch_runs:
         return None
     best: tuple[float, float, Array] | None = None
     for lag in LAGS:
@@ -64,13 +64,13 @@ def filter_lag(logs: Sequence[Log]) -> float | None:
         return None
     shares = best[2]
     mean, error = float(shares.mean()), float(shares.std(ddof=1)) / float(np.sqrt(shares.size))
-    shown = mean > t_quantile(shares.size - 1, 1.0 - STEP_POLICY.clutch_chance) * error
-    return best[1] if shown and abs(mean - 1.0) < STEP_POLICY.filter_share else None
+    shown = mean > t_quantile(shares.size - 1, 1.0 - COASTDOWN_POLICY.clutch_chance) * error
+    return best[1] if shown and abs(mean - 1.0) < COASTDOWN_POLICY.filter_share else None
 
 
 def without_filtered_start(segments: Sequence[CoastSegment]) -> KeptAndRejected:
     """Coasts without the first seconds in which a filtered speed lags or the deceleration sets in, and those parts."""
-    held = [s.held[1] - STEP_POLICY.held_release if s.held else None for s in segments]
+    held = [s.held[1] - COASTDOWN_POLICY.held_release if s.held else None for s in segments]
     gradual = gradual_release([s.whole for s in segments], held)
     releases = gradual.releases if gradual else [None] * len(segments)
     starts = [

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected, RejectedSegment
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 LAST, BEFORE = 2.0, 4.0  # s
 FEWEST_IN_LINE = 6  # samples of the line from which the scatter is estimated
@@ -63,4 +63,4 @@ def _lost_speed(segment: CoastSegment) -> float:
     scatter = float(np.sqrt(np.sum((speed[line] - np.polyval(fit, first[line])) ** 2) / (line.sum() - 2)))
     lost = float(fit[1] - speed[-1])
     error = scatter * float(np.sqrt(1.0 + cov[1, 1]))
-    return lost if lost > max(STEP_POLICY.brake_loss, STEP_POLICY.brake_loss_std * error) else 0.0
+    return lost if lost > max(COASTDOWN_POLICY.brake_loss, COASTDOWN_POLICY.brake_loss_std * error) else 0.0

@@ -19,7 +19,7 @@ from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 LAGS = 0.25 * np.sqrt(2.0) ** np.arange(8)  # s, grid of T
 TESTED = 2  # index of T = 0.5 s: its gain is nearly the score for any T, and scatters least between runs
@@ -52,10 +52,10 @@ def gradual_release(logs: Sequence[Log], releases: Sequence[float | None]) -> Gr
     held = [k for k, release in enumerate(releases) if release is not None]
     fits = {k: _fits(logs[k], float(releases[k] or 0.0)) for k in held}
     found = {k: fit for k, fit in fits.items() if fit is not None}
-    if len(found) < STEP_POLICY.clutch_runs:
+    if len(found) < COASTDOWN_POLICY.clutch_runs:
         return None
     gains = np.array([gain for gain, _ in found.values()])
-    limit = t_quantile(len(gains) - 1, 1.0 - STEP_POLICY.clutch_chance)
+    limit = t_quantile(len(gains) - 1, 1.0 - COASTDOWN_POLICY.clutch_chance)
     if gains[:, TESTED].mean() <= limit * _mean_error(gains[:, TESTED]):
         return None
     behind = gains[:, [int(np.argmax(gains.sum(axis=0)))]] - gains

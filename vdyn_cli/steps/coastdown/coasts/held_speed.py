@@ -14,7 +14,7 @@ import numpy as np
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 BIN = 0.1  # s: a tenth of ``held_release``
 # Bins before and after the release that is tried first and last; it must lie between these. A receiver of 1 Hz then
@@ -32,21 +32,21 @@ def released(log: Log, smooth: Array, top: int, end: int) -> int:
     log : with speed, m/s.
     smooth : (n,) m/s, the speed without noise. top, end : index of its highest value and of the end of its fall.
     """
-    drop = min(STEP_POLICY.held_drop, float(smooth[top] - smooth[end]) / 3.0)
+    drop = min(COASTDOWN_POLICY.held_drop, float(smooth[top] - smooth[end]) / 3.0)
     if drop <= 0.0 or smooth[top] < smooth[: top + 1].max():  # the car already coasts where it passes an upper limit
         return top
     falls, beyond = (int(np.flatnonzero(smooth[top : end + 1] <= smooth[top] - n * drop)[0]) for n in (1.0, 2.0))
-    apart = np.flatnonzero(np.abs(smooth[:top] - smooth[top]) > STEP_POLICY.held_share * drop)
+    apart = np.flatnonzero(np.abs(smooth[:top] - smooth[top]) > COASTDOWN_POLICY.held_share * drop)
     for first in (int(apart[-1]) + 1 if apart.size else 0, top):  # after a long hold, else after an acceleration
         window = slice(first, top + beyond + 1)
         bins = cut(log.time[window], BIN)
         found = _breakpoint(bins.time, bins.mean(log["speed"][window]), float(log.time[top + falls]))
         if found is not None:
             break
-    if found is None and log.time[top] - log.time[0] < STEP_POLICY.held_release:
+    if found is None and log.time[top] - log.time[0] < COASTDOWN_POLICY.held_release:
         return top
     release = max(float(log.time[top]), found or -np.inf)
-    return min(int(np.searchsorted(log.time, release + STEP_POLICY.held_release)), end)
+    return min(int(np.searchsorted(log.time, release + COASTDOWN_POLICY.held_release)), end)
 
 
 def held_before(time: Array, smooth: Array, top: int, start: int) -> tuple[float, float] | None:
@@ -56,9 +56,13 @@ def held_before(time: Array, smooth: Array, top: int, start: int) -> tuple[float
     ----------
     time, smooth : (n,) s and m/s. top, start : index of the highest speed, and that at which the coast begins.
     """
-    apart = np.flatnonzero(np.abs(smooth[:top] - smooth[top]) > STEP_POLICY.held_share * STEP_POLICY.held_drop)
+    apart = np.flatnonzero(
+        np.abs(smooth[:top] - smooth[top]) > COASTDOWN_POLICY.held_share * COASTDOWN_POLICY.held_drop
+    )
     begin = float(time[int(apart[-1]) + 1 if apart.size else 0])
-    return (begin, float(time[start])) if start > top and time[start] - begin >= STEP_POLICY.held_shortest else None
+    return (
+        (begin, float(time[start])) if start > top and time[start] - begin >= COASTDOWN_POLICY.held_shortest else None
+    )
 
 
 def _breakpoint(time: Array, speed: Array, latest: float) -> float | None:
@@ -80,4 +84,4 @@ def _breakpoint(time: Array, speed: Array, latest: float) -> float | None:
     if fit is None or fit[0] in (time[tried[0]], time[tried[-1]]):
         return None
     at, steady, falling = fit
-    return at if falling > 0.0 and abs(steady) < STEP_POLICY.held_slope * falling else None
+    return at if falling > 0.0 and abs(steady) < COASTDOWN_POLICY.held_slope * falling else None

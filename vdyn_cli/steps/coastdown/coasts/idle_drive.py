@@ -13,7 +13,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.coasts.segments import FEWEST_SAMPLES
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 PIECE = 10.0  # s, over which the drive is averaged: a driver's action on the pedal lasts that long or is braked again
 
@@ -52,11 +52,11 @@ def _is_zero(log: Log, pushed: Array) -> bool:
     if np.count_nonzero(good) < FEWEST_SAMPLES:
         return False
     time, speed, pushed = log.time[good], np.abs(log["speed"][good]), pushed[good]
-    material = STEP_POLICY.material_run_force * float(np.ptp(speed)) / max(float(np.ptp(time)), 1e-9)
+    material = COASTDOWN_POLICY.material_run_force * float(np.ptp(speed)) / max(float(np.ptp(time)), 1e-9)
     noise = float(np.sqrt(0.5 * np.mean(np.diff(pushed) ** 2)))
     pieces = cut(time, PIECE)
     means, counts = np.r_[pieces.mean(pushed), pushed.mean()], np.r_[pieces.count, pushed.size]
-    limits = np.maximum(material, STEP_POLICY.idle_drive * noise / np.sqrt(counts))
+    limits = np.maximum(material, COASTDOWN_POLICY.idle_drive * noise / np.sqrt(counts))
     return bool(speed[0] > speed[-1] and np.all(np.abs(means) <= limits))
 
 

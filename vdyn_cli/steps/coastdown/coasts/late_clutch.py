@@ -23,7 +23,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, KeptAndRejected
 from vdyn_cli.steps.coastdown.coasts.start_cuts import from_start, without_starts
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 RELEASED = 6.0  # s at the start of a coast in which a clutch may still slip
 LENGTH = 2.0 * RELEASED  # s of a run that are fitted: as long after the latest release as before it
@@ -68,7 +68,7 @@ def drag_at_start(logs: Sequence[Log], directions: Sequence[str | None]) -> tupl
     logs : the coasts, each from its start. directions : of the runs.
     """
     windows = min((int((log.time[-1] - log.time[0]) // LENGTH) for log in logs), default=0)
-    if len(logs) < STEP_POLICY.clutch_runs or windows < 2:
+    if len(logs) < COASTDOWN_POLICY.clutch_runs or windows < 2:
         return None
     tried = [(fits[1], drag, fits[0]) for drag in DRAGS if (fits := _fitted(logs, 0.0, drag)) is not None]
     if not tried:
@@ -83,8 +83,8 @@ def drag_at_start(logs: Sequence[Log], directions: Sequence[str | None]) -> tupl
     if not later.size:
         return None
     error = float(np.sqrt(np.mean(later**2) / len(ways)))
-    strong = float(start.mean()) > t_quantile(later.size, 1.0 - STEP_POLICY.clutch_chance / len(DRAGS)) * error
-    return (drag, float(start.mean())) if strong and float(start.min()) > STEP_POLICY.clutch_least else None
+    strong = float(start.mean()) > t_quantile(later.size, 1.0 - COASTDOWN_POLICY.clutch_chance / len(DRAGS)) * error
+    return (drag, float(start.mean())) if strong and float(start.min()) > COASTDOWN_POLICY.clutch_least else None
 
 
 def without_late_clutch(segments: Sequence[CoastSegment]) -> KeptAndRejected:

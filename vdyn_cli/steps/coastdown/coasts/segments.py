@@ -19,6 +19,7 @@ from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.coasts.held_speed import held_before, released
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
 FEWEST_SAMPLES = 20  # of a segment: fewer give neither an estimate of the speed's noise nor ten bins
@@ -120,7 +121,7 @@ def coast_segment(
     window: tuple[float, float] | None,
     shortest: float,
     split: bool = False,
-    covered_least: float = STEP_POLICY.least_covered,
+    covered_least: float = COASTDOWN_POLICY.least_covered,
 ) -> CoastSegment | RejectedSegment:
     """The part of a log in which the car coasts through a window of speeds, or the reason why there is none.
 
@@ -144,8 +145,8 @@ def coast_segment(
     if not split:
         high, top = top, released(whole, smooth, top, end)
         held = held_before(whole.time, smooth, high, top)
-    if window is None and upper - lower < STEP_POLICY.least_fall:
-        return rejected(f"not a coast-down: the speed falls by less than {STEP_POLICY.least_fall:g} m/s")
+    if window is None and upper - lower < COASTDOWN_POLICY.least_fall:
+        return rejected(f"not a coast-down: the speed falls by less than {COASTDOWN_POLICY.least_fall:g} m/s")
     covered = (min(upper, float(smooth[top])) - max(lower, float(smooth[end]))) / (upper - lower)
     if covered <= 0.0:
         span, wanted = (f"{3.6 * a:.1f} to {3.6 * b:.1f} km/h" for a, b in ((smooth[0], smooth[-1]), (upper, lower)))

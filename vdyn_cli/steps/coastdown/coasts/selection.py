@@ -34,6 +34,7 @@ from vdyn_cli.steps.coastdown.coasts.segments import (
     rows,
     split,
 )
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.spec import CoastdownSettings, CoastdownSpec
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -119,11 +120,11 @@ class _LoggedRuns:
         Runs of a missing direction are added even if they cover little of the speed window. Downhill a car may stop
         decelerating within the window; without those runs a slope looks like resistance.
         """
-        found = [self._coast(k, STEP_POLICY.least_covered) for k in range(len(self.logs))]
+        found = [self._coast(k, COASTDOWN_POLICY.least_covered) for k in range(len(self.logs))]
         used = {one.direction for one in found if isinstance(one, CoastSegment)}
         if len(used) == 1 and None not in used:
             lost = [k for k, run in enumerate(self.spec.runs) if run.direction not in used]
-            found = [self._coast(k, STEP_POLICY.some_covered) if k in lost else one for k, one in enumerate(found)]
+            found = [self._coast(k, COASTDOWN_POLICY.some_covered) if k in lost else one for k, one in enumerate(found)]
         return [a for a in found if isinstance(a, CoastSegment)], [a for a in found if isinstance(a, RejectedSegment)]
 
     def driven(self) -> KeptAndRejected:
@@ -216,9 +217,9 @@ def _speed_window(settings: CoastdownSettings, logs: Sequence[Log]) -> tuple[flo
         return None
     speeds = [v.value for v in settings.speed_window]
     upper, lower = max(speeds), min(speeds)
-    if upper - lower < STEP_POLICY.least_window:
+    if upper - lower < COASTDOWN_POLICY.least_window:
         got = f"{upper:g} to {lower:g} m/s"
-        what = f"must span at least {STEP_POLICY.least_window:g} m/s"
+        what = f"must span at least {COASTDOWN_POLICY.least_window:g} m/s"
         raise InputError(Finding("settings.speed_window", what, got, "write a wider one, or omit it"))
     logged = [np.abs(log["speed"][np.isfinite(log["speed"])]) for log in logs]  # negative on the way back
     ends = [(float(one.min()), float(one.max())) for one in logged if one.size]

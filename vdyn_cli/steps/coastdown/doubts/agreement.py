@@ -18,7 +18,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY, NORMAL95
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 CLASSES = 8  # of speed: a straight line over an eighth of a coast bends by less than the force's own scatter
 LEAST_SHARED = 0.5  # share of the shorter of two traces: less of the road shows no common slope
@@ -61,7 +61,7 @@ class LocalForces:
 
         z(1 - level/(2 k)) / z(0.975) with the normal quantile z
         """
-        return -float(ndtri(STEP_POLICY.disagreement_level / 2 / self.speed.size)) / NORMAL95
+        return -float(ndtri(COASTDOWN_POLICY.disagreement_level / 2 / self.speed.size)) / NORMAL95
 
 
 def local_forces(fit: RoadLoadFit) -> LocalForces | None:

@@ -26,7 +26,7 @@ from vdyn_cli.steps.coastdown.doubts.outlying_runs import OutlyingRun, resistanc
 from vdyn_cli.steps.coastdown.fit.reference_conditions import road_load_of
 from vdyn_cli.steps.coastdown.fit.residuals import fast_forces, fitted_to, run_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 UNITS = {"rolling_resistance": "", "drag_area": " m^2"}
 AFTER = {"rolling_resistance": "changed_rolling", "drag_area": "changed_drag"}  # their relative change by the effect
@@ -92,7 +92,7 @@ def changed_runs(fit: RoadLoadFit) -> ChangedRuns | None:
         return ChangedRuns(changed[0], _given_by(fit, others), None, undone=log_of(names[changed[-1]]))
     heading, fast = fit.campaign.headings, fast_forces(fit)
     tested: list[tuple[Array, float | None]] = [(run_forces(fit)[0], None), *([] if fast is None else [fast])]
-    least = STEP_POLICY.material_run_force * float(road_load_of(fit.at).force(float(np.mean(fit.speeds))))
+    least = COASTDOWN_POLICY.material_run_force * float(road_load_of(fit.at).force(float(np.mean(fit.speeds))))
     steps = [(resistance_step(forces, heading, len(tested)), above) for forces, above in tested]
     found = [(step, above) for step, above in steps if step is not None and abs(step.force) > least]
     if changed:

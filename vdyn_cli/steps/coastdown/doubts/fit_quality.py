@@ -25,7 +25,7 @@ from vdyn_cli.steps.coastdown.doubts.sheltered_wind import sheltered_wind_findin
 from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.coastdown.noise import LARGEST_GUST
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 # Largest physical amplitudes. Speed: receivers and wheel sensors are accurate to 0.1 m/s, or 0.3 m/s where the value is
 # held or rounded to 1 km/h. Road: SAE J1263 allows a slope of 0.5 % on a test road.
@@ -106,7 +106,7 @@ class FitQuality:
         return found
 
     def _road(self) -> list[Finding]:
-        together = {w: (c, f) for w, (c, f) in self.shared.items() if c > STEP_POLICY.common_residual}
+        together = {w: (c, f) for w, (c, f) in self.shared.items() if c > COASTDOWN_POLICY.common_residual}
         if not together:
             return []
         correlation, force = max(together.values())
@@ -140,9 +140,9 @@ class FitQuality:
         return [Finding("road_load", what, remedy=remedy, doubt=True)]
 
     def _runs(self) -> list[Finding]:
-        if len(self.shifts) < STEP_POLICY.compared_runs:
+        if len(self.shifts) < COASTDOWN_POLICY.compared_runs:
             return []
-        found, outliers = [], influential_runs(self.fit, STEP_POLICY.outlying_run)
+        found, outliers = [], influential_runs(self.fit, COASTDOWN_POLICY.outlying_run)
         for run, shifts in self.shifts.items():
             moved = {n: s for n, s in shifts.items() if self._carries(n, s)}
             if not moved:

@@ -19,7 +19,7 @@ from vdyn_cli.steps.coastdown.doubts.outlying_runs import (
     outlying_run,
     resistance_step,
 )
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 LEAST_SPAN = 5.0 / 3.6  # m/s of common speeds, below which the noise of the speed decides the deceleration
 PARTS = 4  # of the common speeds, in which the excess of an outlying run is compared
@@ -114,7 +114,7 @@ class RunDecelerations:
         """
         for tests, share in enumerate(SHARES, start=1):
             rates = self.means(share)
-            found = None if rates is None else outlying_run(rates, self.heading, STEP_POLICY.outlying_run, tests)
+            found = None if rates is None else outlying_run(rates, self.heading, COASTDOWN_POLICY.outlying_run, tests)
             if rates is not None and found is not None:
                 return self._odd_run(found, rates, self._above(share))
         return None
@@ -122,9 +122,9 @@ class RunDecelerations:
     def _odd_run(self, found: OutlyingRun, rates: Array, where: str) -> OddRun | None:
         """The outlier in words; None where it neither is rejected nor matters."""
         share, force = found.force / float(np.mean(rates)), self.inertia * abs(found.force)
-        mixed = self._opposite_share(found.run) > STEP_POLICY.opposite_share
-        rejected = found.p_value < STEP_POLICY.outlier_level and not mixed
-        if not rejected and abs(share) < STEP_POLICY.material_run_force:
+        mixed = self._opposite_share(found.run) > COASTDOWN_POLICY.opposite_share
+        rejected = found.p_value < COASTDOWN_POLICY.outlier_level and not mixed
+        if not rejected and abs(share) < COASTDOWN_POLICY.material_run_force:
             return None
         way, change = ("more", "higher") if share > 0 else ("less", "lower")
         why = (
@@ -182,7 +182,7 @@ class RunDecelerations:
             one = None if rates is None else test(rates, self.heading, len(tested))
             if rates is not None and one is not None:
                 found.append((one, one.force / float(np.mean(rates)), share))
-        found = [one for one in found if abs(one[1]) > STEP_POLICY.material_run_force]
+        found = [one for one in found if abs(one[1]) > COASTDOWN_POLICY.material_run_force]
         if not found:
             return None
         best, change, share = min(found, key=lambda one: one[0].p_value)

@@ -20,7 +20,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.doubts.crosswind import parameter_shift
 from vdyn_cli.steps.coastdown.fit.residuals import fitted_to
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 FEWEST_FOR_WIND = 4  # runs from which the diagnosis estimates a headwind: two of each direction
 
@@ -42,10 +42,10 @@ def one_way_shifts(fit: RoadLoadFit) -> list[Mapping[str, float]]:
         return found
     known = {n: all(isinstance(r.inputs[n], np.ndarray) for r in campaign.runs) for n in ("grade", "wind_speed")}
     if campaign.accelerometer == "none" and not known["grade"]:
-        slope = STEP_POLICY.one_way_slope if campaign.roughness is None else NORMAL95 * campaign.roughness
+        slope = COASTDOWN_POLICY.one_way_slope if campaign.roughness is None else NORMAL95 * campaign.roughness
         found.append({"rolling_resistance": slope})
     if campaign.accelerometer != "alone" and not known["wind_speed"]:
-        wind, density = STEP_POLICY.one_way_wind, 0.5 * fit.at["air_density"] * fit.at["drag_area"]
+        wind, density = COASTDOWN_POLICY.one_way_wind, 0.5 * fit.at["air_density"] * fit.at["drag_area"]
         found.append(parameter_shift(fit, lambda speed: density * ((speed + wind) ** 2 - speed**2)))
     return found
 

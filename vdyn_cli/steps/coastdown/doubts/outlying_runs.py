@@ -16,7 +16,7 @@ from vdyn_cli.inference.intervals import t_quantile
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN, RoadLoadFit
 from vdyn_cli.steps.coastdown.fit.run_change import WARMING
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 ROUNDING = 1e-12  # share of a sum of squares that counts as zero
 
@@ -31,7 +31,7 @@ class OutlyingRun:
 
 
 def outlying_run(
-    force: Array, heading: Array, level: float = STEP_POLICY.outlier_level, tests: int = 1
+    force: Array, heading: Array, level: float = COASTDOWN_POLICY.outlier_level, tests: int = 1
 ) -> OutlyingRun | None:
     """The run with the largest externally studentized residual, if it is significant.
 
@@ -73,17 +73,17 @@ def resistance_step(force: Array, heading: Array, tests: int = 1) -> OutlyingRun
     """
     order, base = np.arange(force.size, dtype=np.float64), _base(heading)
     found = _largest(base, {k: order >= k for k in range(2, force.size - 1)}, force, tests)
-    if found is None or found[0].p_value >= STEP_POLICY.outlier_level:
+    if found is None or found[0].p_value >= COASTDOWN_POLICY.outlier_level:
         return None
     step, squares = found
     changes = (order, *(np.exp(-order / k) for k in WARMING))
-    if min(_added(base, one, force)[0] for one in changes) < STEP_POLICY.step_ratio * squares:
+    if min(_added(base, one, force)[0] for one in changes) < COASTDOWN_POLICY.step_ratio * squares:
         return None
     left = force.size - base.shape[1] - 2
     if step.force < 0.0:
         beside = [_added(np.column_stack([base, one]), order >= step.run, force) for one in changes]
         t = max(size / np.sqrt(rest / left / own) for rest, size, own in beside)
-        if float(stdtr(left, t)) > 0.5 * STEP_POLICY.step_beside_warming:
+        if float(stdtr(left, t)) > 0.5 * COASTDOWN_POLICY.step_beside_warming:
             return None
     return step
 
@@ -103,7 +103,7 @@ def outlying_pair(force: Array, heading: Array, tests: int = 1) -> OutlyingRun |
     order = np.arange(force.size, dtype=np.float64)
     pairs = {k: np.isin(order, (k, k + 1)) for k in range(1, force.size - 2)}
     found = _largest(_base(heading, order), pairs, force, tests)
-    return found[0] if found is not None and found[0].p_value < STEP_POLICY.outlier_level else None
+    return found[0] if found is not None and found[0].p_value < COASTDOWN_POLICY.outlier_level else None
 
 
 def _base(heading: Array, *others: Array) -> Array:
@@ -123,7 +123,7 @@ def _largest(
     changes : by the index of a run, the runs (n,) on which it acts. tests : number of such searches (Bonferroni).
     """
     left = force.size - base.shape[1] - 1
-    if left < STEP_POLICY.outlier_degrees:
+    if left < COASTDOWN_POLICY.outlier_degrees:
         return None
     fits = {k: _added(base, runs, force) for k, runs in changes.items()}
     first = min(fits, key=lambda k: fits[k][0])

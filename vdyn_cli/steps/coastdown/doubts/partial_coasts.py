@@ -9,7 +9,7 @@ import numpy as np
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.campaign_checks.coast_times import falling_speed
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 Range = tuple[float, float]  # lowest and highest speed, m/s
 
@@ -43,10 +43,10 @@ def _partial(segments: Sequence[CoastSegment]) -> Iterator[tuple[CoastSegment, R
     ends = np.array([(v.min(), v.max()) for v in falls])
     for k, one in enumerate(segments):
         others = np.delete(ends, k, axis=0)
-        if len(others) < STEP_POLICY.fewest_alike_coasts:
+        if len(others) < COASTDOWN_POLICY.fewest_alike_coasts:
             return
         low, high = (float(x) for x in np.median(others, axis=0))
         part = (np.minimum(ends[:, 1], high) - np.maximum(ends[:, 0], low)) / (high - low)
-        covered = part >= STEP_POLICY.least_common_speeds
-        if not covered[k] and np.delete(covered, k).mean() >= STEP_POLICY.agreeing_coasts:
+        covered = part >= COASTDOWN_POLICY.least_common_speeds
+        if not covered[k] and np.delete(covered, k).mean() >= COASTDOWN_POLICY.agreeing_coasts:
             yield one, (float(ends[k, 0]), float(ends[k, 1])), (low, high), float(part[k])

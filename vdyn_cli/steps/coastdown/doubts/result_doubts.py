@@ -17,9 +17,9 @@ from vdyn_cli.steps.coastdown.doubts.outlying_runs import outlying_run
 from vdyn_cli.steps.coastdown.doubts.partial_coasts import partial_coasts, whole_coasts
 from vdyn_cli.steps.coastdown.fit.residuals import run_forces
 from vdyn_cli.steps.coastdown.fit.road_load_fit import MAIN
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.quoted_speeds import quoted_speed
 from vdyn_cli.steps.coastdown.road_load_estimates import RoadLoadEstimates, changing_drag
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 LEAST_SHIFT = 0.1  # half intervals, of a parameter without a run that are written
 STANDARD_DAY = (5.0, 35.0)  # degC, SAE J1263
@@ -43,10 +43,10 @@ def doubts(estimates: RoadLoadEstimates) -> tuple[Finding, ...]:
         got = f"{estimates.test.temperature - ZERO_CELSIUS:.1f} degC"
         found.append(Finding("environment", "temperature outside the 5 to 35 degC of SAE J1263", got))
     rolling = estimates.main["rolling_resistance"].value
-    if rolling > STEP_POLICY.most_rolling:
+    if rolling > COASTDOWN_POLICY.most_rolling:
         what = "higher than the rolling resistance of tires: it includes a brake, an engaged driveline or a slope"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}"))
-    if rolling < STEP_POLICY.least_rolling:
+    if rolling < COASTDOWN_POLICY.least_rolling:
         what = "lower than the rolling resistance of any car's tires"
         remedy = "check the unit of the speed, the mass, and whether the car was driven"
         found.append(Finding("rolling_resistance", what, f"{rolling:.4f}", remedy, doubt=True))
@@ -90,9 +90,13 @@ def _rejected(selection: SegmentSelection) -> list[Finding]:
 
 def implausible_drag(drag: Estimate | None) -> tuple[Finding, ...]:
     """A warning if an estimated drag coefficient is outside the range of road vehicles."""
-    if drag is None or drag.source == "given" or STEP_POLICY.least_drag <= drag.value <= STEP_POLICY.most_drag:
+    if (
+        drag is None
+        or drag.source == "given"
+        or COASTDOWN_POLICY.least_drag <= drag.value <= COASTDOWN_POLICY.most_drag
+    ):
         return ()
-    side = "lower" if drag.value < STEP_POLICY.least_drag else "higher"
+    side = "lower" if drag.value < COASTDOWN_POLICY.least_drag else "higher"
     remedy = "check the unit of the speed, the mass and the frontal area"
     what = f"{side} than the drag coefficient of any road vehicle"
     return (Finding("drag_coefficient", what, f"{drag.value:.3f}", remedy, doubt=True),)
@@ -107,8 +111,8 @@ def _outlying_runs(estimates: RoadLoadEstimates) -> list[Finding]:
         return []
     runs, found = estimates.fit.campaign.runs, _contradicting_coasts(estimates)
     forces, headings = run_forces(estimates.fit)[0], estimates.fit.campaign.headings
-    least = STEP_POLICY.material_run_force * float(estimates.load.force(quoted_speed(estimates.fit.speeds)))
-    if (outlier := outlying_run(forces, headings, STEP_POLICY.outlying_run)) and abs(outlier.force) > least:
+    least = COASTDOWN_POLICY.material_run_force * float(estimates.load.force(quoted_speed(estimates.fit.speeds)))
+    if (outlier := outlying_run(forces, headings, COASTDOWN_POLICY.outlying_run)) and abs(outlier.force) > least:
         way, size = "higher" if outlier.force > 0 else "lower", abs(outlier.force)
         what = f"resistance is {size:.0f} N {way} than predicted from the other runs (p = {outlier.p_value:.1g})"
         if runs[outlier.run].name not in {f.where for f in found}:
@@ -147,7 +151,7 @@ def _contradicted_givens(estimates: RoadLoadEstimates) -> list[Finding]:
             continue
         mean, std = unknown.prior
         value = estimates.fit.solution.values[unknown.name]
-        if abs(value - mean) > STEP_POLICY.given_shift * std:
+        if abs(value - mean) > COASTDOWN_POLICY.given_shift * std:
             what = f"given as {mean:.4g} +- {std:.2g}; the given value and the runs together give {value:.4g}"
             found.append(Finding(f"vehicle.{unknown.name}", what, remedy="check the value and its standard deviation"))
     return found

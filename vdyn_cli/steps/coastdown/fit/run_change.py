@@ -20,7 +20,7 @@ from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.coastdown.fit.road_load_regression import noisy_runs, prior_information, rows_of
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS
 from vdyn_cli.steps.coastdown.noise import force_response
-from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 
 CHANGE = 0.25  # prior standard deviation of a relative change: pumped tires and roof boxes 0.1 to 0.2, trailers to 0.5
 SLOPE, WIND = 0.003, 1.5  # prior standard deviations of a mean slope (SAE J1263 allows 0.005), and of a mean wind, m/s
@@ -63,10 +63,10 @@ def changed_in(regression: Regression) -> Mask | None:
     rivals = gradual[int(np.argmax(others[: len(gradual)]))], single[int(np.argmax(others[len(gradual) :]))]
     none = search.evidence(None)
     gain = search.evidence(best) - none
-    if gain < STEP_POLICY.change_shown:
+    if gain < COASTDOWN_POLICY.change_shown:
         return None
     rival = max(search.evidence(one) for one in rivals) - none
-    return best > 0.0 if gain > rival + STEP_POLICY.change_over_gradual else None
+    return best > 0.0 if gain > rival + COASTDOWN_POLICY.change_over_gradual else None
 
 
 @dataclass(frozen=True)

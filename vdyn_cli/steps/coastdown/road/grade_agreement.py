@@ -22,6 +22,7 @@ from vdyn_cli.quantities.arrays import Array, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.elevation_grade import ElevationGrade
 from vdyn_cli.steps.step_policy import STEP_POLICY
 
@@ -82,10 +83,10 @@ def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
     where : key or file that states the grade.
     """
     found = shown_share(runs)
-    if found is None or found[1] > STEP_POLICY.grade_clear:
+    if found is None or found[1] > COASTDOWN_POLICY.grade_clear:
         return
     share, std = found
-    least = max(STEP_POLICY.grade_doubt * std, STEP_POLICY.grade_material)
+    least = max(COASTDOWN_POLICY.grade_doubt * std, COASTDOWN_POLICY.grade_material)
     if abs(share - 1.0) < least:
         return
     what = f"the runs' decelerations show {share:.2f} +- {std:.2f} times the stated grade"
@@ -106,7 +107,7 @@ def scaled_grades(
     runs : the coasts in the logs, with these grades.
     """
     shown = shown_share(runs)
-    if shown is None or shown[0] < max(STEP_POLICY.elevation_shown * shown[1], STEP_POLICY.elevation_least):
+    if shown is None or shown[0] < max(COASTDOWN_POLICY.elevation_shown * shown[1], STEP_POLICY.elevation_least):
         return None
     steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
     what = (

@@ -22,9 +22,9 @@ from vdyn_cli.steps.coastdown.fit.road_load_regression import (
 )
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, RoadLoadRows
 from vdyn_cli.steps.coastdown.noise import binned_slopes, force_response, slope_response
+from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.road.shared_road import DEFAULT_SPECTRUM, possible_turns
 from vdyn_cli.steps.road_spectrum import SPECTRA
-from vdyn_cli.steps.step_policy import STEP_POLICY
 
 ABOUT = 1.0  # of the log likelihood: the difference that chance makes for each further parameter (Akaike)
 LEVEL = 1e-3  # scale of the roughness that stands for a level road
@@ -86,8 +86,8 @@ def _with_filtered_speed(campaign: Campaign) -> Campaign:
 def _shows_filtered_speed(regression: Regression) -> bool:
     campaign, sizes = rows_of(regression).campaign, rows_of(regression).noise.sizes
     white = [lv["speed"] / np.sqrt(np.median(b.count)) for lv, b in zip(campaign.levels, campaign.bins, strict=True)]
-    relative = STEP_POLICY.filtered_speed * sizes["speed_noise"] * float(np.median(white))
-    return sizes["speed_drift"] > max(relative, STEP_POLICY.least_filtered_speed)
+    relative = COASTDOWN_POLICY.filtered_speed * sizes["speed_noise"] * float(np.median(white))
+    return sizes["speed_drift"] > max(relative, COASTDOWN_POLICY.least_filtered_speed)
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def _with_spectrum(likelihood: _RoadLikelihood, campaign: Campaign, chosen: floa
     tried = [replace(campaign, spectrum=k) for k in range(len(SPECTRA))]
     found = likelihood(tried, SCALES)
     most = found.max(axis=1)
-    if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < STEP_POLICY.road_shown:
+    if most.max() - chosen - float(likelihood([campaign], (LEVEL,))[0, 0]) < COASTDOWN_POLICY.road_shown:
         return tried[DEFAULT_SPECTRUM], 0.0
     # Of about equally likely spectra take the one with the longest waves, which resembles a resistance most.
     k = max(np.flatnonzero(most >= most.max() - ABOUT).tolist())
@@ -161,7 +161,7 @@ def _turned(likelihood: _RoadLikelihood, campaign: Campaign, scale: float) -> tu
     turned = [replace(campaign, turn=float(turn)) for turn in turns]
     gain = likelihood(turned, at)[:, 0] - likelihood([campaign], at)[0, 0] + expected
     evidence, k = float(np.log(np.sum(np.exp(gain - gain.max()))) + gain.max()), int(np.argmax(gain))
-    if evidence < -np.log(STEP_POLICY.roads_apart):
+    if evidence < -np.log(COASTDOWN_POLICY.roads_apart):
         return campaign, scale
     # The evidence averages over all distances, because the most likely of many also fits noise.
     return _with_spectrum(likelihood, turned[k], float(gain[k] - expected[k]) - evidence)

@@ -26,9 +26,9 @@ from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.inference import Unknown
 from vdyn_cli.quantities.quantity import Quantity
 from vdyn_cli.steps.added_effects import AddedEffects
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.car.simulation import SimulationSetup
 from vdyn_cli.steps.validate.noise import inertia_of
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.road.road_slope import LATENCIES
 
 SLIP = "slip_impulse"
@@ -60,13 +60,13 @@ def with_channel_errors(
     if setup.model.name == "vehicle":
         return setup
     values = setup.prior.values
-    slip = max(1.0 - values["mass"] / inertia_of(values), 0.0) / STEP_POLICY.slip_stiffness
+    slip = max(1.0 - values["mass"] / inertia_of(values), 0.0) / VALIDATE_POLICY.slip_stiffness
     held = setup.sensors.held
     torque = max((row for n, row in held.items() if n.startswith("drive_torque")), default=0.0)
     common = _spread(torque)  # the latency of the torque
     rows = {e: held.get(n, 0.0) for n, e in LATENCIES.items() if n in setup.sensors.channels and e.name not in covered}
     late = {e: hypot(_spread(row), common) for e, row in rows.items()}
-    known = {SLIP_IMPULSE: (slip, STEP_POLICY.slip_spread * slip)} if slip > 0.0 else {}
+    known = {SLIP_IMPULSE: (slip, VALIDATE_POLICY.slip_spread * slip)} if slip > 0.0 else {}
     known |= {e: (0.0, std) for e, std in late.items()}
     unknowns = tuple(
         Unknown(
@@ -83,4 +83,4 @@ def with_channel_errors(
 
 def _spread(row: float) -> float:
     """The root of the mean square, s, of the latency of a channel whose values are held for rows of ``row`` s."""
-    return sqrt(STEP_POLICY.logger_latency**2 + row**2 / 3.0)
+    return sqrt(VALIDATE_POLICY.logger_latency**2 + row**2 / 3.0)

@@ -20,10 +20,10 @@ from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import SLOWEST
 from vdyn_cli.steps.validate.drives.segments import total_drive_torque
 from vdyn_cli.steps.validate.drives.span_averages import level_rate, mean_over_span
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
 LONGEST = 3.0  # s, delay that is searched
 STEP = 0.1  # s between delays, and between samples
@@ -66,8 +66,8 @@ def speed_delay_of(log: Log) -> float:
     left = np.array([_variance([torque[used - k], brake[used - k], square[used]], rate[used]) for k in shifts])
     best = int(np.argmin(left))
     evidence = 0.5 * used.size * STEP / LASTING * np.log(left[reach] / left[best])
-    certain = evidence > STEP_POLICY.delay_evidence and left[best] < STEP_POLICY.delay_rest * left[reach]
-    late = abs(shifts[best]) * STEP >= STEP_POLICY.least_delay and 0 < best < shifts.size - 1
+    certain = evidence > VALIDATE_POLICY.delay_evidence and left[best] < VALIDATE_POLICY.delay_rest * left[reach]
+    late = abs(shifts[best]) * STEP >= VALIDATE_POLICY.least_delay and 0 < best < shifts.size - 1
     return float(shifts[best] * STEP) if certain and late else 0.0
 
 

@@ -14,10 +14,10 @@ import numpy as np
 from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import Driven, driven_samples, joined
 from vdyn_cli.steps.validate.drives.ratio_changes import LEAST_NOISE, MAIN_SHARE, SAMPLE_STEP, log_evidence
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
 FEWEST_SAMPLES = 60  # driven samples of all drives: 30 s
 TRIED = np.linspace(0.05, 0.95, 37)  # quantiles of T V of the driven samples that are tried as limit
@@ -87,8 +87,8 @@ def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
     around = tried[max(best - 1, 0)], tried[min(best + 1, tried.size - 1)]
     limit = float(minimize_scalar(lambda q: fit(np.minimum(torque, q / speed))[0], bounds=around, method="bounded").x)
     variance, ratio = fit(np.minimum(torque, limit / speed))
-    certain = log_evidence(rate.size, without, variance) > STEP_POLICY.limit_evidence
-    clear = certain and without > STEP_POLICY.limit_gain * variance
+    certain = log_evidence(rate.size, without, variance) > VALIDATE_POLICY.limit_evidence
+    clear = certain and without > VALIDATE_POLICY.limit_gain * variance
     return limit if clear and abs(ratio - 1.0) <= MAIN_SHARE else None
 
 

@@ -19,10 +19,10 @@ from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array, Mask, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import Driven, DrivenSamples, driven_samples
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
 SAMPLE_STEP = SPAN / 2  # s between samples
 SHORTEST_PIECE = 6  # samples of a piece: 3 s, as long as a gear is held on a road
@@ -121,7 +121,7 @@ def ratio_changes(drives: Sequence[Driven], stated: StatedMotion | None = None) 
 
 def _usual(ratios: Array, driven: Array, stated: float | None) -> float:
     """The ratio (1/(kg m)) with the longest driving time, s, near the stated one."""
-    near = np.abs(ratios[:, None] / ratios - 1.0) <= STEP_POLICY.unequal_share
+    near = np.abs(ratios[:, None] / ratios - 1.0) <= VALIDATE_POLICY.unequal_share
     weight = near.T @ driven
     if stated is not None:
         off = np.abs(np.log(np.maximum(ratios / stated, 1e-12)))
@@ -143,7 +143,7 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
     if not (found.certain or (geared and found.has(levels, usual))):
         return RatioChange(mask)
     factor = found.ratio / usual
-    for k in np.flatnonzero(np.abs(factor - 1.0) > STEP_POLICY.unequal_share).tolist():
+    for k in np.flatnonzero(np.abs(factor - 1.0) > VALIDATE_POLICY.unequal_share).tolist():
         start = found.ends[k - 1] if k else time[0]
         mask |= (time >= start) & (time <= found.time[k + 1])
         spans.append((float(found.time[k]), float(found.time[k + 1]), float(factor[k])))
@@ -152,7 +152,7 @@ def _changed(time: Array, found: Pieces | None, usual: float, levels: Array) -> 
 
 def _among(ratio: Array, levels: Array) -> Mask:
     """Mask (p,) of the ratios (p,) that are near one of the levels (m,)."""
-    close = np.abs(ratio[:, None] - levels) <= STEP_POLICY.unequal_share * levels
+    close = np.abs(ratio[:, None] - levels) <= VALIDATE_POLICY.unequal_share * levels
     return np.asarray(np.any(close, axis=1))
 
 
@@ -201,13 +201,13 @@ def _held(columns: Array) -> Mask:
     """Mask (n,) of the samples in whose span the torque changes by less than a shift changes it."""
     torque, rate = columns[:, 0], columns[:, 3]
     most = float(np.quantile(torque, HIGH)) if torque.size else 0.0
-    return np.asarray(np.abs(rate) * SPAN < STEP_POLICY.held_torque * most)
+    return np.asarray(np.abs(rate) * SPAN < VALIDATE_POLICY.held_torque * most)
 
 
 def _are_levels(ratio: Array) -> bool:
     """Whether ratios (p,) differ, by no more than those of a gearbox, and return to a few levels if there are many."""
     low, high = float(np.min(ratio)), float(np.max(ratio))
-    if low <= 0.0 or not 1.0 + STEP_POLICY.unequal_share < high / low < WIDEST:
+    if low <= 0.0 or not 1.0 + VALIDATE_POLICY.unequal_share < high / low < WIDEST:
         return False
     return int(_level_of(ratio).max()) < max(MOST_UNREPEATED, (ratio.size + 1) // 2)
 
@@ -216,7 +216,7 @@ def _level_of(ratio: Array) -> NDArray[np.intp]:
     """Index (p,) of each ratio's level, ascending; levels are further apart than twice ``unequal_share``."""
     order = np.argsort(ratio)
     found = np.zeros(ratio.size, dtype=np.intp)
-    found[order[1:]] = np.cumsum(np.diff(np.log(ratio[order])) > 2.0 * STEP_POLICY.unequal_share)
+    found[order[1:]] = np.cumsum(np.diff(np.log(ratio[order])) > 2.0 * VALIDATE_POLICY.unequal_share)
     return found
 
 
@@ -243,7 +243,7 @@ class _Law:
         """The coefficients by least squares: a ratio for each piece, then the common ones."""
         columns = np.column_stack([_indicators(rate.size, starts) * torque[:, None], rest])
         if self.stated is not None:
-            spread = STEP_POLICY.drive_slope * GRAVITY, STEP_POLICY.drag_spread * abs(self.stated.drag)
+            spread = VALIDATE_POLICY.drive_slope * GRAVITY, VALIDATE_POLICY.drag_spread * abs(self.stated.drag)
             weight = np.sqrt(self.variance) / np.maximum(spread, 1e-12)
             rows = np.zeros((2, columns.shape[1]))
             rows[[0, 1], [len(starts), len(starts) + 1]] = weight
@@ -253,7 +253,7 @@ class _Law:
 
 def _search(rate: Array, torque: Array, rest: Array, law: _Law) -> tuple[list[int], Array]:
     """First samples of the pieces, and the coefficients: a ratio for each piece, then those common to all."""
-    penalty = STEP_POLICY.unequal_t**2 * law.variance
+    penalty = VALIDATE_POLICY.unequal_t**2 * law.variance
     starts, common = [0], law.start
     if not np.isfinite(common).all():
         common = law.fit(rate, torque, rest, starts)[1:]
@@ -291,8 +291,8 @@ def _follow_torque(rate: Array, torque: Array, rest: Array, starts: list[int]) -
     own, others = _indicators(rate.size, starts), rest[:, 1:]  # the first of the common columns is constant
     ratios = own * torque[:, None]
     by_ratio, by_force = _variance(rate, ratios, rest), _variance(rate, own, torque, others)
-    certain = log_evidence(rate.size, by_force, by_ratio) > STEP_POLICY.ratio_evidence * (len(starts) - 1)
-    return certain and by_ratio < STEP_POLICY.ratio_alone * _variance(rate, ratios, own, others)
+    certain = log_evidence(rate.size, by_force, by_ratio) > VALIDATE_POLICY.ratio_evidence * (len(starts) - 1)
+    return certain and by_ratio < VALIDATE_POLICY.ratio_alone * _variance(rate, ratios, own, others)
 
 
 def _returns(rate: Array, torque: Array, rest: Array, starts: list[int], ratio: Array) -> bool:
@@ -303,8 +303,8 @@ def _returns(rate: Array, torque: Array, rest: Array, starts: list[int], ratio: 
         return False
     same = own @ (level[:, None] == np.arange(count))
     by_level, by_force = _variance(rate, same * torque[:, None], rest), _variance(rate, own, torque, rest[:, 1:])
-    certain = log_evidence(rate.size, by_force, by_level) > STEP_POLICY.level_evidence * (count - 1)
-    return certain and by_level < STEP_POLICY.level_alone * _variance(rate, own * torque[:, None], rest)
+    certain = log_evidence(rate.size, by_force, by_level) > VALIDATE_POLICY.level_evidence * (count - 1)
+    return certain and by_level < VALIDATE_POLICY.level_alone * _variance(rate, own * torque[:, None], rest)
 
 
 def _indicators(n: int, starts: list[int]) -> Array:

@@ -13,9 +13,9 @@ import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import Driven, driven_samples
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
 BLOCKS = 12  # of a drive, of which each is left out once (jackknife)
 LEAST_DRIVEN = 60  # s of driven samples: five for each block, as many as the regression has unknowns and one more
@@ -38,7 +38,7 @@ def unequal_drives(names: Sequence[str], drives: Sequence[Driven], stated: float
             continue
         ratio, common = float(np.median(others[:, 0])) / own[0], MEDIAN * np.mean(others[:, 1] ** 2) / len(others)
         share, error = ratio - 1.0, float(np.sqrt((ratio * own[1]) ** 2 + common)) / own[0]
-        if abs(share) > max(STEP_POLICY.unequal_t * error, STEP_POLICY.unequal_share):
+        if abs(share) > max(VALIDATE_POLICY.unequal_t * error, VALIDATE_POLICY.unequal_share):
             what = (
                 f"the drive torque per acceleration is {100 * abs(share):.0f} +- {200 * error:.0f} % "
                 f"{'larger' if share > 0 else 'smaller'} than in the other drives: another load, gear, tire or unit"
@@ -55,7 +55,7 @@ def _usual(known: Mapping[int, tuple[float, float]], stated: float | None) -> li
     """
 
     def alike(a: float) -> list[int]:
-        return [k for k, one in known.items() if abs(one[0] / a - 1.0) <= STEP_POLICY.unequal_share]
+        return [k for k, one in known.items() if abs(one[0] / a - 1.0) <= VALIDATE_POLICY.unequal_share]
 
     as_stated = alike(stated) if stated else []
     if len(known) <= FEWEST_OTHERS:

@@ -22,9 +22,9 @@ from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import Driven, DrivenSamples, driven_samples, joined
 from vdyn_cli.steps.validate.drives.span_averages import SPAN
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
 BLOCKS = 8  # of a drive, whose scatter gives the standard error of its constant
 LEAST_DRIVEN = 40  # s of driven samples: five for each block
@@ -61,15 +61,15 @@ def other_resistance(drives: Sequence[Driven], headings: Sequence[float], stated
         return None
     constant, variance, _ = _constants([seen[k] for k in used])
     known = all(headings[k] for k in used)
-    variance = variance + ((STEP_POLICY.road_between if known else STEP_POLICY.slope_between) * GRAVITY) ** 2
+    variance = variance + ((VALIDATE_POLICY.road_between if known else VALIDATE_POLICY.slope_between) * GRAVITY) ** 2
     columns = np.column_stack([np.ones(len(used)), [headings[k] for k in used]])
-    mean, prior = np.array([stated, 0.0]), np.array([FAULT * abs(stated), STEP_POLICY.drive_slope * GRAVITY])
+    mean, prior = np.array([stated, 0.0]), np.array([FAULT * abs(stated), VALIDATE_POLICY.drive_slope * GRAVITY])
     whole = _squares(constant, columns, variance, mean, prior)[0]
     without = [_without(k, constant, columns, variance, mean, prior) for k in range(len(used))]
     k = int(np.argmin([one[0] for one in without]))
     left, off, error = without[k]
     t = float(np.sqrt(max(whole - left, 0.0)))
-    if t >= STEP_POLICY.unequal_t and left <= AGREEING * len(used):
+    if t >= VALIDATE_POLICY.unequal_t and left <= AGREEING * len(used):
         return OtherResistance(used[k], -off, error)
     lone = _beyond_scatter([seen[k] for k in used], stated)
     return None if lone is None else replace(lone, drive=used[lone.drive])
@@ -96,7 +96,7 @@ def _beyond_scatter(seen: Sequence[DrivenSamples], stated: float) -> OtherResist
     k = max(range(len(found)), key=lambda i: abs(found[i][0]) / found[i][1])
     off, error, beside = found[k]
     chance = len(seen) * 2.0 * float(stdtr(m - 1, -abs(off) / error))
-    if chance > STEP_POLICY.odd_drive_chance or beside > STEP_POLICY.odd_drive_others * abs(off):
+    if chance > VALIDATE_POLICY.odd_drive_chance or beside > VALIDATE_POLICY.odd_drive_others * abs(off):
         return None
     return OtherResistance(k, -off, error)
 

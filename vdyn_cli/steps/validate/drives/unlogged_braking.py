@@ -16,10 +16,10 @@ import numpy as np
 from vdyn_cli.inference.robust_fits import huber_fit
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
-from vdyn_cli.steps.step_policy import STEP_POLICY
 from vdyn_cli.steps.validate.drives.driven_samples import SLOWEST, Driven
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
 from vdyn_cli.steps.validate.drives.span_averages import least_over_span, level_rate, mean_over_span, slope_over_span
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
 FEWEST_DRIVEN = 100  # driven samples that are needed to fit the acceleration
 FADED = 0.4  # share of the limit at which braking begins and ends
@@ -123,7 +123,7 @@ def unlogged_braking(drives: Sequence[Driven]) -> tuple[UnloggedBraking, ...]:
     shares = np.concatenate([excess / pulled for excess, pulled in known]) if known else np.zeros(0)
     lost = 0.0
     if shares.size >= FEWEST_DRIVEN:
-        lost = float(np.clip(np.quantile(shares, STEP_POLICY.brake_free), 0.0, STEP_POLICY.brake_lost))
+        lost = float(np.clip(np.quantile(shares, VALIDATE_POLICY.brake_free), 0.0, VALIDATE_POLICY.brake_lost))
     one_sided = not any(_brakes(torque) for _, _, torque in drives)
     logged = any(bool(pressed(time, channels["brake_torque"]).any()) for time, channels, _ in drives)
     found = [_found(drive[0], e, lost) for drive, e in zip(drives, seen, strict=True)]
@@ -132,7 +132,7 @@ def unlogged_braking(drives: Sequence[Driven]) -> tuple[UnloggedBraking, ...]:
 
 def _brakes(torque: Array) -> bool:
     """Whether a drive torque (n,) also brakes the car, in more than single samples."""
-    return bool(np.quantile(torque, STEP_POLICY.recuperating) < -IDLE * float(np.max(np.abs(torque), initial=0.0)))
+    return bool(np.quantile(torque, VALIDATE_POLICY.recuperating) < -IDLE * float(np.max(np.abs(torque), initial=0.0)))
 
 
 def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Excess | None:
@@ -159,7 +159,7 @@ def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array
     logged = channels.get("acceleration")
     if logged is None or not np.all(np.isfinite(logged[driven])):
         return None
-    if np.isfinite(logged).mean() < STEP_POLICY.brake_confirmed:
+    if np.isfinite(logged).mean() < VALIDATE_POLICY.brake_confirmed:
         return None
     force = mean_over_span(time, filled(time, logged))
     return np.asarray(columns @ huber_fit(columns[driven], force[driven])[0] - force)
@@ -172,7 +172,7 @@ def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
         return UnloggedBraking(braked, (), 0.0)
     excess = seen.excess if seen.by_accelerometer is None else np.minimum(seen.excess, seen.by_accelerometer)
     excess = excess - lost * seen.pulled
-    limit = max(STEP_POLICY.brake_least, STEP_POLICY.brake_beyond * seen.scatter)
+    limit = max(VALIDATE_POLICY.brake_least, VALIDATE_POLICY.brake_beyond * seen.scatter)
     braking = _spans(time, seen.free & (excess > FADED * limit), seen.free & (excess > limit))
     for a, b in braking:
         braked |= (time >= a - RAMP) & (time <= b + RAMP)
@@ -189,5 +189,5 @@ def _spans(time: Array, touched: Mask, sure: Mask) -> tuple[tuple[float, float],
     return tuple(
         (float(time[a]), float(time[b - 1]))
         for a, b in spans(touched)
-        if np.count_nonzero(sure[a:b]) * spacing >= STEP_POLICY.brake_shortest
+        if np.count_nonzero(sure[a:b]) * spacing >= VALIDATE_POLICY.brake_shortest
     )

@@ -9,6 +9,7 @@ import numpy as np
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.elevation_grade import elevation_grades, late_grades, with_grades
 from vdyn_cli.steps.step_policy import STEP_POLICY
+from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 from vdyn_cli.steps.validate.problem import ValidateProblem
 from vdyn_cli.steps.validate.road.slope_evidence import shown_slope
 
@@ -33,7 +34,7 @@ def with_logged_elevation(problem: ValidateProblem) -> ValidateProblem:
     least, most = STEP_POLICY.elevation_least, 1.0 / STEP_POLICY.elevation_least
     if not least < abs(share) < most:
         return problem
-    if reduction < (STEP_POLICY.hills_gain if share > 0.0 else STEP_POLICY.reversed_hills_gain):
+    if reduction < (VALIDATE_POLICY.hills_gain if share > 0.0 else VALIDATE_POLICY.reversed_hills_gain):
         return problem
     # The likeliest slope is shrunk by its own errors, so that its share is one but for the error of this regression.
     used = tuple(g.scaled(float(np.sign(share))) for g in grades)
@@ -60,10 +61,10 @@ def _on_time(made: ValidateProblem, logged: ValidateProblem) -> ValidateProblem:
     for count in range(LAG_ROUNDS):
         rates = [np.gradient(g.grade, g.time) for g in now.grades]
         change, reduction = shown_slope(now.baseline, now.logs, rates)
-        if count == 0 and reduction < STEP_POLICY.hills_gain:
+        if count == 0 and reduction < VALIDATE_POLICY.hills_gain:
             return made
         late += change
-        if not 0.0 < late < STEP_POLICY.largest_elevation_lag:
+        if not 0.0 < late < VALIDATE_POLICY.largest_elevation_lag:
             return made
         grades = late_grades(logged.logs, made.grades, late)
         now = replace(made, logs=with_grades(logged.logs, grades), grades=grades)

@@ -1,4 +1,4 @@
-"""Every threshold by which a coast-down is cut, doubted or accepted, with its reason; part of ``STEP_POLICY``."""
+"""Every threshold by which a coast-down is cut, doubted or accepted, with its reason."""
 
 from __future__ import annotations
 
@@ -188,10 +188,6 @@ class CoastdownPolicy:
     """[log likelihood] by which a change between two runs must explain them better than a gradual change, or a change
     of a single run. The difference that chance makes for one parameter (Akaike)."""
 
-    shortest_trip: float = 600.0
-    """[s] duration of the median log above which logs without a start each begin with cold tires. The nominal time
-    constant of the tires' warm-up: a longer log shows a complete warm-up, a shorter one a part of the day's."""
-
     compared_runs: int = 3
     """[runs] needed to name one that contradicts the others. Of two that disagree, either may be wrong."""
 
@@ -228,10 +224,6 @@ class CoastdownPolicy:
     least_filtered_speed: float = 0.01
     """[m/s] least rms of a speed error of some seconds that can be distinguished from gusts. The smallest known error,
     that of receivers, is 0.03 m/s; this is a third of it. A smaller residual can be due to the road or the gusts."""
-
-    elevation_least: float = 0.5
-    """[share of the grade] by a logged elevation that decelerations must confirm, to use it. Below, most of the grade
-    is drift of the elevation, which its error does not include."""
 
     grade_doubt: float = 3.0
     """[standard errors] from one, beyond which the share of a stated grade in the decelerations is doubted. The
@@ -277,3 +269,6 @@ class CoastdownPolicy:
     most_drag: float = 1.5
     """drag coefficient above which a result is doubted. Motorcycles with an upright rider and trucks with a trailer
     have up to 1.0, a flat plate has 1.2."""
+
+
+COASTDOWN_POLICY = CoastdownPolicy()

@@ -1,4 +1,4 @@
-"""Every threshold by which a drive is cut, doubted or accepted, with its reason; part of ``STEP_POLICY``."""
+"""Every threshold by which a drive is cut, doubted or accepted, with its reason."""
 
 from __future__ import annotations
 
@@ -59,10 +59,6 @@ class ValidatePolicy:
     own_torque: float = 0.6
     """correlation of torque and acceleration, above which they belong to one drive. 0.85 to 1.0 in 18 trips of a real
     car; at most 0.35 with the torque shifted by a fifth to half of the trip."""
-
-    sparse_samples: float = 2.0
-    """[s] typical step of a log above which a test with drive torque or accelerations refuses it. A car brakes from 50
-    km/h to rest in 2 to 4 s: the torque between two samples is then unknown."""
 
     long_trip: float = 100.0
     """[s] duration of a drive above which powered windows may replace it. Five windows of 20 s; over more, the
@@ -182,3 +178,6 @@ class ValidatePolicy:
     drag_spread: float = 0.5
     """[of the stated drag] standard deviation of the drag in the search of gears. A headwind of 5 m/s at 20 m/s, or a
     box on the roof, changes the drag by half."""
+
+
+VALIDATE_POLICY = ValidatePolicy()

@@ -1,0 +1,24 @@
+"""Every threshold by which a tire test is refused, doubted or accepted, with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class TirePolicy:
+    """The thresholds of the step."""
+
+    prior_contradicted: float = 3.0
+    """[standard deviations] from a stated shape factor, beyond which the fitted one contradicts it. By chance once in
+    400 tests."""
+
+    peak_slip: float = 0.15
+    """[slip] by which a tire on asphalt has passed its peak. Pacejka, Tire and Vehicle Dynamics, ch. 4: 0.1 to 0.2."""
+
+    two_peaks: float = 0.04
+    """[share of the friction] by which the peaks in driving and braking must differ to be reported. Twice the effect of
+    a force zero of 1 % of full scale."""
+
+
+TIRE_POLICY = TirePolicy()
