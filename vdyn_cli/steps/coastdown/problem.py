@@ -27,8 +27,8 @@ from vdyn_cli.steps.coastdown.fit.road_load_fit import RoadLoadFit, fit_road_loa
 from vdyn_cli.steps.coastdown.fit.road_load_regression import weighted_start, with_noise_of
 from vdyn_cli.steps.coastdown.fit.road_load_with_effects import regression_with_effects
 from vdyn_cli.steps.coastdown.fit.run_change import changed_in
+from vdyn_cli.steps.coastdown.next_coasts import next_coasts
 from vdyn_cli.steps.coastdown.parts import road_parts
-from vdyn_cli.steps.coastdown.plan import next_coasts
 from vdyn_cli.steps.coastdown.result import result_of, with_answers
 from vdyn_cli.steps.coastdown.road.accelerometer_zero import AccelerometerZero
 from vdyn_cli.steps.coastdown.road.road_search import LocatedCampaign, located
