@@ -62,6 +62,7 @@ def cause(
     sensor: bool = False,
     lasts: bool = True,
     turns: bool = False,
+    late: bool = False,
     nominal: Mapping[str, float] | None = None,
 ) -> Effect:
     """An effect that has only a name; the campaign defines its sensitivity."""
@@ -71,7 +72,8 @@ def cause(
         return element(s)
 
     law.__name__ = name
-    tags = {"between_runs": between, "sensor": sensor, "test_only": not lasts, "turns_with_heading": turns}
+    tags = {"between_runs": between, "sensor": sensor, "latency": late, "test_only": not lasts}
+    tags["turns_with_heading"] = turns
     low = -reach if least is None else least
     return effect(
         on="line",

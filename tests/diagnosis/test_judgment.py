@@ -167,6 +167,12 @@ def test_a_baseline_that_leaves_what_is_physical_is_diagnosed(size: float) -> No
     assert verdict.answer.fitted.values["bend"] > 0
 
 
+def test_a_latency_is_a_property_of_the_logger_and_no_fault() -> None:
+    case, verdict = judged(Campaign(5, hidden={"wind": 2.0}), SLOPE, cause("wind", sensor=True, late=True), WAVE, STEP)
+    assert verdict.verdict == "named"
+    assert told(case, verdict).startswith("A wind")
+
+
 def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
     """Two runs fit two unknowns exactly, so that they have no scatter."""
     bench = open_strategy(Campaign(21, runs=2, rows=400).setup(SLOPE))
@@ -175,8 +181,8 @@ def test_what_two_runs_tell_is_not_taken_for_certain() -> None:
     assert fitted.solution.std["slope"] == pytest.approx(fitted.solution.classical_std["slope"], rel=0.5)
 
 
-ONE, OTHER = (cast(Any, SimpleNamespace(of_sensors=False)) for _ in range(2))
-SENSOR = cast(Any, SimpleNamespace(of_sensors=True))
+ONE, OTHER = (cast(Any, SimpleNamespace(sensor_fault=False)) for _ in range(2))
+SENSOR = cast(Any, SimpleNamespace(sensor_fault=True))
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ def named(
     monkeypatch: pytest.MonkeyPatch, alone: float, both: float, most: bool = False, needed: bool = True
 ) -> tuple[str, ...]:
     """The effects that are named, with the held-out rms after the law alone, and after the law and one effect more."""
-    law = Some(effects=("road",), fitted="road", unphysical="", of_sensors=False, explains_most=most)
-    more = Some(effects=("road", "brake"), fitted="both", unphysical="", of_sensors=False, explains_most=True)
+    law = Some(effects=("road",), fitted="road", unphysical="", sensor_fault=False, explains_most=most)
+    more = Some(effects=("road", "brake"), fitted="both", unphysical="", sensor_fault=False, explains_most=True)
     after = {"road": alone, "both": both}
     stubs: dict[str, Callable[..., Any]] = {
         "candidate_model": lambda strategy, effects: law,

@@ -45,10 +45,10 @@ CANDIDATES = {
     "validate": """
         accelerometer_offset accelerometer_slope accelerometer_tilt backlash brake_drag brake_drag_fading driveline_drag
         driveline_dry_loss driveline_loss driveline_viscous driven_wheel_slip extra_drag_area
-        grade_profile headwind mass_error motor_inertia overrun_gain payload road_grade rolling_error rotating_mass
-        run_warmup shaft_damping shaft_stiffness slip_stiffness speed_delay speed_dependent_rolling speed_scale
-        temperature_rolling tire_relaxation tire_warmup torque_delay torque_drift torque_gain torque_lag torque_offset
-        wheel_inertia wheel_radius
+        grade_offset grade_profile headwind mass_error motor_inertia overrun_gain payload road_grade rolling_error
+        rotating_mass run_warmup shaft_damping shaft_stiffness slip_stiffness speed_delay speed_dependent_rolling
+        speed_scale temperature_rolling tire_relaxation tire_warmup torque_delay torque_drift torque_gain torque_lag
+        torque_offset wheel_inertia wheel_radius
     """,
 }
 NAMES = {effect.name for effect in catalog()}
@@ -92,6 +92,7 @@ def test_properties_are_tags() -> None:
     effects = {e.name: e for e in catalog()}
     assert {e.name for e in catalog() if "turns_with_heading" in e.tags} == {"headwind", "road_grade"}
     assert {e.name for e in catalog() if e.every_day} == {"headwind"}
+    assert all(e.sensor and not e.faulty for e in catalog() if "latency" in e.tags)
     assert (effects["headwind"].lasts, effects["headwind"].sensor) == (False, False)
     assert (effects["torque_gain"].lasts, effects["torque_gain"].sensor) == (False, True)
     assert (effects["mass_error"].lasts, effects["mass_error"].kind) == (True, "within_run")

@@ -14,7 +14,7 @@ GLOSSARY = {
     "ambiguous": "several effects remove the residual about equally well; the set is listed",
     "unknown": "a significant model error that no candidate effect removes",
     "not_testable": "no test is possible: too few or too short runs, no visible candidate effect, or a failed fit",
-    "data_fault": "the named effect is that of a sensor, or a sensor failed and hides any model error",
+    "data_fault": "the named effect is that of a sensor (other than a latency), or a sensor failed",
     "evidence": "the independent units that the test compares, and their effective number",
     "run": "one pass over the track, or one recording: the largest independent unit",
     "block": "a part of a run, long enough to be nearly independent of its neighbors",

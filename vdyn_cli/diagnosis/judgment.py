@@ -7,7 +7,7 @@ data_fault    a sensor did not measure
 adequate      no model error is significant, or none that matters
 unknown       no candidate model is accepted, or the one that was is refuted: by its amplitude or by held-out runs
 ambiguous     several are accepted; these data cannot discriminate between them
-named         one effect (or one set of effects) is accepted; data_fault if it is a sensor error
+named         one effect (or one set of effects) is accepted; data_fault if it is a sensor error other than a latency
 
 ``diagnose`` gathers the evidence in four stages, none of which sets a verdict: ``judge`` (candidate_judgment) tries the
 candidate effects, ``with_part`` (part_judgment) the laws of the part at fault, ``with_nuisance_effects`` the sensor
@@ -100,7 +100,7 @@ class Judgment:
             return "unknown"
         if len(self.accepted) > 1:
             return "ambiguous"
-        return "data_fault" if self.accepted[0].of_sensors else "named"
+        return "data_fault" if self.accepted[0].sensor_fault else "named"
 
     @property
     def answers(self) -> tuple[CandidateModel, ...]:

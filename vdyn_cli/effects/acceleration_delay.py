@@ -12,7 +12,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     alike=("clock_offset", "pitch_inertia"),
     confirm="Tap the brake sharply a few times and compare the acceleration with the wheel loads and the pitch rate.",
     sense="(below zero: wheel loads and pitch rate are late)",
-    tags={"sensor", "pitching"},
+    tags={"sensor", "latency", "pitching"},
 )
 def acceleration_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """An acceleration by a slower device, or through a lower filter, than wheel loads and pitch rate.

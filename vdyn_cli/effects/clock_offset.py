@@ -17,7 +17,7 @@ def early(clock: Law, s: Signals, q: Signals) -> Number:
     alike=("tire_damping", "tire_relaxation", "pitch inertia"),
     confirm="Hit the car once at rest while all channels are logged, and compare the time of the response in each.",
     sense="(late: loads, torque and forces; on a bump the body's motion; in a drop the wheels' heights)",
-    tags={"sensor", "bump_crossing", "pitching", "wheel_spin"},
+    tags={"sensor", "latency", "bump_crossing", "pitching", "wheel_spin"},
 )
 def clock_offset(clock: Law, s: Signals, q: Signals) -> Number:
     """Channels of one device that are logged late relative to those of another.

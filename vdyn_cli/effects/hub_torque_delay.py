@@ -10,7 +10,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     alike=("clock_offset", "hub_torque_lag"),
     confirm="Hit the standing car's tire once with all channels logged, and compare the times of torque and forces.",
     sense="(below zero: the forces are late)",
-    tags={"sensor", "rolling_wheel_spin"},
+    tags={"sensor", "latency", "rolling_wheel_spin"},
 )
 def hub_torque_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """A torque at the hub that is logged later than the forces: T_read(t) = T(t - tau), tau in s.

@@ -9,7 +9,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     signature="The torque residual is proportional to the time derivative of the torque, and large after its steps.",
     alike=("clock_offset", "hub_torque_delay"),
     confirm="Read the filter of the torque's amplifier. A torque step is rounded by a filter, and moved by a delay.",
-    tags={"sensor", "wheel_spin"},
+    tags={"sensor", "latency", "wheel_spin"},
 )
 def hub_torque_lag(driven: Law, s: Signals, q: Signals) -> Number:
     """A torque at the hub that is logged behind a first-order low-pass filter: tau T_read' + T_read = T.

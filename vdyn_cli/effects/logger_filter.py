@@ -26,7 +26,7 @@ def lagging(s: Signals) -> Number:
     signature="Peaks in all channels are lower and smoother than simulated, and more so at a higher speed.",
     alike=("tire_enveloping", "bump_width_error", "tire_vertical_stiffness"),
     confirm="Read the filter's corner frequency in the logger's setup; log without it, or at 200 Hz or more.",
-    tags={"sensor", "bump_crossing"},
+    tags={"sensor", "latency", "bump_crossing"},
 )
 def logger_filter(reading: Law, s: Signals, q: Signals) -> Number:
     """A logger that filters loads and motion alike: one pole, tau y' + y = x, with the reading y of x.

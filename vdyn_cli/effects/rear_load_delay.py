@@ -10,7 +10,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     alike=("clock_offset", "bump_width_error", "speed_error"),
     confirm="Push the parked car down at its middle and release it while all loads are logged, and compare the times.",
     sense="(below zero: the front loads and the body's motion are late)",
-    tags={"sensor", "bump_crossing"},
+    tags={"sensor", "latency", "bump_crossing"},
 )
 def rear_load_delay(clock: Law, s: Signals, q: Signals) -> Number:
     """Loads of the rear axle that are logged late relative to the other channels: F_read(t) = F(t - tau).

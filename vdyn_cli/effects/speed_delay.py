@@ -9,7 +9,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     signature="Where the acceleration changes, the measured speed lags the simulated one by a fixed time.",
     alike=("torque_delay", "tire_relaxation", "shaft_stiffness"),
     confirm="Tap the throttle or the brake sharply a few times and compare the speed with an accelerometer.",
-    tags={"sensor", "open_road"},
+    tags={"sensor", "latency", "open_road"},
     covers=("speed_latency",),
 )
 def speed_delay(clock: Law, s: Signals, q: Signals) -> Number:

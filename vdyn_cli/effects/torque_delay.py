@@ -9,7 +9,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     signature="The real car responds to a torque step earlier than the simulated one, by a fixed time.",
     alike=("speed_delay", "backlash", "shaft_stiffness", "tire_relaxation"),
     confirm="Tap the throttle sharply a few times and compare the torque with an accelerometer.",
-    tags={"sensor", "open_road"},
+    tags={"sensor", "latency", "open_road"},
     covers=("speed_latency", "acceleration_latency"),
 )
 def torque_delay(lead: Law, s: Signals, q: Signals) -> Number:

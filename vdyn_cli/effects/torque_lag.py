@@ -13,7 +13,7 @@ from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
     alike=("torque_delay", "speed_delay", "shaft_stiffness", "tire_relaxation"),
     confirm="Step the torque abruptly: a delay moves the whole response, a lag only rounds it.",
     sense="(below zero: the channel lags the torque)",
-    tags={"sensor", "open_road"},
+    tags={"sensor", "latency", "open_road"},
     covers=("speed_latency", "acceleration_latency"),
 )
 def torque_lag(lag: Law, s: Signals, q: Signals) -> Number:

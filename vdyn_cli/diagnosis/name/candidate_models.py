@@ -34,7 +34,7 @@ class CandidateModel:
         ratio of whitened sums of squares.
     rest_in_part : whether that one corrects a law that one of the effects corrects, too.
     unphysical : a parameter of the baseline that is significantly outside its physical range; empty where none is.
-    of_sensors : whether all of its effects are sensor errors.
+    sensor_fault : whether all of its effects are sensor errors, and not all of them latencies.
     """
 
     effects: tuple[str, ...]
@@ -44,7 +44,7 @@ class CandidateModel:
     rest_share: float
     rest_in_part: bool = False
     unphysical: str = ""
-    of_sensors: bool = False
+    sensor_fault: bool = False
 
     @property
     def cost(self) -> float:
@@ -132,8 +132,9 @@ def candidate_model(strategy: Strategy, effects: Sequence[str], below: float = i
     on = {law for e in effects for law in model.by_name[e].on}
     within = strongest is not None and not on.isdisjoint(model.by_name[strongest].on)
     rest_p, unphysical = p_value(model, fitted, found, others), _unphysical(model, fitted)
-    of_sensors = all(model.by_name[e].sensor for e in effects)
-    return CandidateModel(tuple(effects), fitted, rest_p, strongest, share, within, unphysical, of_sensors)
+    corrected = [model.by_name[e] for e in effects]
+    fault = all(e.sensor for e in corrected) and any(e.faulty for e in corrected)
+    return CandidateModel(tuple(effects), fitted, rest_p, strongest, share, within, unphysical, fault)
 
 
 def _unphysical(model: FullModel, fitted: FittedModel) -> str:

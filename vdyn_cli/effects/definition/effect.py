@@ -18,6 +18,7 @@ _NONE: Mapping[str, float] = MappingProxyType({})
 PROPERTIES: Mapping[str, str] = MappingProxyType(
     {
         "sensor": "a sensor fault, not a vehicle property",
+        "latency": "the delay or lag of a channel, which every logger has: the extended model corrects it, no fault",
         "test_only": "belongs to the test, not to the vehicle: later steps and exports do not keep it",
         "between_runs": "is visible only as a difference between runs",
         "turns_with_heading": "changes its sign with the direction of driving: only runs both ways separate it",
@@ -126,6 +127,11 @@ class Effect:
     def sensor(self) -> bool:
         """Whether it is a sensor fault, not a vehicle property."""
         return "sensor" in self.tags
+
+    @property
+    def faulty(self) -> bool:
+        """Whether it is the error of a sensor that is at fault; a latency is a property of every logger."""
+        return self.sensor and "latency" not in self.tags
 
     @property
     def lasts(self) -> bool:
