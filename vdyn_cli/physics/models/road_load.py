@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Literal
 
@@ -43,6 +44,7 @@ def road_load(
     resistances: Resistances = "coefficients",
     rolled: bool = False,
     changed: bool = False,
+    graded: bool = False,
 ) -> Model:
     """The longitudinal model.
 
@@ -64,6 +66,7 @@ def road_load(
         "coasted": from decelerations times the stated mass (the drag area changes as well).
     rolled : whether the speed was computed from a wheel's, by a radius that is the context ``read_radius`` (m).
     changed : whether the car was changed between two runs: the context ``changed`` is 1 with the change, else 0.
+    graded : whether a sensor in the car measured the grade; its reading is then the law ``logged_grade``.
 
     Returns
     -------
@@ -76,15 +79,13 @@ def road_load(
     road_end (m), the range of the runs. wind_variance (m^2/s^2), of gusts, adds drag. The state run_time (s since the
     log's start) starts at 0. Source: doi:10.4271/2017-01-1574, equations (1) to (4), with the rotating mass added.
     """
-    road = [*(["position"] if located else []), *(SENSED if sensed else ())]
+    road = (*(("position",) if located else ()), *(SENSED if sensed else ()))
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
         state = e.state("speed", 15.0)
         speed = e("measured_speed", value=u.speed) if accelerometer else state
         e.integrate(run_time=1.0)
-        grade = e("grade", value=u.grade, **{name: getattr(u, name) for name in road})
-        if accelerometer:
-            grade = e(slope, grade=grade, road_slope=e.p.road_slope)
+        grade = _grade(e, u, road, graded, accelerometer)
         force, read = _drive_force(e, u, driven, speed), e(read_gain, wheel_radius=e.p.wheel_radius) if rolled else 1.0
         mass = e("laden_mass", value=e.p.mass) if resistances == "forces" else e.p.mass
         resisted = _resistance(e, u, (speed, grade, mass), resistances) + e(climb, mass=mass, grade=grade)
@@ -93,8 +94,8 @@ def road_load(
         e.sensor("speed", read * state, read * rate, traction=(force - e.p.rotating_mass * rate) / (mass * GRAVITY))
         specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
         if accelerometer:
-            e.sensor("acceleration", (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero)
-        elif specific_force:
+            specific = (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero
+        if accelerometer or specific_force:
             e.sensor("acceleration", specific)
 
     return Model(
@@ -104,6 +105,15 @@ def road_load(
         inputs=("grade", "wind_speed", "elapsed", *DRIVES[driven], *(("speed",) if accelerometer else ()), *road),
         context=_context(located, rolled, changed),
     )
+
+
+def _grade(e: ModelBuilder, u: Signals, road: Sequence[str], graded: bool, sloped: bool) -> Number:
+    """The grade in the direction of driving, on which effects of the inputs ``road`` act; ``sloped``: + road_slope."""
+    logged = e("logged_grade", value=u.grade) if graded else u.grade
+    grade: Number = e("grade", value=logged, **{name: getattr(u, name) for name in road})
+    if sloped:
+        grade = e(slope, grade=grade, road_slope=e.p.road_slope)
+    return grade
 
 
 def _context(located: bool, rolled: bool, changed: bool) -> tuple[str, ...]:

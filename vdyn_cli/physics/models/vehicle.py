@@ -45,7 +45,11 @@ ROAD = tuple(f"road{at.name}" for at in CORNERS)
 
 
 def vehicle(
-    driven: Driven = "front", torque: Torque = "axle", located: bool = False, differential: Differential = "open"
+    driven: Driven = "front",
+    torque: Torque = "axle",
+    located: bool = False,
+    differential: Differential = "open",
+    graded: bool = False,
 ) -> Model:
     """Rigid chassis with 6 degrees of freedom, 4 suspensions, 4 spinning wheels and a half-shaft to each driven one.
 
@@ -70,6 +74,7 @@ def vehicle(
         then also has road_begin and road_end, the range of the drives.
     differential : connection of the half-shafts of a driven axle, where ``torque`` is "axle": "open" (equal torques) or
         "locked" (equal speeds of their inner ends). Where both axles are driven, each has a motor and a differential.
+    graded : whether a sensor in the car measured the grade, so that the law ``logged_grade`` corrects its reading.
 
     Returns
     -------
@@ -96,17 +101,17 @@ def vehicle(
     at 1 kHz and more, and its stiffness is that of its sections in series.
     Source: the model described in doi:10.4271/2017-01-1574; equations of motion by virtual work.
     """
-    return _vehicle(driven, torque, located, differential)
+    return _vehicle(driven, torque, located, differential, graded)
 
 
 @cache
-def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differential) -> Model:
+def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differential, graded: bool) -> Model:
     axles = AXLES if driven == "both" else (driven,)
     side_gears = SIDE_GEARS if torque == "axle" and differential == "open" else ()
     inputs = {"axle": ("drive_torque",), "sides": ("drive_torque_left", "drive_torque_right")}[torque]
 
     def assemble(e: ModelBuilder, u: Signals) -> None:
-        body = _body(e, u)
+        body = _body(e, u, graded)
         torques = _drive_torques(e, u, torque, 2 * len(axles))
         total = Forces()
         for name in AXLES:
@@ -136,7 +141,7 @@ def _vehicle(driven: Driven, torque: Torque, located: bool, differential: Differ
     )
 
 
-def _body(e: ModelBuilder, u: Signals) -> Body:
+def _body(e: ModelBuilder, u: Signals, graded: bool) -> Body:
     """States of the chassis, initially at rest on the first sample's road heights."""
     p = e.p
     front, rear = (u.road_fl + u.road_fr) / 2, (u.road_rl + u.road_rr) / 2
@@ -144,7 +149,8 @@ def _body(e: ModelBuilder, u: Signals) -> Body:
     lean = ((u.road_fl - u.road_fr) / p.track_front + (u.road_rl - u.road_rr) / p.track_rear) / 2
     sprung, to_front = sprung_body(p.mass, p.cg_to_front, p.wheelbase, p.unsprung_mass_front, p.unsprung_mass_rear)
     position = e.state("position")
-    grade = e("grade", value=u.grade, position=position)
+    logged = e("logged_grade", value=u.grade) if graded else u.grade
+    grade = e("grade", value=logged, position=position)
     return Body(
         speed=e.state("speed"),
         lateral_speed=e.state("lateral_speed"),

@@ -6,12 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
+import numpy as np
+
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, Unknown
 from vdyn_cli.physics.models.road_load import road_load
 from vdyn_cli.physics.models.vehicle import vehicle
-from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.arrays import Array, filled
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -165,6 +167,7 @@ class ValidateProblem(SimulatedProblem):
                     specific_force=compared,
                     resistances=resistances(self.known),
                     rolled=_by_wheel(self.spec),
+                    graded=_graded(self),
                 )
             )
         if has_two_motors(self.spec, self.logs) and s.differential == "locked":
@@ -175,7 +178,8 @@ class ValidateProblem(SimulatedProblem):
             remedy = "map 'speed', and this one as wheel_speed_fl, _fr, _rl or _rr; or write 'model: road_load'"
             raise InputError(Finding("settings.model", what, "vehicle", remedy))
         two = has_two_motors(self.spec, self.logs)
-        return _timed(vehicle(s.driven, "sides" if two else "axle", differential=s.differential))
+        graded = _graded(self)
+        return _timed(vehicle(s.driven, "sides" if two else "axle", differential=s.differential, graded=graded))
 
     @cached_property
     def prior(self) -> ParameterPrior:
@@ -324,6 +328,12 @@ class ValidateProblem(SimulatedProblem):
 def _by_wheel(spec: ValidateSpec) -> bool:
     """Whether the speed is computed from that of a wheel: the stated radius is then also its gain."""
     return "speed" not in spec.mapped and SPEED_OF_WHEEL.source in spec.mapped
+
+
+def _graded(problem: ValidateProblem) -> bool:
+    """Whether a sensor in the car measured the grade: it was neither computed from an elevation nor constant."""
+    logged = [(log, log["grade"]) for log in problem.logs if "grade" in log and "grade" in problem.spec.mapped]
+    return any(float(np.ptp(filled(log.time, g))) > 0.0 for log, g in logged)
 
 
 def _timed(model: Model) -> Model:
