@@ -144,3 +144,14 @@ def test_the_columns_that_may_be_a_needed_channel_are_named(tmp_path: Path) -> N
     assert set(description["loggers"][1]["channels"]) == {"time", "wheel_speed_rl"}
     what = "drive_torque, or drive_torque_left with drive_torque_right: needed, but not found in any of the logs"
     assert f'# {what}; by their unit: "M_Nabe_HL [N m]"\n' in found.text
+
+
+def test_the_torque_s_logger_sets_the_clock(tmp_path: Path) -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    for run in (1, 2):
+        table(tmp_path / f"gps_{run}.csv", t_s=time, **{"GPS Speed_km/h": 40.0 + WAVE})
+        table(tmp_path / f"can_{run}.csv", t_s=time, **{"Motor Torque_Nm": WAVE, "Wheel Speed FL_rpm": 300.0 + WAVE})
+    found, description = draft("validate", *sorted(tmp_path.glob("*.csv"), reverse=True))  # the receiver first
+    assert ["drive_torque" in one["channels"] for one in description["loggers"]] == [True, False]
+    assert [run["logs"][0][:3] for run in description["runs"]] == ["can", "can"]
+    assert "aligned by channels 'speed' and 'wheel_speed_fl'" in found.text

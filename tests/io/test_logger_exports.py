@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from datetime import UTC
 from pathlib import Path
 
@@ -370,3 +371,11 @@ def test_a_header_with_a_name_too_many_is_told_from_a_damaged_clock(tmp_path: Pa
     path = tmp_path / "log.csv"
     path.write_text("v=1,t_ms,x,v,mark\n" + "".join(f"{10 * k},0,{k},{50 - k}\n" for k in range(40)))
     assert without_clock(survey(path))[1].startswith("the last column, 'mark', is empty: if the header has a name too")
+
+
+def test_a_message_that_is_logged_once_is_listed(tmp_path: Path) -> None:
+    rows = [{"name": "vehicle_speed", "value": 50.0 - k, "timestamp": 100.0 + 0.1 * k} for k in range(30)]
+    rows.insert(5, {"name": "ignition_status", "value": 1, "timestamp": 100.44})
+    path = tmp_path / "openxc.json"
+    path.write_text("\n".join(json.dumps(row) for row in rows), encoding="utf-8")
+    assert [f.column for f in survey(path) if f.state != "clock"] == ["vehicle_speed", "ignition_status"]

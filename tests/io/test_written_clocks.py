@@ -196,3 +196,10 @@ def test_a_counter_of_seconds_that_stops_early_is_no_clock_of_the_columns_after_
     assert [f.column for f in survey(path) if f.state == "clock"] == ["Time (s)"]
     log = read_log(path, {"time": Column("Time (s)", "s", "s"), "speed": Column("v [km/h]", "km/h", "m/s")})
     assert log["speed"] == pytest.approx(SPEED / 3.6)
+
+
+def test_a_clock_of_minutes_passes_the_hour_unless_it_pauses() -> None:
+    minutes = np.r_[3598.0, 3599.0, 0.0, 1.0, 2.0]
+    assert since_first(minutes).tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+    restarted = np.r_[1800.0:1803.0, 0.0:3.0]  # a second recording, not half an hour later
+    assert since_first(restarted).tolist() == [0.0, 1.0, 2.0, -1800.0, -1799.0, -1798.0]

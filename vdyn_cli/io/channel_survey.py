@@ -154,6 +154,8 @@ def _clock_of(time: Array) -> tuple[int, float, float]:
 
 def _sharing(clock: ChannelFacts, facts: Sequence[ChannelFacts]) -> int:
     """The rows that share the time of the one before, if a channel differs in too many of them."""
+    if not math.isfinite(clock.info.rate):  # a single sample
+        return 0
     beside = [
         f for f in facts if f.state == "varies" and f.info.group == clock.info.group and f.info.rate == f.info.rate
     ]

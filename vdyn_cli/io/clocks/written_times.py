@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from vdyn_cli.quantities.arrays import Array
 
 _LONGEST_TIME = 48  # characters: a date with its weekday, a time with nanoseconds and its zone
-_DAY = 86400.0  # s
+_DAY, _HOUR = 86400.0, 3600.0  # s
 _LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
 _CHUNK = 100_000
 _LONGEST_STEP = 1.0  # s; a clock in s with longer steps may skip 60 to 99
-_MOST_STEPS = 5.0  # median steps, largest step at a full minute
+_MOST_STEPS = 5.0  # median steps, largest step at a full minute or hour
 _ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = (
     r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][^\d\s:;,-]{3,12}[- ]\d{2,4}|\d+ days?"
@@ -185,8 +185,9 @@ def time_between(first: float, second: float) -> float:
 
 
 def since_first(seconds: Array) -> Array:
-    """Times (n,) in s since the first of them; a decrease by more than half a day is taken as midnight, and one from
-    12:59 to 1:00 as the hour after noon of a clock of 12 hours.
+    """Times (n,) in s since the first of them; a decrease by more than half a day is taken as midnight, one from 12:59
+    to 1:00 as the hour after noon of a clock of 12 hours, and one of minutes and seconds, 59:59.9 to 00:00.0, as a full
+    hour if the time goes on without a pause.
     """
     written = np.flatnonzero(np.isfinite(seconds))
     if not written.size:
@@ -196,5 +197,13 @@ def since_first(seconds: Array) -> Array:
     past_noon = (at[:-1] >= 12.98 * 3600.0) & (at[:-1] < 13.0 * 3600.0) & (np.abs(at[1:] - 3630.0) <= 30.0)
     halves = np.cumsum(np.r_[False, past_noon])
     counted = np.full(seconds.shape, np.nan)
-    counted[written] = at + _DAY * nights + 0.5 * _DAY * halves - at[0]
+    counted[written] = at + _DAY * nights + 0.5 * _DAY * halves + _HOUR * _full_hours(at) - at[0]
     return counted
+
+
+def _full_hours(at: Array) -> Array:
+    """The full hours (n,) that a clock of minutes and seconds (n,), s, has passed; 0 for any other clock."""
+    steps = np.diff(at, prepend=at[0])
+    if at.size < 3 or not (at.min() >= 0.0 and at.max() < _HOUR and steps.min() < -0.5 * _HOUR):
+        return np.zeros(at.size)
+    return np.cumsum((steps < 0.0) & (steps + _HOUR <= _MOST_STEPS * np.median(steps[1:])))

@@ -76,7 +76,7 @@ def runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder:
     folder : of the description, to which the names of logs are relative.
     """
     useful = [k for k, log in enumerate(found[0]) if len(log.columns()) > 1]
-    useful.sort(key=lambda k: "speed" not in found[0][k].columns())  # others are resampled to the first
+    useful = _in_order(step, found[0], useful)
     keys = [_keys_of_loggers(run, found[0], useful) for run in found]
     runs = tuple(run for run, one in zip(found, keys, strict=True) if one is not None)
     lines, mapped, undecided = _loggers(step, runs, useful)
@@ -86,9 +86,19 @@ def runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder:
         f"log: {quoted(relative_path(folder, log.path))}" for log in alone
     ]
     left_out = [""] * len(runs) + [_ALONE] * len(alone)
-    kept, differ = [run[useful[0]] for run in runs], [one for one in keys if one is not None]
+    shown = next((k for k in useful if "speed" in found[0][k].columns()), useful[0])
+    kept, differ = [run[shown] for run in runs], [one for one in keys if one is not None]
     facts = [[run[k].facts for run in runs] for k in useful]
     return DraftedRuns(lines, mapped, undecided, entries, left_out, kept, differ, facts)
+
+
+def _in_order(step: Step, logs: Sequence[GuessedLog], useful: Sequence[int]) -> list[int]:
+    """The loggers with the one first to whose clock the others are resampled.
+
+    That is the one with what the step needs besides the speed: a drive torque changes faster than a car's speed.
+    """
+    needed = channels_needed(step, logs) - {"time", "speed"}
+    return sorted(useful, key=lambda k: (not needed & set(logs[k].columns()), "speed" not in logs[k].columns()))
 
 
 def runs_of_one_logger(
@@ -154,12 +164,13 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
     lines = [*(_ONE_RUN if len(runs) == 1 else _SEVERAL_RUNS), "loggers:"]
     mapped: list[str] = []
     undecided: list[str] = []
+    reference: list[str] = []  # channels of the first logger, whose clock is that of the runs
     for k in useful:
         elsewhere = mapped if k == useful[-1] else tuple(step.channels())  # the last one's lines state what none has
         own, found, open_ones = channel_lines(step, runs[0][k], [run[k] for run in runs], False, elsewhere)
         log = runs[0][k]
         if "speed" not in found:
-            first = runs[0][useful[0]].columns()
+            first = reference if k != useful[0] else runs[0][useful[-1]].columns()
             wheel = (
                 None if any(t.order == 0 for t in ties(first, found)) else _wheel_speed(step, [run[k] for run in runs])
             )
@@ -175,6 +186,7 @@ def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], 
             )
             own.append(f"  # another logger of the run, not a run: it has no speed; {how}")
             undecided += [] if tied else [f"channel to align {log.path.name} on"]
+        reference = found if k == useful[0] else reference
         lines += [f"  - channels:               # {log.path.name}", *("    " + line for line in own)]
         mapped += found
         undecided += [f"{key} ({log.path.name})" for key in open_ones]

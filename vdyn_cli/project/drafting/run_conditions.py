@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.clocks.written_times import time_between
-from vdyn_cli.project.drafting.logged_temperature import logged_temperature
+from vdyn_cli.project.drafting.logged_air import logged_air
 from vdyn_cli.project.drafting.run_direction import LoggedDirection
 from vdyn_cli.project.drafting.station_log import REDUCED, StationLog, clock_zero
 from vdyn_cli.quantities.quantity import from_si
@@ -51,7 +51,7 @@ def run_conditions(
         own.append(f"start: {start:.1f} s")
     notes = [_UNKNOWN_STARTS] if "start" in read and len(logs) > 1 and not starts else []
     if station is None:
-        return DayConditions(tuple(", ".join(("", *own)) for own in keys), logged_temperature(logs), tuple(notes))
+        return DayConditions(tuple(", ".join(("", *own)) for own in keys), logged_air(logs), tuple(notes))
     during, air, note = air_during(station, [(b, _length(facts)) for b, facts in zip(begins, logs, strict=True)])
     notes.append(note)
     if during and len(during) == len(logs):

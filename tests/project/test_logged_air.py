@@ -1,4 +1,4 @@
-"""A car's outside temperature fills the description's environment; other temperatures do not."""
+"""A car's outside temperature and its barometer fill the description's environment; other sensors do not."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.reader import ChannelInfo
-from vdyn_cli.project.drafting.logged_temperature import logged_temperature
+from vdyn_cli.project.drafting.logged_air import logged_pressure, logged_temperature
 
 
 def channel(name: str, unit: str, lowest: float, highest: float) -> ChannelFacts:
@@ -54,3 +54,32 @@ def test_what_is_not_the_air_is_left_to_the_user(facts: ChannelFacts) -> None:
 
 def test_a_log_without_it_leaves_the_key_to_the_user() -> None:
     assert logged_temperature([[channel("ambient temp", "degC", 20.0, 21.0)], []]) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "value"),
+    [
+        ("Barometric pressure (from vehicle)(kpa)", "", 97.0),
+        ("Luftdruck", "hPa", 970.0),
+        ("pEnv", "mbar", 970.0),
+        ("Baro [inHg]", "inHg", 28.6442),
+        ("AMB.BarometricPressure", "", 97.0),
+    ],
+)
+def test_a_barometer_gives_the_pressure_in_any_unit(name: str, unit: str, value: float) -> None:
+    ((key, text),) = logged_pressure([[channel(name, unit, value, value)]])
+    assert (key, text.split("  #")[0]) == ("pressure", "97.0 +- 0.5 kPa")
+
+
+@pytest.mark.parametrize(
+    "facts",
+    [
+        channel("Intake Manifold Pressure", "kPa", 97.0, 97.0),
+        channel("Baro altitude", "", 700.0, 800.0),
+        channel("Barometer sea level", "hPa", 1013.0, 1014.0),
+        channel("Barometric pressure", "kPa", 0.0, 97.0),
+    ],
+    ids=["manifold", "altitude", "reduced to sea level", "not connected"],
+)
+def test_other_pressures_are_left_to_the_user(facts: ChannelFacts) -> None:
+    assert logged_pressure([[facts]]) == ()

@@ -1,4 +1,4 @@
-"""The air's temperature as the car's own sensor logs it, for ``vdyn init``."""
+"""The air's temperature and pressure as the car's own sensors log them, for ``vdyn init``."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _OUTSIDE = frozenset(
     [
         *("amb", "ambient", "ambiant", "ambiante", "ambiental", "ambiente", "outside", "outdoor", "exterior"),
         *("external", "exterieur", "exterieure", "esterna", "umgebung", "umgebungs", "aussen", "aussenluft"),
-        *("luft", "oat", "ute", "lucht", "buiten"),
+        *("luft", "oat", "ute", "lucht", "buiten", "env"),
     ]
 )
 _COMPOUND = re.compile(
-    r"\b((aussen|umgebungs|luft|aussenluft|ute|utendors|buiten|lucht)(?=temp)|t(?=amb)|amb(?=t\b))",
+    r"\b((aussen|umgebungs|luft|aussenluft|ute|utendors|buiten|lucht)(?=temp)|t(?=amb|env)|amb(?=t\b))",
     re.IGNORECASE,
 )
 _INSIDE = re.compile(
@@ -30,6 +30,58 @@ _INSIDE = re.compile(
 _DEGREES = {"c": "degC", "degc": "degC", "celsius": "degC", "f": "degF", "degf": "degF", "k": "K"}  # ends of names
 _AIR = (233.0, 328.0)  # K, beyond the weather of any test day: a sensor that is not connected
 _SENSOR = 2.0  # K, a car's sensor behind the bumper, which the engine and the road warm
+_BAROMETER = re.compile(
+    r"baro|atmospher|atmosphär|luftdruck|luchtdruk|lufttryck|^p_?(env|amb)|(amb|ambient|outside|umgebungs?)[ ._-]*"
+    r"(air[ ._-]*)?(p$|press|druck)",
+    re.IGNORECASE,
+)
+_NOT_AIR = re.compile(r"intake|inlet|manifold|boost|sea|qnh|delta|diff|temp|alt|height|target", re.IGNORECASE)
+# Units of a barometer that a name ends in, or that its values show where no unit is stated: the ranges are apart.
+_PASCALS = {"kpa": 1e3, "hpa": 1e2, "mbar": 1e2, "mb": 1e2, "bar": 1e5, "pa": 1.0, "inhg": 3386.389, "mmhg": 133.3224}
+_PRESSURES = (60_000.0, 108_000.0)  # Pa, from a road at 4000 m to the highest of any weather
+_GAUGE = 500.0  # Pa: a car's own diagnosis states the pressure in steps of 1 kPa
+
+
+def logged_air(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[tuple[str, str], ...]:
+    """The lines of the description's ``environment`` for which every log has a column.
+
+    Parameters
+    ----------
+    logs : the facts on each run's log.
+    """
+    return (*logged_temperature(logs), *logged_pressure(logs))
+
+
+def logged_pressure(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[tuple[str, str], ...]:
+    """The line ``pressure`` of the description's ``environment``; empty where not every log has a barometer.
+
+    The middle of all values, +- half their range and the error of a car's sensor.
+
+    Parameters
+    ----------
+    logs : the facts on each run's log.
+    """
+    found = [next(((f, gain) for f in facts if (gain := _pascals(f))), None) for facts in logs]
+    known = [one for one in found if one is not None]
+    if not known or len(known) < len(found):
+        return ()
+    ends = [gain * value for f, gain in known for value in (f.lowest, f.highest)]
+    low, high = min(ends), max(ends)
+    error = max(_GAUGE, 0.5 * (high - low))
+    text = f"{0.5e-3 * (low + high):.1f} +- {1e-3 * error:.1f} kPa  # middle of '{known[0][0].column}'"
+    return (("pressure", text),)
+
+
+def _pascals(facts: ChannelFacts) -> float:
+    """Pa per unit of a barometer's column; 0 for any other column."""
+    name = facts.info.name
+    if facts.state not in ("varies", "constant") or not _BAROMETER.search(name) or _NOT_AIR.search(name):
+        return 0.0
+    ends = [word for word in re.split(r"[\W_]+", name.lower()) if word]
+    stated = facts.info.unit.lower().replace(" ", "") or (ends[-1] if ends[-1] in _PASCALS else "")
+    gains = [_PASCALS[stated]] if stated in _PASCALS else [] if stated else list(_PASCALS.values())
+    fitting = {g for g in gains if _PRESSURES[0] < g * facts.lowest <= g * facts.highest < _PRESSURES[1]}
+    return fitting.pop() if len(fitting) == 1 else 0.0
 
 
 def logged_temperature(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[tuple[str, str], ...]:
@@ -73,5 +125,5 @@ def _words(facts: ChannelFacts) -> tuple[str, ...]:
 
 def _unit(facts: ChannelFacts) -> str:
     """The unit that the file states, or the end of the name: ``AmbT_degC``."""
-    unit = facts.info.unit or re.split(r"[\W_]+", facts.info.name.lower())[-1]
+    unit = facts.info.unit or [word for word in re.split(r"[\W_]+", facts.info.name.lower()) if word][-1]
     return _DEGREES.get(unit.lower(), unit)
