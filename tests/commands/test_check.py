@@ -134,7 +134,7 @@ def test_a_direction_that_the_names_of_the_logs_contradict_is_corrected_first(tm
         text = text.replace(f"coast_{k}.csv", name)
     path.write_text(text.replace("coast_2_hin.csv, direction: out", "coast_2_hin.csv, direction: back"))
     document = checked(path, tmp_path / "out", 1)
-    said = "the log coast_2_hin.csv shows the other direction (by the name of the log) than most runs 'back'"
+    said = "the log coast_2_hin.csv shows the opposite direction (by the name of the log) to most runs with 'back'"
     assert f"{said}; write 'direction: out'" in document["sentence"]
 
 
@@ -163,7 +163,7 @@ def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_run
     with pytest.raises(ResultError):  # the cars of these logs have no drag
         write_step("coastdown", path, (), tmp_path / "out", None)
     written = json.loads((tmp_path / "out" / "coastdown.json").read_text())
-    assert "shows the other direction" in written["fit"]["warnings"][0]
+    assert "shows the opposite direction" in written["fit"]["warnings"][0]
 
 
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:
@@ -396,5 +396,5 @@ def test_a_speed_window_that_no_run_reaches_is_named_at_its_line(tmp_path: Path)
 def test_a_column_of_another_quantity_is_told_to_be_mapped_anew(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     path.write_text(path.read_text().replace('"Time [s]"', '"GPS Speed [km/h]"'))
-    with pytest.raises(InputError, match="map 'time' to its own column: 'km/h' is no unit of it"):
+    with pytest.raises(InputError, match="map 'time' to its own column: 'km/h' is not a unit of 'time'"):
         run_check(path, (), "", quiet)

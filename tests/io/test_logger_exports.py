@@ -222,7 +222,7 @@ def test_a_row_that_repeats_the_one_before_is_left_out(tmp_path: Path) -> None:
     path.write_text("t;v\n0;5\n1;4\n1;4\n2;3\n3;2\n", encoding="utf-8")
     log = read_log(path, columns)
     assert log.time == pytest.approx([0.0, 1.0, 2.0, 3.0])
-    assert [f.what for f in log.findings] == ["1 row left out, the same as the one before (line 4)"]
+    assert [f.what for f in log.findings] == ["1 row left out: equal to the row before (line 4)"]
     path.write_text("t;v\n0;5\n1;4\n1;4.5\n2;3\n3;2\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"repeats in 1 row \(line 4\)"):
         read_log(path, columns)

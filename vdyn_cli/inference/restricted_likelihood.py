@@ -308,7 +308,12 @@ class _SolvedRun:
         return np.asarray(dpotrs(self.factor, columns, lower=1)[0])
 
     def remaining(self, inverse: Array, step: Array) -> tuple[Array, Array]:
-        """P - e e', (n, n), and the weighted residual e = P r, (n,), of ``_curved``."""
+        """P - e e', (n, n), and the weighted residual e = P r, (n,), with P as in ``_curved``.
+
+        Parameters
+        ----------
+        inverse : (s, s), A^-1. step : (s,), A^-1 J' C^-1 r.
+        """
         from scipy.linalg.lapack import dpotri
 
         s = self.shared.shape[1]

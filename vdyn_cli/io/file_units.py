@@ -176,7 +176,7 @@ def contradiction(where: str, channel: str, column: Column, stated: str) -> Find
     )
     if _other_dimension(unit, column.si_unit):
         raw = _gain_of(column.unit, unit) if channel != "time" else ""
-        remedy = f"map '{channel}' to its own column: '{unit}' is no unit of it; {raw}{remedy}"
+        remedy = f"map '{channel}' to its own column: '{unit}' is not a unit of '{channel}'; {raw}{remedy}"
     found = UnitContradiction(where, what, channel=channel, read=column.unit, stated=unit)
     return found if column.of_run else replace(found, remedy=remedy, doubt=True)
 

@@ -1,4 +1,4 @@
-"""The law of a part learned from the data: a short formula if one is as good as the free curve, else a table."""
+"""The law of a part learned from the data: a short formula if one is sufficient, else a table."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class FittedForm:
     own: float
 
     @property
-    def as_good(self) -> bool:
+    def sufficient(self) -> bool:
         """Whether the data cannot discriminate it from the free curve, or the remaining deviation is negligible."""
         return self.share >= POLICY.formula_share
 
@@ -71,7 +71,7 @@ class Learned:
 
 
 def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
-    """Every form fitted to the part's curves, first those as good as the free curve, by number of coefficients.
+    """Every form fitted to the part's curves, first the sufficient ones, by number of coefficients.
 
     Of these with equally many, the first is the one that the part's own law can follow least: with a wide saturation,
     for example, which is nearly a line, the data would not determine a stiffness.
@@ -86,7 +86,7 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
         share = share_of_curve(list(zip(finding.curves, laws, strict=True)), finding.fitted.solution.values)
         share = max(share, POLICY.formula_share) if sum(distance) <= enough else share
         found.append(FittedForm(form, values, sum(distance), share, min(own)))
-    return tuple(sorted(found, key=lambda f: (not f.as_good, (f.size, -f.own) if f.as_good else (0, f.distance))))
+    return tuple(sorted(found, key=lambda f: (not f.sufficient, (f.size, -f.own) if f.sufficient else (0, f.distance))))
 
 
 def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, Array, float] | None:

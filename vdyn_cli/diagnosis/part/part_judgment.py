@@ -205,7 +205,7 @@ def _with_learned_law(
 ) -> tuple[Strategy, Judgment, Learned] | None:
     """The strategy with the learned law as a further candidate, and the judgment that names it.
 
-    A formula is tried first if one is as good as the free curve; then the table.
+    A formula is tried first if one is not significantly worse than the free curve; then the table.
 
     Returns
     -------
@@ -215,7 +215,7 @@ def _with_learned_law(
     rivals = [held_out_gain(strategy, judgment.base, a.fitted) for a in judgment.answers if a.sufficient]
     least = min((r.after for r in rivals if r is not None), default=inf)
     forms = fitted_forms(finding)
-    good, label = [f.form for f in forms if f.as_good], label_of(finding.parts)
+    good, label = [f.form for f in forms if f.sufficient], label_of(finding.parts)
     for form in (forms[0], None) if good else (None,):
         law = learned(finding, form, good, label)
         named = _naming_law(strategy, judgment, law, least)

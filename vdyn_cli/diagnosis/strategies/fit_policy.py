@@ -100,8 +100,8 @@ class FitPolicy:
 
     most_linearizations: int = 10
     """[rounds] of relinearization of one effect alone. A bound of the cost: the first rounds move a scale that is off
-    by a factor of 10 by a factor of 7 each, and three more settle it; a fit that needs more does not converge at
-    all."""
+    by a factor of 10 by a factor of 7 each, and three more reach the estimate; a fit that needs more does not
+    converge at all."""
 
     settled_std: float = 0.5
     """[standard deviations] change of an amplitude between rounds, below which the relinearization ends. Half of its

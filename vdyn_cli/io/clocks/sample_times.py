@@ -63,7 +63,7 @@ def check_rising(
         if rest.kept is not None:
             kept[rows] = rest.kept
         places = lines_of(np.flatnonzero(again), line_of)
-        what = f"{_count(int(again.sum()), 'row')} left out, the same as the one before ({row} {places})"
+        what = f"{_count(int(again.sum()), 'row')} left out: equal to the row before ({row} {places})"
         # Equal rows of a clock with too few digits are samples of a car at rest, without which its rate is not fixed.
         if not (rest.problems and _fixed_rate(time)):
             return Rising(kept, (Finding(where, what, minor=True), *rest.findings), rest.problems)

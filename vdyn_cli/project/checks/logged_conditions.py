@@ -76,7 +76,8 @@ def wrong_directions(runs: Sequence[Run], logged: Sequence[LoggedDirection], sou
         if same != (2 * right > len(agree)):
             stated = str(runs[k].direction)
             what = (
-                f"the log {log_names(runs[k])[0]} shows the other direction ({logged[k].why}) than most runs '{stated}'"
+                f"the log {log_names(runs[k])[0]} shows the opposite direction ({logged[k].why}) "
+                f"to most runs with '{stated}'"
             )
             yield Finding(source.where(("runs", k, "direction")), what, "", f"write 'direction: {_OTHER[stated]}'")
 

@@ -66,7 +66,7 @@ class ValidatePolicy:
 
     hills_error: float = 0.02
     """[share of the largest speed] rms error of a simulated speed, above which sensors' hills are candidates. Hills of
-    0.6 % rms cause 3 %, as do errors of 4 % of the torque: hills_gain tells these apart, for hills removed 53 to 96 %
+    0.6 % rms cause 3 %, as do errors of 4 % of the torque: hills_gain separates these, for hills removed 53 to 96 %
     of the error, and at most 6 % on roads without hills (11 simulated days)."""
 
     hills_gain: float = 0.1

@@ -47,9 +47,9 @@ class PowerLimit:
         if not self.left_out:
             return ()
         what = (
-            f"above {self.power / 1e3:.3g} kW at the wheels the car accelerates less than this torque requires, below "
-            f"that as much: the channel is a demand, and the motor's power is limited; the parts above are left out "
-            f"({self.left_out:.0f} s of {self.moving:.0f} s)"
+            f"above {self.power / 1e3:.3g} kW at the wheels the car accelerates less than the torque requires, below "
+            f"as much as it requires: the channel is a demand, and the motor's power is limited; the parts above are "
+            f"left out ({self.left_out:.0f} s of {self.moving:.0f} s)"
         )
         remedy = "map the torque that the motor delivers (measured, or from its current) instead of the demand"
         return (Finding(f"{log}, channel 'drive_torque'", what, "", remedy, doubt=True),)
