@@ -24,13 +24,12 @@ from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.banded import whitened
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.inference.regression import stacked
+from vdyn_cli.inference.regression import evaluate, stacked
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.half_shaft import HALF_SHAFT
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
-from vdyn_cli.steps.shaft.hessian import curvatures
 from vdyn_cli.steps.shaft.noise import ReadingConditions
 from vdyn_cli.steps.shaft.shaft_readings import UNREAD_TWIST, ShaftReadings
 
@@ -47,6 +46,7 @@ ARRIVED = 1e-3  # of one residual's variance that a further step may gain, where
 FIRST_ROUNDS = 2  # of adjusting the readings with the effects held: they only give start values
 READJUSTMENTS, SETTLED = 12, 0.02  # of the readings, until no unknown changes by more standard deviations
 CORNERED = 0.5  # standard deviations of change accepted after that: at a corner two solutions can alternate
+DERIVATIVE_STEP = 0.3  # standard deviations, of the central differences of the cost's gradient
 ADJUSTMENTS = 4  # of the readings about the last adjusted ones, where the law is nonlinear
 
 
@@ -141,7 +141,7 @@ class ShaftFit:
         ResultError : the fit fails, or the adjusted readings do not converge.
         """
         solution = self._settled(linear) if self.added.effects else linear
-        gauss, hessian = curvatures(self.regression, solution)
+        gauss, hessian = _curvatures(self.regression, solution)
         scale = np.linalg.solve(hessian, gauss)
         return solution, scale @ solution.covariance @ scale.T
 
@@ -278,3 +278,34 @@ def _plain_stiffness(runs: Sequence[ShaftReadings]) -> float:
     above = sum(float(np.sum((r.twist - r.twist.mean()) * (r.torque - r.torque.mean()))) for r in runs)
     below = sum(float(np.sum((r.twist - r.twist.mean()) ** 2)) for r in runs)
     return abs(above / below)
+
+
+def _curvatures(regression: Regression, solution: Solution) -> tuple[Array, Array]:
+    """J'J and the cost's second derivative at a solution, with the runs' own unknowns eliminated, (s, s) each.
+
+    The second derivative is that of J'r by central differences; both include the priors, which must be independent.
+    """
+    s = len(regression.shared)
+    x = stacked(regression.unknowns, solution.values, solution.per_run)
+    prior = np.array([u.prior[1] ** -2.0 if u.prior else 0.0 for u in (*regression.shared, *regression.own)])
+    size = np.sqrt(np.diag(solution.classical_covariance))
+    steps = np.concatenate([size, np.array([solution.per_run_std[u.name] for u in regression.own]).T.ravel()])
+    hessian = np.diag(prior[:s])
+    for run in range(len(regression.runs)):
+        curvature = _hessian(regression, run, regression.local(x, run), DERIVATIVE_STEP * regression.local(steps, run))
+        curvature[s:, s:] += np.diag(prior[s:])
+        hessian += curvature[:s, :s] - curvature[:s, s:] @ np.linalg.solve(curvature[s:, s:], curvature[s:, :s])
+    point = evaluate(regression, x)
+    assert point is not None  # the fit ended here
+    factor = point.system.reduced().factor[:-1, :-1]
+    return factor.T @ factor, hessian
+
+
+def _hessian(regression: Regression, run: int, local: Array, steps: Array) -> Array:
+    """The derivative of J'r by central differences, symmetrized."""
+    columns = []
+    for shift in np.diag(steps):
+        above, below = regression.rows(run, local + shift), regression.rows(run, local - shift)
+        columns.append(above.jacobian.T @ above.residual - below.jacobian.T @ below.residual)
+    curvature = np.array(columns).T / (2 * steps)
+    return np.asarray((curvature + curvature.T) / 2)

@@ -10,14 +10,16 @@ import numpy as np
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.simulate import Simulator
 from vdyn_cli.inference import Regression, Unknown, approach
+from vdyn_cli.inference.bins import Bins
 from vdyn_cli.inference.gust_covariance import SOURCES
 from vdyn_cli.inference.restricted_likelihood import NoisyRun, find_sizes, typical_sizes
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.coastdown.fit.campaign import Campaign
 from vdyn_cli.steps.coastdown.fit.road_load_rows import ROUGHNESS, START, SUBSTEPS, RoadLoadRows, RowNoise
+from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.coastdown.fit.simulated_runs import SimulatedRuns
-from vdyn_cli.steps.coastdown.fit.start_values import with_start_values
 from vdyn_cli.steps.coastdown.noise import noise_of, wind_variance
 from vdyn_cli.steps.coastdown.road.shared_road import (
     describes_mean_slope,
@@ -28,6 +30,8 @@ from vdyn_cli.steps.coastdown.road.shared_road import (
 from vdyn_cli.steps.contract import NO_VALUES
 
 PRELIMINARY_STEPS = 6  # of a preliminary fit, whose values are not published
+STRIDE = 2  # bins over which a deceleration is computed: one bin would double the noise
+INSIDE = 0.01  # share of the physical range that a start keeps from its bounds
 
 
 def with_noise_of(known: Regression, added: AddedEffects) -> Regression:
@@ -114,7 +118,7 @@ def initial_regression(campaign: Campaign, added: AddedEffects = NO_EFFECTS) -> 
     campaign = _without_described_road(campaign, added.effects)
     layout, hills = campaign.layout, _described_slopes(campaign, added)
     road = () if layout is None else road_unknowns(layout)
-    unknowns = (*with_start_values(campaign), *road, *added.unknowns)
+    unknowns = (*_with_start_values(campaign), *road, *added.unknowns)
     of_road = tuple(u.name for u in road)
     simulator = Simulator(
         campaign.model,
@@ -134,6 +138,56 @@ def initial_regression(campaign: Campaign, added: AddedEffects = NO_EFFECTS) -> 
         starts = {START: np.array([r.speed[: min(5, r.speed.size)].mean() for r in campaign.runs])}
     names, origins = tuple(r.name for r in campaign.runs), tuple(r.origin for r in campaign.runs)
     return with_hill_prior(Regression(unknowns, names, rows.weighted(sizes, campaign.values), starts, origins=origins))
+
+
+def _with_start_values(campaign: Campaign) -> tuple[Unknown, ...]:
+    """The campaign's unknowns, with a least-squares fit of the decelerations as start of those of the road load.
+
+    (M + mr) V' = F - frr M g - frr1 M g V - 1/2 rho Cd A (V + w)|V + w|
+
+    Far from the solution the simulated car may stop, and a standing car is not sensitive to the road load.
+
+    Assumes that the mean of a bin represents its samples. Returns ``campaign.unknowns`` with too few bins.
+    """
+    at = campaign.values
+    parts = [_decelerations(campaign, run, bins) for run, bins in zip(campaign.runs, campaign.bins, strict=True)]
+    speed, wind, force = (np.concatenate(column) for column in zip(*parts, strict=True))
+    flow = speed + wind
+    columns = {
+        "rolling_resistance": np.full(speed.size, at["mass"] * GRAVITY),
+        "rolling_speed": speed * at["mass"] * GRAVITY,
+        "drag_area": 0.5 * at["air_density"] * flow * np.abs(flow),
+    }
+    estimated = [u.name for u in campaign.unknowns if u.name in columns]
+    if not estimated or speed.size < 2 * len(estimated):
+        return campaign.unknowns
+    for name in set(columns) - set(estimated):
+        force = force - at[name] * columns[name]
+    line = np.linalg.lstsq(np.column_stack([columns[n] for n in estimated]), force, rcond=None)[0]
+    found = dict(zip(estimated, line.tolist(), strict=True))
+    return tuple(_moved(u, found[u.name]) if u.name in found else u for u in campaign.unknowns)
+
+
+def _moved(unknown: Unknown, start: float) -> Unknown:
+    margin = INSIDE * (unknown.upper - unknown.lower)
+    return replace(unknown, start=float(np.clip(start, unknown.lower + margin, unknown.upper - margin)))
+
+
+def _decelerations(campaign: Campaign, run: RoadRun, bins: Bins) -> tuple[Array, Array, Array]:
+    """Speed, headwind and decelerating force between bins, (k,) m/s, m/s, N."""
+    at, zeros = campaign.values, np.zeros(run.time.size)
+    if "drive_torque" in run.inputs:
+        drive = run.inputs["drive_torque"] * (at["driveline_efficiency"] * at["gear_ratio"] / at["wheel_radius"])
+    else:
+        drive = run.inputs.get("drive_force", 0.0)
+    pushed = zeros + drive - at["mass"] * GRAVITY * run.inputs["grade"]
+    means = bins.mean(np.column_stack([run.speed, zeros + run.inputs["wind_speed"], pushed]))
+    part = run.part[bins.first]
+    within = part[STRIDE:] == part[:-STRIDE]
+    rate = (means[STRIDE:, 0] - means[:-STRIDE, 0]) / (bins.time[STRIDE:] - bins.time[:-STRIDE])
+    middle = 0.5 * (means[STRIDE:] + means[:-STRIDE])
+    force = middle[:, 2] - (at["mass"] + at["rotating_mass"]) * rate
+    return middle[within, 0], middle[within, 1], force[within]
 
 
 def _without_described_road(campaign: Campaign, effects: Sequence[Effect]) -> Campaign:
