@@ -180,13 +180,9 @@ def _fold_model(
     return at, at.effects
 
 
-def rms_of(runs: LinearizedRuns, fitted: bool = True) -> float:
-    """Root mean square error of the main channel at the point of linearization.
-
-    ``fitted``: with the runs' own unknowns fitted to each run; else they keep their values.
-    """
-    own = None if fitted else np.zeros(len(runs.regression.own))
-    every = [_error_of_run(runs, k, {}, own) for k in range(len(runs.rows))]
+def rms_of(runs: LinearizedRuns) -> float:
+    """Root mean square error of the main channel at the point of linearization, with each run's own unknowns fitted."""
+    every = [_error_of_run(runs, k, {}, None) for k in range(len(runs.rows))]
     plain = every[0].plain_rows > 0
     squares = sum(m.plain if plain else m.squares for m in every)
     return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))

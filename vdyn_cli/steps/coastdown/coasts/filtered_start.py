@@ -160,7 +160,7 @@ def gradual_release(logs: Sequence[Log], releases: Sequence[float | None]) -> Gr
 
 
 def _fits(log: Log, release: float) -> tuple[Array, Array] | None:
-    """Gain n ln(S(0) / S(T)) and best release, s, of a run for each of ``RELEASE_LAGS``, (l,); None with too few rows."""
+    """Gain n ln(S(0) / S(T)) and best release, s, of a run for each lag, (l,); None with too few rows."""
     there = np.isfinite(log["speed"]) & (log.time >= release - BEFORE) & (log.time <= release + AFTER)
     if there.sum() < FEWEST_ROWS or float(log.time[there][-1]) < release + 0.9 * AFTER:
         return None
