@@ -157,8 +157,10 @@ def test_backlash_shows_as_more_than_noise() -> None:
 
 def test_a_gain_of_the_torque_is_carried_into_both() -> None:
     vehicle = random_vehicle(6)
-    plain = STEP.estimate(spec(runs=RUN), (log(vehicle, 6),), Parameters())
-    doubted = STEP.estimate(spec(runs=RUN, settings={"torque_gain": 0.01}), (log(vehicle, 6),), Parameters())
+    on_time = {"torque_delay": 0}
+    plain = STEP.estimate(spec(runs=RUN, settings=on_time), (log(vehicle, 6),), Parameters())
+    gain = {**on_time, "torque_gain": 0.01}
+    doubted = STEP.estimate(spec(runs=RUN, settings=gain), (log(vehicle, 6),), Parameters())
     for name in ("shaft_stiffness_left", "shaft_damping_left"):
         before, after = plain.parameters[name], doubted.parameters[name]
         assert after.std == pytest.approx(np.hypot(before.std, 0.01 * before.value), rel=1e-6)
@@ -192,19 +194,19 @@ def test_a_torque_that_is_logged_late_is_not_a_damping() -> None:
 
 
 def test_the_delay_of_the_torque_is_corrected_and_its_uncertainty_carried_into_the_damping() -> None:
-    """A torque 1 ms late lowers the damping by k x 1 ms: the result says so."""
+    """A torque 1 ms late lowers the damping by k x 1 ms; a delay that is not stated widens the interval."""
     vehicle = random_vehicle(6)
     data = log(vehicle, 6)
     late = data.with_channels(shaft_torque=np.interp(data.time - 1e-3, data.time, data["shaft_torque"]))
     silent = STEP.estimate(spec(runs=RUN), (late,), Parameters())
     (note,) = [f for f in silent.findings if f.where == "shaft_damping_left"]
-    assert "same instant" in note.what
+    assert "0.98 ms late or early" in note.what  # half a sampling interval, 95 %
     assert "torque_delay" in note.remedy
     true = plant.truth(vehicle)["shaft_damping_left"]
     told = STEP.estimate(spec(runs=RUN, settings={"torque_delay": "1 +- 0.1 ms"}), (late,), Parameters())
     damping, plain = told.parameters["shaft_damping_left"], silent.parameters["shaft_damping_left"]
     stiffness = told.parameters["shaft_stiffness_left"].value
-    assert plain.interval95[1] < true
+    assert plain.std >= 0.45e-3 * stiffness
     assert damping.interval95[0] < true < damping.interval95[1]
     assert damping.value - plain.value == pytest.approx(1e-3 * stiffness, rel=0.1)
     assert damping.std >= 1e-4 * stiffness
@@ -300,7 +302,8 @@ def test_a_drawing_alone_is_not_diagnosed(tmp_path: Path) -> None:
 def test_the_fit_without_effects_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     vehicle, fits = random_vehicle(2), []
     monkeypatch.setattr(shaft_side, "linear_solution", lambda runs: fits.append(runs) or linear_solution(runs))
-    problem = STEP.prepare(spec(vehicle, runs=RUN), (log(vehicle, 2),), Parameters())
+    described = spec(vehicle, runs=RUN, settings={"torque_delay": 0})  # an uncertain one has shifted logs fitted, too
+    problem = STEP.prepare(described, (log(vehicle, 2),), Parameters())
     (backlash,) = (e for e in candidates(STEP.situations) if e.name == "backlash")
     for effects in ((), (backlash,)):
         problem.regression(added(*effects))

@@ -20,7 +20,8 @@ its value is published with its measured interval. A drawing or a bar that agree
 is reported with both numbers, and the compliance in series if the log is the softer one. A plain half-shaft of
 24 to 28 mm has 2 900 to 8 000 N m/rad; SAE 2017-01-1574 publishes two to four times that.
 
-A torque that is logged late by d lowers c by k d. Where the fit leaves a residual above the noise and a delay explains
+A torque that is logged late by d lowers c by k d; without a stated ``torque_delay``, the interval of c includes half
+a sampling interval (one standard deviation). Where the fit leaves a residual above the noise and a delay explains
 it, the torque is shifted by the delay; c is then determined only if the delay is measured and stated. Where a low-pass
 filter of the torque (one pole, or a Butterworth filter with two) explains it, twist and rate are filtered likewise.
 

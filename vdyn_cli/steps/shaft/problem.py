@@ -31,7 +31,7 @@ from vdyn_cli.steps.shaft.shaft_readings import readings_of
 from vdyn_cli.steps.shaft.shaft_side import ShaftSide
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec
 from vdyn_cli.steps.shaft.stiffness_comparison import compared_stiffness
-from vdyn_cli.steps.shaft.torque_clock import UNKNOWN, torque_delay
+from vdyn_cli.steps.shaft.torque_clock import UNKNOWN, assumed_delay, torque_delay
 from vdyn_cli.steps.shaft.torque_filter import torque_filter
 
 FREE_TORQUE = 50.0  # N m, plausible amplitude of a free profile
@@ -130,7 +130,8 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
     InputError : neither drawing, bar nor log is given; or as :func:`readings_of`.
     """
     read = cache(lambda seconds: readings_of(spec, logs, seconds))
-    delay, clocks = torque_delay(read, spec.settings.torque_delay)
+    stated = spec.settings.torque_delay
+    delay, clocks = torque_delay(read, assumed_delay(logs) if stated is None else stated)
     # Damping is confounded with the filter's time constant as with a delay.
     lag, lag_std, filters = torque_filter(read(delay.value))
     delay = Given(delay.value, float(np.hypot(delay.std, lag_std)))
@@ -147,7 +148,8 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
         if readings[name] or drawing or bar:
             gain = spec.settings.torque_gain.value
             shifted = tuple(one[name] for one in near) if readings[name] else ()
-            sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain, delay, shifted))
+            one = ShaftSide(name, readings[name], sections, drawing, bar, gain, delay, shifted, stated is None)
+            sides.append(one)
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))

@@ -73,8 +73,8 @@ def _estimates(sides: Sequence[ComparedStiffness]) -> tuple[dict[str, Estimate],
             damping, name = side.logged.damping, f"shaft_damping_{side.side.name}"
             if damping.interval95[0] > 0:
                 budgets[name] = damping
-                if not side.side.torque_delay.std:
-                    notes.append(text.one_clock(name, side.logged.stiffness))
+                if side.side.delay_assumed:
+                    notes.append(text.assumed_delay(name, side.side.torque_delay, side.logged.stiffness))
             else:
                 notes.append(text.no_damping(name, damping, side.logged.stiffness))
         for name, budget in budgets.items():

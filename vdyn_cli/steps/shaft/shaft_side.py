@@ -64,6 +64,7 @@ class ShaftSide:
     torque_delay : s, delay of the logged torque; the readings are corrected for its value.
     shifted : the same readings with the delay one standard deviation smaller and larger, at most ``UNKNOWN``; empty
         where it is exact.
+    delay_assumed : whether nothing is stated about the delay.
     """
 
     name: SideName
@@ -74,6 +75,7 @@ class ShaftSide:
     torque_gain: float
     torque_delay: Given
     shifted: tuple[tuple[ShaftReadings, ...], ...] = ()
+    delay_assumed: bool = False
 
     @cached_property
     def linear(self) -> Solution:

@@ -52,8 +52,10 @@ class ShaftSettings(Strict):
     torque_gain: Annotated[Given, Si("", 0, 0.1)] = Field(
         Given(0.0), description="standard deviation of the torque sensor's gain, 0.001 for 0.1 %"
     )
-    torque_delay: Annotated[Given, Si("s", -LONGEST_DELAY, LONGEST_DELAY)] = Field(
-        Given(0.0), description="time by which the torque is logged later than twist and speeds, such as 0 +- 0.05 ms"
+    torque_delay: Annotated[Given, Si("s", -LONGEST_DELAY, LONGEST_DELAY)] | None = Field(
+        None,
+        description="time by which the torque is logged later than twist and speeds, such as 0 +- 0.05 ms; else 0 with "
+        "a standard deviation of half a sampling interval",
     )
 
 

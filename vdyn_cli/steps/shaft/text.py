@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vdyn_cli.inference.uncertainty_budget import Budget
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.number_text import capitalized, number, two_digits
 from vdyn_cli.quantities.parameters import Estimate
+from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.quantities.result import Table
 from vdyn_cli.steps.interval_text import with_interval
 from vdyn_cli.steps.shaft.sections import shares
@@ -63,14 +65,11 @@ def no_damping(name: str, damping: Budget, stiffness: Budget) -> Finding:
     return Finding(name, what, got, f"{seen}: state 'torque_delay' under settings", doubt=True)
 
 
-def one_clock(name: str, stiffness: Budget) -> Finding:
-    """The finding that a damping assumes equal clocks, where no uncertainty of the torque's delay is stated."""
-    lower = f"a torque logged 1 ms late lowers it by {1e-3 * stiffness.value:.2g} N m s/rad"
-    what = (
-        f"assumes that torque and twist are logged at the same instant: {lower}, and changes the stiffness where the "
-        "shaft oscillates"
-    )
-    remedy = "if their clocks can differ, state the uncertainty under settings: 'torque_delay: 0 +- 0.05 ms'"
+def assumed_delay(name: str, delay: Given, stiffness: Budget) -> Finding:
+    """The finding that a damping includes a delay of the torque, s, about which nothing is stated."""
+    wider = f"its interval includes a torque logged {two_digits(1e3 * NORMAL95 * delay.std)} ms late or early"
+    what = f"{wider}, since no 'torque_delay' is stated: 1 ms late lowers it by {1e-3 * stiffness.value:.2g} N m s/rad"
+    remedy = "state the torque's delay behind twist and speeds under settings, such as 'torque_delay: 0 +- 0.05 ms'"
     return Finding(name, what, remedy=remedy)
 
 

@@ -18,6 +18,7 @@ from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.arrays import Array, Mask
 from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError
+from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.shaft_fit import MOST_DAMPING, linear_solution, noise_excess
@@ -49,6 +50,19 @@ class ShaftFits:
     def damping_time(self) -> float:
         """c / k, s, the mean of the sides."""
         return float(np.mean([s.values["shaft_damping"] / s.values["shaft_stiffness"] for s in self.solutions]))
+
+
+def assumed_delay(logs: Sequence[Log]) -> Given:
+    """The delay of a torque, s, about which nothing is stated: 0 +- half a sampling interval.
+
+    Channels of one row may be sampled up to an interval apart, and an anti-alias filter of one channel alone, a
+    Butterworth filter of two poles at 0.4 of the sampling rate, delays it by half an interval.
+
+    Parameters
+    ----------
+    logs : of all runs; the one with the longest interval counts.
+    """
+    return Given(0.0, 0.5 * max((float(np.median(np.diff(log.time))) for log in logs), default=0.0))
 
 
 def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Given, tuple[Finding, ...]]:
