@@ -146,3 +146,17 @@ def test_a_brake_on_a_road_of_known_grade_is_no_hill() -> None:
     (finding,) = one.finding("drive.csv")
     assert "brakes that are not logged" in finding.what
     assert "grade" not in finding.remedy
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_one_even_acceleration_before_a_coast_shows_no_brake(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, 80.0, STEP)
+    speed = np.interp(time, [0.0, 5.0, 23.0], [0.0, 0.0, 25.0])
+    for k in np.flatnonzero(time > 23.0):
+        speed[k] = max(speed[k - 1] - STEP * (130.0 + 0.36 * speed[k - 1] ** 2) / MASS, 0.0)
+    pushed = (time > 5.0) & (time <= 23.0)
+    torque = np.where(pushed, (MASS * 25.0 / 18.0 + 130.0 + 0.36 * speed**2) * RADIUS, 0.0)
+    torque += 0.3 * rng.standard_normal(time.size)
+    channels = {"speed": speed + 0.02 * rng.standard_normal(time.size), "brake_torque": np.zeros(time.size)}
+    assert not unlogged_braking([(time, channels, torque)])[0].spans

@@ -94,6 +94,10 @@ class ValidatePolicy:
     """[standard deviations] of the driven samples; the unexplained deceleration must also exceed them. A normal sample
     exceeds it once in 30 000."""
 
+    brake_common_law: float = 1.15
+    """Ratio of the driven samples' scatter about one law of driven and undriven samples to that about their own law, up
+    to which the one law is used. The scatter over 20 independent seconds has a standard error of 15 %."""
+
     brake_lost: float = 0.25
     """[share of the torque] that a driveline may lose between driving and recuperation, at most. An efficiency of 0.87
     each way: 1 - 0.87^2 = 0.25. Gears and differentials have 0.9 to 0.98."""

@@ -1,9 +1,10 @@
 """Detects unlogged braking: the car slows down more than its drive torque and its speed explain.
 
 While the car is driven, its acceleration on a level road is a T + b + c V^2 + d T', fitted with Huber's weights; slopes
-without a logged grade, gusts and sampling delays scatter about it. While it is not driven, driveline losses slow it in
-proportion to |T| at all times; a friction brake slows it more, for some seconds. So does a hill without a logged grade;
-but an accelerometer, if logged, senses only the brake, and must confirm it.
+without a logged grade, gusts and sampling delays scatter about it. Where the torque hardly varies, or as V^2 does, the
+driven part does not determine a and b; then the law also fits the part without torque. While the car is not driven,
+driveline losses slow it in proportion to |T| at all times; a friction brake slows it more, for some seconds. So does a
+hill without a logged grade; but an accelerometer, if logged, senses only the brake, and must confirm it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vdyn_cli.inference.robust_fits import huber_fit
-from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
+from vdyn_cli.quantities.arrays import Array, Mask, filled, median_deviation, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.validate.drives.driven_samples import SLOWEST, Driven
 from vdyn_cli.steps.validate.drives.regimes import IDLE, pressed
@@ -145,16 +146,31 @@ def _excess(time: Array, channels: Mapping[str, Array], torque: Array) -> _Exces
     driven = moving & (least_over_span(time, torque) > idle)
     if np.count_nonzero(driven) < FEWEST_DRIVEN:
         return None
-    law, scatter = huber_fit(columns[driven], rate[driven])
     free = moving & (force <= idle)
-    by_accelerometer = _by_accelerometer(time, channels, columns, driven)
+    resting = free & (force >= -idle)
+    law, scatter = _law(columns, rate, driven, resting)
+    by_accelerometer = _by_accelerometer(time, channels, columns, driven, resting)
     pulled = np.abs(law[0] * np.minimum(force, 0.0))
     moves, recuperated = speed > SLOWEST, free & (force < -idle)
     graded = bool(np.any(channels.get("grade", 0.0)))
     return _Excess(columns @ law - rate, scatter, pulled, free, recuperated, moves, by_accelerometer, graded)
 
 
-def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask) -> Array | None:
+def _law(columns: Array, rate: Array, driven: Mask, resting: Mask) -> tuple[Array, float]:
+    """The coefficients of the law and the scatter about it: of the driven rows, or of these and the ``resting`` ones
+    without torque if one law of both fits the driven rows as well.
+
+    Brakes in some of the resting rows hardly affect the common law; those of most rows make it fit worse.
+    """
+    law, scatter = huber_fit(columns[driven], rate[driven])
+    both, _ = huber_fit(columns[driven | resting], rate[driven | resting])
+    worse = median_deviation(rate[driven] - columns[driven] @ both)
+    return (both, scatter) if worse <= VALIDATE_POLICY.brake_common_law * scatter else (law, scatter)
+
+
+def _by_accelerometer(
+    time: Array, channels: Mapping[str, Array], columns: Array, driven: Mask, resting: Mask
+) -> Array | None:
     """The excess (n,) by the accelerometer, with its zero from the driven samples; None without one."""
     logged = channels.get("acceleration")
     if logged is None or not np.all(np.isfinite(logged[driven])):
@@ -162,7 +178,7 @@ def _by_accelerometer(time: Array, channels: Mapping[str, Array], columns: Array
     if np.isfinite(logged).mean() < VALIDATE_POLICY.brake_confirmed:
         return None
     force = mean_over_span(time, filled(time, logged))
-    return np.asarray(columns @ huber_fit(columns[driven], force[driven])[0] - force)
+    return np.asarray(columns @ _law(columns, force, driven, resting)[0] - force)
 
 
 def _found(time: Array, seen: _Excess | None, lost: float) -> UnloggedBraking:
