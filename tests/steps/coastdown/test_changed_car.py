@@ -1,4 +1,4 @@
-"""A car that was changed between two runs is named with the values before and after; a gradual change is not."""
+"""A car that was changed between two runs is named with the values before and after; warming and slow wind are not."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from tests.coast_cases import known, logs_of, spec_of
-from tests.plant import coast
+from tests.messy_cases import prepared as messy_prepared
+from tests.plant import coast, messy_day
 from tests.plant.coast import Run
 from tests.plant.vehicle import REFERENCE, Vehicle
 from vdyn_cli.diagnosis.diagnose import diagnosed
@@ -87,6 +88,16 @@ def test_a_roof_box_in_two_runs_is_named_and_noted_by_the_check() -> None:
 @pytest.mark.parametrize("seed", [11, *(pytest.param(n, marks=pytest.mark.thorough) for n in (12, 13))])
 def test_a_day_without_a_change_has_none(effects: dict[str, float], seed: int) -> None:
     assert first_changed(coast.campaign(REFERENCE, seed, DAY, effects)) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seed"), [("drifting", 40), ("late", 41)])
+def test_a_slow_wind_is_no_change(kind: str, seed: int) -> None:
+    """Its period of 15 min is about three runs, so that four runs in succession meet more of it than the others."""
+    case = messy_day.drive(seed, messy_day.drawn_day(kind, seed))
+    problem = messy_prepared(case, position=False).problem
+    assert isinstance(problem, CoastdownProblem)
+    assert not any(run.changed for run in problem.campaign_on_road.runs)
 
 
 @pytest.mark.slow

@@ -185,8 +185,8 @@ class CoastdownPolicy:
     roof box and with a load; on 29 days without either at most 0.4, but 2.2 where one run was in a slipstream."""
 
     change_over_gradual: float = 1.0
-    """[log likelihood] by which a change between two runs must explain them better than a gradual change, or a change
-    of a single run. The difference that chance makes for one parameter (Akaike)."""
+    """[log likelihood] by which a change between two runs must explain them better than a gradual change, a change
+    of a single run, or a wind that turns slowly. The difference that chance makes for one parameter (Akaike)."""
 
     compared_runs: int = 3
     """[runs] needed to name one that contradicts the others. Of two that disagree, either may be wrong."""
