@@ -1,4 +1,8 @@
-"""Free profiles: a force or torque of any shape over one signal, for errors that no candidate effect explains."""
+"""Free profiles: a force or torque of any shape over one signal, for errors that no candidate effect explains.
+
+A profile is tested as an effect among the candidates, so it has few knots. The finer additions of ``free_part`` show
+afterwards in which law the error lies, and its course.
+"""
 
 from __future__ import annotations
 
