@@ -253,7 +253,7 @@ def plan(
     ] = "",
 ) -> None:
     """Plan runs: expected accuracy, effects that cannot be separated, runs to add; the logs need not exist yet."""
-    from vdyn_cli.commands.plan_text import run_plan
+    from vdyn_cli.commands.run_plan import run_plan
 
     raise typer.Exit(run_plan(test, tuple(known or ()), runs, "-" if as_json else output))
 

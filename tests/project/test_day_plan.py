@@ -14,7 +14,7 @@ from tests.bench import cases
 from tests.conftest import ROOT
 from tests.plant import cg, wheel
 from tests.plant.vehicle import random_vehicle
-from vdyn_cli.commands.plan_text import plan_lines
+from vdyn_cli.commands.run_plan import plan_lines
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.planned.day_plan import plan
 from vdyn_cli.project.planned.planned_inputs import planned_test

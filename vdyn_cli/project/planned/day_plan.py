@@ -11,7 +11,7 @@ import numpy as np
 
 from vdyn_cli.description.spec_loading import load_partial
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
-from vdyn_cli.diagnosis.next_tests.run_plan import RunPlan, run_plan
+from vdyn_cli.diagnosis.next_tests.expected_information import ExpectedInformation, expected_information
 from vdyn_cli.project.checks.check import step_of
 from vdyn_cli.project.checks.exact_values import implausible_rotating_mass
 from vdyn_cli.project.inputs import Inputs, errors_of_step, gather
@@ -38,7 +38,7 @@ class _Expected:
     inputs: Inputs
     result: Result
     figures: Mapping[str, tuple[float, float, float]]
-    plan: RunPlan | None
+    information: ExpectedInformation | None
     failed: tuple[Finding, ...] = ()
 
 
@@ -89,7 +89,7 @@ def _from_logs(inputs: Inputs, runs: int) -> _Expected:
     """
     found = _published(inputs)
     result = found.refused(inputs.step.name) if isinstance(found, Failure) else found
-    plan_, failed = _run_plan(inputs, runs)
+    information, failed = _expected_information(inputs, runs)
     logged = len(inputs.spec.runs)
     if runs < logged:
         what = f"{runs} of {logged} runs are planned as if they had the directions and conditions of all in balance"
@@ -102,7 +102,7 @@ def _from_logs(inputs: Inputs, runs: int) -> _Expected:
         own = result.parameters[name].std
         std = sqrt((own * fewer) ** 2 + max(e.std**2 - own**2, 0.0))
         figures[name] = (e.value, std, e.half_width * (std / e.std if e.std > 0 else 1.0))
-    return _Expected(inputs, result, figures, plan_, failed)
+    return _Expected(inputs, result, figures, information, failed)
 
 
 def _from_days(test: DayDescription) -> _Expected:
@@ -118,8 +118,8 @@ def _from_days(test: DayDescription) -> _Expected:
         each = [one.parameters[name] for one in found if name in one.parameters]
         value = test.at.get(name, float(np.median([e.value for e in each])))
         figures[name] = (value, rms(*(e.std for e in each)), rms(*(e.half_width for e in each)))
-    plan_, failed = _run_plan(days[0], len(test.spec.runs))
-    return _Expected(days[0], found[0], figures, plan_, failed)
+    information, failed = _expected_information(days[0], len(test.spec.runs))
+    return _Expected(days[0], found[0], figures, information, failed)
 
 
 def _published(inputs: Inputs) -> Result | Failure:
@@ -131,14 +131,14 @@ def _published(inputs: Inputs) -> Result | Failure:
         return Failure.from_error(error)
 
 
-def _run_plan(inputs: Inputs, runs: int) -> tuple[RunPlan | None, tuple[Finding, ...]]:
+def _expected_information(inputs: Inputs, runs: int) -> tuple[ExpectedInformation | None, tuple[Finding, ...]]:
     """The effects that the runs could detect; None and the reason if the diagnosis could not be prepared."""
     step = inputs.step
     if step.diagnosable is None or not inputs.logs or inputs.spec.diagnose.effects == "none":
         return None, ()
     try:
         problem = step.prepare(inputs.spec, inputs.data, inputs.known)
-        return run_plan(PreparedStep(step, inputs.spec, inputs.known, problem), runs), ()
+        return expected_information(PreparedStep(step, inputs.spec, inputs.known, problem), runs), ()
     except (ResultError, ArithmeticError) as error:
         return None, Failure.from_error(error).findings
 
@@ -158,7 +158,7 @@ def _assumed(test: DayDescription) -> Iterator[Assumed]:
 
 
 def _document(expected: _Expected, runs: int, basis: str, assumed: Sequence[Assumed]) -> PlanDocument:
-    inputs, result, shown = expected.inputs, expected.result, expected.plan
+    inputs, result, shown = expected.inputs, expected.result, expected.information
     parameters = list(_parameters(expected))
     findings = merge_similar(
         [*implausible_rotating_mass(inputs), *inputs.findings, *result.findings, *result.refused, *expected.failed]
@@ -209,8 +209,8 @@ def _with_published(one: AddedRuns, expected: _Expected) -> AddedRuns:
 
     Each decreases like that of its unknown; one computed from several unknowns like the one that decreases least.
     """
-    assert expected.plan is not None
-    now = expected.plan.spread
+    assert expected.information is not None
+    now = expected.information.spread
     shares = {n: s / now[n] for n, s in one.std.items() if now[n] > 0 and isfinite(now[n])}
     least = max(shares.values(), default=1.0)
     std = {n: shares.get(n, least) * f[1] for n, f in expected.figures.items() if f[1] > 0}

@@ -26,7 +26,7 @@ Question = tuple[tuple[str, ...], tuple[Contrast, ...]]  # effects, and the cont
 
 
 @dataclass(frozen=True)
-class RunPlan:
+class ExpectedInformation:
     """The expected information of planned runs.
 
     Parameters
@@ -44,7 +44,7 @@ class RunPlan:
     spread: Mapping[str, float]
 
 
-def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
+def expected_information(prepared: PreparedStep, runs: int) -> ExpectedInformation:
     """The information of ``runs`` runs like those in the problem, and what further runs would add.
 
     Assumes the noise of the problem's logs and a model without effects.
@@ -76,7 +76,7 @@ def run_plan(prepared: PreparedStep, runs: int) -> RunPlan:
     apart = [(pair, designer.now(pair[1])) for pair in pairs]
     confused = sorted(((p, t) for p, t in apart if t < POLICY.separated_t), key=lambda pair: pair[1])
     unseen: list[Question] = [((u.effect,), (contrast(u.effect),)) for u in undetectable if u.effect in single]
-    return RunPlan(
+    return ExpectedInformation(
         detectable(model, base, found),
         (*undetectable, *lacking_channels(model.setup)),
         tuple(Separation(effects=list(effects), t=t) for (effects, _), t in confused),
