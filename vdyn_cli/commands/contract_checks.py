@@ -123,7 +123,7 @@ def step_checks(step: Step, example: Path, known_files: Sequence[Path]) -> Mappi
         "publishes the same result twice": lambda: iter(() if len(documents) == 1 else ("two results differ",)),
         "gives the parameters that it lists": lambda: (f"{n} is not in 'gives'" for n in found if n not in step.gives),
     }
-    if (simulated := steps.simulated(step, problem)) is not None:
+    if (simulated := steps.simulated_problem(step, problem)) is not None:
         checks["problem protocol"] = lambda: _protocol(simulated)
         checks["regression is finite"] = lambda: _finite_regression(simulated)
     return checks
@@ -171,7 +171,7 @@ def model_of(example: Path, known_files: Sequence[Path]) -> Model:
     step = steps.load_step(str(test))
     inputs = gather(step, example, known_files)
     step = inputs.step
-    problem = steps.simulated(step, step.prepare(inputs.spec, inputs.data, inputs.known))
+    problem = steps.simulated_problem(step, step.prepare(inputs.spec, inputs.data, inputs.known))
     if problem is None:
         raise InputError(Finding(example.name, "its step has no simulation", step.name))
     return problem.model

@@ -14,7 +14,7 @@ from vdyn_cli.engine.applicable import applicable, missing_signals
 from vdyn_cli.inference import Regression, Unknown
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.parameters import Parameters
-from vdyn_cli.steps import Problem, SimulatedProblem, Step, simulated
+from vdyn_cli.steps import Problem, SimulatedProblem, Step, simulated_problem
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.manoeuvre import Manoeuvre
 
@@ -31,7 +31,7 @@ class PreparedStep:
     @property
     def simulated(self) -> SimulatedProblem:
         """The problem of a diagnosable step, which simulates its runs."""
-        problem = simulated(self.step, self.problem)
+        problem = simulated_problem(self.step, self.problem)
         assert problem is not None
         return problem
 

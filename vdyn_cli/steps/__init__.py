@@ -14,7 +14,7 @@ from vdyn_cli.io.plugins import plugins
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import Problem, SimulatedProblem
 from vdyn_cli.steps.failure import Failure, published
-from vdyn_cli.steps.step_definition import Diagnosable, Step, simulated
+from vdyn_cli.steps.step_definition import Diagnosable, Step, simulated_problem
 
 __all__ = [
     "NO_EFFECTS",
@@ -28,7 +28,7 @@ __all__ = [
     "load_step",
     "names",
     "published",
-    "simulated",
+    "simulated_problem",
     "summary",
 ]
 

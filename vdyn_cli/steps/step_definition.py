@@ -153,16 +153,16 @@ class Step:
         return {n: own.get(n) or CHANNELS[n] for n in dict.fromkeys(names)}
 
 
-def alternatives(entry: str) -> list[list[str]]:
+def alternative_channels(entry: str) -> list[list[str]]:
     """The alternatives of an entry of ``Step.required``, each a list of channels: ``a|b+c`` -> [[a], [b, c]]."""
     return [way.split("+") for way in entry.split("|")]
 
 
 def named_channels(entry: str) -> list[str]:
     """Every channel in an entry of ``Step.required``: ``a|b+c`` -> [a, b, c]."""
-    return [channel for way in alternatives(entry) for channel in way]
+    return [channel for way in alternative_channels(entry) for channel in way]
 
 
-def simulated(step: Step, problem: Problem) -> SimulatedProblem | None:
+def simulated_problem(step: Step, problem: Problem) -> SimulatedProblem | None:
     """The problem with the type that can be diagnosed; None for a step without a simulation."""
     return cast("SimulatedProblem", problem) if step.diagnosable is not None else None

@@ -21,7 +21,7 @@ from vdyn_cli.project.reading.run_reading import log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.steps import Step, names
-from vdyn_cli.steps.step_definition import alternatives
+from vdyn_cli.steps.step_definition import alternative_channels
 
 
 def missing_logs(source: YamlSource) -> list[Finding]:
@@ -97,7 +97,7 @@ def wrong_channels(step: Step, spec: Description, source: YamlSource, dropped: C
     missing = []
     for entry in step.required:
         if not _mapped(entry, mapped):
-            ways = alternatives(entry)
+            ways = alternative_channels(entry)
             names = " or ".join(" + ".join(way) for way in ways)
             way = min(ways, key=lambda way: (len(set(way) - mapped), -len(way)))
             first = next(n for n in way if n not in mapped)
@@ -125,7 +125,7 @@ def _rates_beside_time(spec: Description, source: YamlSource) -> Iterator[Findin
 
 def _mapped(entry: str, mapped: Collection[str]) -> bool:
     """Whether a needed channel, or one of its alternatives, is mapped."""
-    return any(set(way) <= set(mapped) for way in alternatives(entry))
+    return any(set(way) <= set(mapped) for way in alternative_channels(entry))
 
 
 def wrong_effects(step: Step, spec: Description, source: YamlSource) -> Iterator[Finding]:

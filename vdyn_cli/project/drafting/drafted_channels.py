@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from vdyn_cli.project.drafting.channel_guess import NO_NAME, ChannelGuess, columns_by_unit
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog
 from vdyn_cli.steps import Step
-from vdyn_cli.steps.step_definition import alternatives, named_channels
+from vdyn_cli.steps.step_definition import alternative_channels, named_channels
 
 _MOST_NAMED = 4  # columns listed for a required channel; of more only the number is stated
 _MOST_UNUSED = 12  # unused columns listed by name
@@ -122,7 +122,7 @@ def _ways(step: Step, log: GuessedLog) -> list[str]:
     found = log.columns()
     chosen: list[str] = []
     for entry in (*step.required, *step.optional):
-        ways = alternatives(entry)
+        ways = alternative_channels(entry)
         whole = [way for way in ways if all(part in found for part in way)]
         chosen += [source_of(step, channel, log) for channel in (whole or ways)[0]]
     return list(dict.fromkeys(chosen))

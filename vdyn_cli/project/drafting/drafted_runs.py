@@ -31,7 +31,7 @@ from vdyn_cli.project.drafting.left_out_logs import (
 from vdyn_cli.project.drafting.logger_runs import Runs
 from vdyn_cli.quantities.vocabulary import CHANNELS, WHEEL_SPEEDS
 from vdyn_cli.steps import Step
-from vdyn_cli.steps.step_definition import alternatives
+from vdyn_cli.steps.step_definition import alternative_channels
 
 _ONE_RUN = (
     "# The logs have different columns over the same time, so they are taken as several loggers of one run; if they",
@@ -226,7 +226,7 @@ def _unfound(step: Step, mapped: Sequence[str]) -> dict[str, str]:
     """Required channels that no logger has, each with the text of its alternatives."""
     open_ones = {}
     for entry in step.required:
-        ways = alternatives(entry)
+        ways = alternative_channels(entry)
         if not any(set(way) <= set(mapped) for way in ways):
             open_ones[ways[0][0]] = ", or ".join(" with ".join(way) for way in ways)
     return open_ones

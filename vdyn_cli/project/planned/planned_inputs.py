@@ -28,7 +28,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import UnitError, parse
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.planned_day import DayRequest, PlannedDay
-from vdyn_cli.steps.step_definition import alternatives
+from vdyn_cli.steps.step_definition import alternative_channels
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def _sources(step: Step) -> frozenset[str]:
 
 def _parts(step: Step) -> set[str]:
     """Channels whose sums are other channels, such as the loads of an axle's wheels."""
-    return {n for entry in (*step.required, *step.optional) for way in alternatives(entry)[1:] for n in way}
+    return {n for entry in (*step.required, *step.optional) for way in alternative_channels(entry)[1:] for n in way}
 
 
 def _sourced(log: Log, made: Sequence[Scaling]) -> Log:
@@ -96,7 +96,7 @@ def _mapped(step: Step, log: Log, mapped: set[str]) -> Log:
         return log
     wanted = set(mapped)
     for entry in (*step.required, *step.optional):
-        (total, *_), *ways = alternatives(entry)
+        (total, *_), *ways = alternative_channels(entry)
         if any(set(way) <= mapped for way in ways):
             wanted.add(total)
     return replace(log, channels={n: v for n, v in log.channels.items() if n in wanted})

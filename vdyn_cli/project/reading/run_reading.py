@@ -38,7 +38,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.road_survey import RoadSurvey
-from vdyn_cli.steps.step_definition import alternatives
+from vdyn_cli.steps.step_definition import alternative_channels
 
 
 def log_names(run: Run) -> list[str]:
@@ -256,7 +256,7 @@ def within_physical_limits(step: Step, log: Log, no_unit: Collection[str] = ()) 
 def with_totals(step: Step, log: Log) -> Log:
     """The log with totals summed from mapped parts, such as ``front_load|front_left_load+front_right_load``."""
     for entry in (*step.required, *step.optional):
-        (total, *_), *ways = alternatives(entry)
+        (total, *_), *ways = alternative_channels(entry)
         for parts in ways:
             if total not in log and all(part in log for part in parts):
                 log = log.with_channels(**{total: sum(log[part] for part in parts)})

@@ -15,7 +15,7 @@ from vdyn_cli.inference.robust_fits import least_squares
 from vdyn_cli.quantities.arrays import Array, Mask, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.steps.validate.drives.driven_samples import Driven, driven_samples, joined
-from vdyn_cli.steps.validate.drives.ratio_changes import LEAST_NOISE, MAIN_SHARE, SAMPLE_STEP, log_evidence
+from vdyn_cli.steps.validate.drives.ratio_changes import LEAST_NOISE, MAIN_SHARE, SAMPLE_STEP, likelihood_gain
 from vdyn_cli.steps.validate.drives.stated_motion import StatedMotion
 from vdyn_cli.steps.validate.policy import VALIDATE_POLICY
 
@@ -87,7 +87,7 @@ def _limit(drives: Sequence[Driven], stated: StatedMotion) -> float | None:
     around = tried[max(best - 1, 0)], tried[min(best + 1, tried.size - 1)]
     limit = float(minimize_scalar(lambda q: fit(np.minimum(torque, q / speed))[0], bounds=around, method="bounded").x)
     variance, ratio = fit(np.minimum(torque, limit / speed))
-    certain = log_evidence(rate.size, without, variance) > VALIDATE_POLICY.limit_evidence
+    certain = likelihood_gain(rate.size, without, variance) > VALIDATE_POLICY.limit_evidence
     clear = certain and without > VALIDATE_POLICY.limit_gain * variance
     return limit if clear and abs(ratio - 1.0) <= MAIN_SHARE else None
 

@@ -291,7 +291,7 @@ def _follow_torque(rate: Array, torque: Array, rest: Array, starts: list[int]) -
     own, others = _indicators(rate.size, starts), rest[:, 1:]  # the first of the common columns is constant
     ratios = own * torque[:, None]
     by_ratio, by_force = _variance(rate, ratios, rest), _variance(rate, own, torque, others)
-    certain = log_evidence(rate.size, by_force, by_ratio) > VALIDATE_POLICY.ratio_evidence * (len(starts) - 1)
+    certain = likelihood_gain(rate.size, by_force, by_ratio) > VALIDATE_POLICY.ratio_evidence * (len(starts) - 1)
     return certain and by_ratio < VALIDATE_POLICY.ratio_alone * _variance(rate, ratios, own, others)
 
 
@@ -303,7 +303,7 @@ def _returns(rate: Array, torque: Array, rest: Array, starts: list[int], ratio: 
         return False
     same = own @ (level[:, None] == np.arange(count))
     by_level, by_force = _variance(rate, same * torque[:, None], rest), _variance(rate, own, torque, rest[:, 1:])
-    certain = log_evidence(rate.size, by_force, by_level) > VALIDATE_POLICY.level_evidence * (count - 1)
+    certain = likelihood_gain(rate.size, by_force, by_level) > VALIDATE_POLICY.level_evidence * (count - 1)
     return certain and by_level < VALIDATE_POLICY.level_alone * _variance(rate, own * torque[:, None], rest)
 
 
@@ -320,6 +320,6 @@ def _variance(y: Array, *columns: Array) -> float:
     return float(residual @ residual) / max(y.size - int(np.linalg.matrix_rank(whole)), 1) + LEAST_NOISE**2
 
 
-def log_evidence(samples: int, worse: float, better: float) -> float:
+def likelihood_gain(samples: int, worse: float, better: float) -> float:
     """Log likelihood by which a law with the residual variance ``better`` exceeds one with the variance ``worse``."""
     return 0.5 * samples / LASTING * float(np.log(worse / better))
