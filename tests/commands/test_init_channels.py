@@ -233,3 +233,14 @@ def test_logs_without_a_clock_are_drafted_with_an_open_rate(tmp_path: Path) -> N
     assert "time" not in description["channels"]
     assert "rate" in found.undecided
     assert found.mapped == ("force_x", "force_z", "slip")
+
+
+def test_the_power_of_a_rider_is_a_drive_and_that_of_a_battery_is_not(tmp_path: Path) -> None:
+    time = np.arange(600.0)
+    ride = table(tmp_path / "ride.csv", time_s=time, speed_kmperh=25.0 + 5.0 * WAVE, watts_=200.0 + 50.0 * WAVE)
+    _, description = draft("coastdown", ride)
+    assert description["channels"]["drive_power"]["column"] == "watts"
+    assert description["vehicle"]["driveline_efficiency"] == "?"
+    falls = 60.0 - 40.0 * time / 600.0
+    car = table(tmp_path / "car.csv", time_s=time, speed_kmperh=falls, **{"Battery Power_kW": WAVE})
+    assert "drive_power" not in draft("coastdown", car)[1]["channels"]

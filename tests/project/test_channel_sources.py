@@ -12,11 +12,15 @@ import yaml
 
 from vdyn_cli.project.execute import execute
 from vdyn_cli.project.inputs import Inputs, gather
+from vdyn_cli.project.reading.channel_sources import Scaling, with_known_channels
 from vdyn_cli.project.reading.input_uncertainty import with_input_uncertainty
 from vdyn_cli.quantities.errors import InputError
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Estimate
 from vdyn_cli.quantities.result import Result
+from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps import load_step, published
-from vdyn_cli.steps.scaled_channel import ScaledChannel
+from vdyn_cli.steps.scaled_channel import FORCE_OF_POWER, ScaledChannel
 
 FRICTION, STIFF, SPEED = 1.0, 12.0, 10.0
 
@@ -167,3 +171,14 @@ def test_the_gear_ratio_of_the_settings_is_that_of_a_torque_by_current(tmp_path:
     inputs = gather(load_step("shaft"), tmp_path / "shaft.yaml")
     assert np.allclose(inputs.logs[0]["shaft_torque"], 10.0 * 0.35 * 9)
     assert any("gear_ratio 9" in f.what for f in inputs.findings)
+
+
+def test_a_power_per_speed_is_a_force_where_the_vehicle_is_fast_enough() -> None:
+    speed = np.array([0.0, 1.9, 2.5, 10.0])
+    log = Log("ride.csv", np.arange(4.0), {"speed": speed, "drive_power": np.full(4, 200.0)})
+    efficiency = Estimate.given(PARAMETERS["driveline_efficiency"], 0.95, 0.01)
+    power = Scaling(FORCE_OF_POWER, {"driveline_efficiency": efficiency})
+    force = with_known_channels(log, {}, [power])["drive_force"]
+    assert np.isnan(force[:2]).all()
+    assert force[2:] == pytest.approx([76.0, 19.0])
+    assert power.note().what.startswith("is drive_power times driveline_efficiency 0.95 +- 0.01, per speed")

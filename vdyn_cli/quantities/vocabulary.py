@@ -133,6 +133,7 @@ CHANNELS = _named(
         Q("drive_torque_left", "N m", "torque at the left half-shaft's input", "Tl", -20_000, 20_000),
         Q("drive_torque_right", "N m", "torque at the right half-shaft's input", "Tr", -20_000, 20_000),
         Q("motor_current", "A", "torque-producing current of a motor, positive when it drives", "I", -5_000, 5_000),
+        Q("drive_power", "W", "power of the rider or the motor, positive when it drives", "P", -3_000_000, 3_000_000),
         Q("drive_force", "N", "drive force at the wheels", "Fx", -1_000_000, 1_000_000),
         Q("brake_torque", "N m", "brake torque summed over the wheels", "Tb", -60_000, 60_000),
         Q("acceleration", "m/s^2", "longitudinal specific force: acceleration plus g sin(grade)", "a", -60, 60),
@@ -192,6 +193,7 @@ COMMANDS = (
     "drive_torque_left",
     "drive_torque_right",
     "motor_current",
+    "drive_power",
     "drive_force",
     "brake_torque",
 )

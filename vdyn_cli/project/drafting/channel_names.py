@@ -50,6 +50,7 @@ _SPELLINGS = {
     "rr": "hr",
     "target": "requested request req desired demand demanded command cmd setpoint ref reference soll sollwert cible "
     "sched scheduled",
+    "power": "watts watt leistung puissance potencia potenza",
     "max": "maximum min minimum limit lim limited available avail rated nominal predicted",
     "mean": "average avg moyenne media medio mittel mittelwert",
     "error": "err accuracy precision std sigma uncertainty",
@@ -138,6 +139,12 @@ RULES: Mapping[str, tuple[tuple[str, ...], str]] = {
     ),
     "drive_torque_left": (("drive torque left", "motor torque left"), "brake"),
     "drive_torque_right": (("drive torque right", "motor torque right"), "brake"),
+    "drive_power": (
+        ("drive power", "motor power", "power"),
+        "battery bat batt hv heater heating air conditioning ac aux charger charging consumption peak rated max min "
+        "engine wheels wheel hp regen steering loss fan left right l r balance mean average avg normalized limit "
+        "available brake zone target supply state mode",
+    ),
     "drive_force": (("drive force", "traction force"), "brake"),
     "brake_torque": (("brake torque", "brake pressure", "p brake"), ""),
     "acceleration": (

@@ -11,6 +11,7 @@ from vdyn_cli.description.description_model import Channel, ChannelSource, Descr
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.clocks.tied_channels import ALIGNING
 from vdyn_cli.io.reader import COUNTED
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
@@ -50,7 +51,8 @@ class Scaling:
             f"{n} {e.value:.5g}{f' +- {e.std:.2g}' if e.std else ''} {e.unit}".rstrip()
             for n, e in self.constants.items()
         )
-        what = f"is {self.channel.source} times {stated}. {self.channel.assumes}"
+        per = f", per {self.channel.per}" if self.channel.per else ""
+        what = f"is {self.channel.source} times {stated}{per}. {self.channel.assumes}"
         exact = [n for n, e in self.constants.items() if e.std == 0 and n not in self.channel.optional]
         if not exact:
             return Finding(self.channel.target, what.rstrip("."))
@@ -155,11 +157,19 @@ def with_known_channels(log: Log, constants: Mapping[str, float], made: Sequence
     """
     log = log.with_channels(**{n: np.full(log.time.size, value) for n, value in constants.items()})
     for one in made:
-        if one.channel.source in log:
-            log = log.with_channels(**{one.channel.target: one.factor * log[one.channel.source]})
+        if one.channel.source in log and (not one.channel.per or one.channel.per in log):
+            log = log.with_channels(**{one.channel.target: one.factor * log[one.channel.source] / _divisor(one, log)})
             if one.channel.source in log.held:
                 log = replace(log, held={**log.held, one.channel.target: log.held[one.channel.source]})
     return log
+
+
+def _divisor(one: Scaling, log: Log) -> Array | float:
+    """The channel by which a computed one is divided, NaN where it is too small; 1 without one."""
+    if not one.channel.per:
+        return 1.0
+    by = log[one.channel.per]
+    return np.where(np.abs(by) > one.channel.least, by, np.nan)
 
 
 def unused_sources(step: Step, spec: Description, source: YamlSource) -> Iterator[Finding]:

@@ -43,12 +43,14 @@ _WAYS = {
     "out": re.compile(r"(?i)\b(hin|out|forth)(fahrt)?(?![a-z])"),
     "back": re.compile(r"(?i)\b(her|back|return|zurück|zurueck|rück|rueck)(fahrt)?(?![a-z])"),
 }
-DRIVE = ("drive_torque", "drive_force", "motor_current")
+DRIVE = ("drive_torque", "drive_force", "motor_current", "drive_power")
 _OF_TORQUE = (
     'gear_ratio: "?"           # turns of the torque sensor\'s shaft per turn of the wheel, such as 3.267',
     'wheel_radius: "?"         # effective rolling radius, such as 308 +- 0.5 mm',
 )
-CONSTANTS_WITH = {"drive_torque": _OF_TORQUE, "motor_current": _OF_TORQUE}  # lines of the vehicle with a mapped channel
+_OF_POWER = ('driveline_efficiency: "?"  # share of the power that reaches the road, such as 0.97 +- 0.01 of a chain',)
+# Lines of the vehicle with a mapped channel.
+CONSTANTS_WITH = {"drive_torque": _OF_TORQUE, "motor_current": _OF_TORQUE, "drive_power": _OF_POWER}
 
 
 def table_runs(path: Path) -> tuple[tuple[float, float], ...]:

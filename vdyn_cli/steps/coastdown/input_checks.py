@@ -90,13 +90,11 @@ def direction_findings(
 
 
 def _why_no_elevation(logs: Sequence[Log], drive: DriveSignal) -> str:
-    if drive != "coasting":
-        return "only coasting runs show whether its slope is right"
     if any("acceleration" in log for log in logs):
         return "the accelerometer measures the slope"
-    if len(logs) < FEWEST_RUNS:
+    if len(logs) < FEWEST_RUNS and drive == "coasting":
         return f"it takes {FEWEST_RUNS} runs or more to show whether its slope is right"
-    return "the runs' decelerations do not show its slope"
+    return f"the runs' {'decelerations do' if drive == 'coasting' else 'motion and drive do'} not show its slope"
 
 
 def position_direction_findings(runs: Sequence[Run], logs: Sequence[Log]) -> tuple[Finding, ...]:

@@ -19,7 +19,7 @@ from vdyn_cli.quantities.quantity import Given
 from vdyn_cli.steps.coastdown.coasts.derived_acceleration import derived_finding
 from vdyn_cli.steps.coastdown.coasts.idle_drive import idle_finding, is_idle
 from vdyn_cli.steps.coastdown.coasts.segments import CoastSegment, coast_segment, split
-from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, measured_drive, selected, usable
+from vdyn_cli.steps.coastdown.coasts.selection import SegmentSelection, driven_windows, measured_drive, selected, usable
 from vdyn_cli.steps.coastdown.fit.campaign import AccelerometerUse, Campaign, road_of
 from vdyn_cli.steps.coastdown.fit.road_run import RoadRun
 from vdyn_cli.steps.coastdown.input_checks import (
@@ -149,17 +149,20 @@ def _with_slopes(
 ) -> tuple[tuple[Log, ...], tuple[ElevationGrade, ...], tuple[Finding, ...]]:
     """The logs with the grade from their elevation, the grades and a finding; unchanged where they are not used.
 
-    Only coasts without an accelerometer use it, and only where their decelerations show it. Whole coasts are compared,
-    before the search for brakes, which would mistake an unknown hill for a brake.
+    Only runs without an accelerometer use it, and only where their motion shows it. Whole coasts or driven windows are
+    compared, before the search for brakes, which would mistake an unknown hill for a brake.
     """
     plain = tuple(logs)
-    grades = () if drive != "coasting" or any("acceleration" in log for log in logs) else elevation_grades(logs)
+    grades = () if any("acceleration" in log for log in logs) else elevation_grades(logs)
     if not grades:
         return plain, (), ()
     sloped = with_grades(plain, grades)
-    coasts = [coast_segment(k, usable(log, drive), None, 0.0) for k, log in enumerate(sloped)]
-    whole = [s for s in coasts if isinstance(s, CoastSegment)]
-    scaled = scaled_grades(grades, [_road_run(spec, s, drive, given) for s in whole])
+    if drive == "coasting":
+        coasts = [coast_segment(k, usable(log, drive), None, 0.0) for k, log in enumerate(sloped)]
+        whole = [s for s in coasts if isinstance(s, CoastSegment)]
+    else:
+        whole = driven_windows(spec, sloped, drive, given)
+    scaled = scaled_grades(grades, [_road_run(spec, s, drive, given) for s in whole], drive)
     return (plain, (), ()) if scaled is None else (with_grades(plain, scaled[0]), scaled[0], (scaled[1],))
 
 

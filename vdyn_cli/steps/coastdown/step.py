@@ -8,7 +8,7 @@ from vdyn_cli.steps.coastdown.policy import COASTDOWN_POLICY
 from vdyn_cli.steps.coastdown.preparation import prepare
 from vdyn_cli.steps.coastdown.problem import CoastdownProblem
 from vdyn_cli.steps.coastdown.spec import CoastdownSpec
-from vdyn_cli.steps.scaled_channel import SPEED_OF_WHEEL, TORQUE_OF_MOTOR
+from vdyn_cli.steps.scaled_channel import FORCE_OF_POWER, SPEED_OF_WHEEL, TORQUE_OF_MOTOR
 from vdyn_cli.steps.step_definition import Diagnosable, Step
 
 # Hz: the fit averages over 2 s (campaign.BIN_WIDTH), and the braking tests over tenths of a second. At 1 m/s^2 the
@@ -42,7 +42,7 @@ STEP = Step(
         "road_load_f1",
         "road_load_f2",
     ),
-    scaled=(SPEED_OF_WHEEL, TORQUE_OF_MOTOR),
+    scaled=(SPEED_OF_WHEEL, TORQUE_OF_MOTOR, FORCE_OF_POWER),
     reads=(
         *("mass", "rotating_mass", "wheels", "wheel_inertia", "wheel_radius", "gear_ratio", "driveline_efficiency"),
         *("air_density", "temperature", "pressure"),

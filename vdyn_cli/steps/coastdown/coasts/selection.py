@@ -65,7 +65,9 @@ def measured_drive(settings: CoastdownSettings, logs: Sequence[Log]) -> DriveSig
             return signal
     if settings.windows == "powered":
         what = "windows 'powered' needs a measured drive"
-        raise InputError(Finding("settings.windows", what, remedy="map drive_torque or drive_force, or choose 'coast'"))
+        raise InputError(
+            Finding("settings.windows", what, remedy="map drive_torque, drive_force or drive_power, or choose 'coast'")
+        )
     return "coasting"
 
 
@@ -102,6 +104,14 @@ def selected(
     why = "the speed is held before the coast"
     rejected += dict.fromkeys(RejectedSegment(logs[s.run].name, *s.held, why, usual=True) for s in segments if s.held)
     return SegmentSelection(tuple(segments), tuple(rejected))
+
+
+def driven_windows(
+    spec: CoastdownSpec, logs: Sequence[Log], drive: DriveSignal, known: Mapping[str, Given]
+) -> list[CoastSegment]:
+    """The driven windows of logs with a measured drive, before any is left out; arguments as those of ``selected``."""
+    runs = _LoggedRuns(spec, tuple(logs), drive, known, _speed_window(spec.settings, logs))
+    return [window for segment in runs.driven()[0] for window in split(segment)]
 
 
 @dataclass(frozen=True)

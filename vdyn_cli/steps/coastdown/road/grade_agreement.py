@@ -1,8 +1,10 @@
-"""Whether the decelerations of coasting runs show the stated grade, and which share of it.
+"""Whether the motion of coasting or driven runs shows the stated grade, and which share of it.
 
 Least squares over bins of 2 s of all runs together::
 
-    V' = c_run + c1 V + c2 V^2 - b g grade
+    V' = c_run + c1 V + c2 V^2 + c3 F - b g grade
+
+F is the measured drive, a torque or a force, of driven runs.
 
 b is one (a few percent less because of the rotating mass) where the grade is correct, near zero where it belongs to
 another place, and minus one where its sign or the direction of the position is wrong. Its standard error comes from
@@ -18,6 +20,7 @@ import numpy as np
 
 from vdyn_cli.inference.bins import cut
 from vdyn_cli.inference.robust_fits import least_absolute_deviations
+from vdyn_cli.physics.models.road_load import DriveSignal
 from vdyn_cli.quantities.arrays import Array, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.errors import Finding
@@ -31,9 +34,9 @@ FEWEST_RUNS, FEWEST_BINS = 3, 5  # two runs have no scatter, and a run fits thre
 FAR = 5.0  # robust standard deviations of a bin's deceleration: normal noise exceeds them once in two million
 
 
-def shown_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
+def shown_share(runs: Sequence[RoadRun], drive: DriveSignal = "coasting") -> tuple[float, float] | None:
     """Share b of the module's equation and its standard error; None where too few runs have a varying grade."""
-    parts = _without_brakes([p for run in runs if (p := _rows(run)) is not None])
+    parts = _without_brakes([p for run in runs if (p := _rows(run, drive)) is not None])
     if len(parts) < FEWEST_RUNS:
         return None
     about = [(x - x.mean(axis=0), y - y.mean()) for x, y in parts]
@@ -48,8 +51,9 @@ def shown_share(runs: Sequence[RoadRun]) -> tuple[float, float] | None:
     return float(whole), float(np.sqrt(share * np.sum((without - without.mean()) ** 2)))
 
 
-def _rows(run: RoadRun) -> tuple[Array, Array] | None:
-    """Columns (-g grade, V, V^2) and V' of a run in its bins; None where it has too few or a constant grade."""
+def _rows(run: RoadRun, drive: DriveSignal) -> tuple[Array, Array] | None:
+    """Columns (-g grade, V, V^2, and F of a driven run) and V' of a run in its bins; None where it has too few or a
+    constant grade."""
     grade = run.inputs["grade"]
     if not isinstance(grade, np.ndarray):
         return None
@@ -58,7 +62,9 @@ def _rows(run: RoadRun) -> tuple[Array, Array] | None:
     step = np.diff(time)
     near = step < 2.0 * BIN
     change, middle = np.diff(speed) / step, 0.5 * (speed[1:] + speed[:-1])
-    x = np.column_stack([-GRAVITY * 0.5 * (slope[1:] + slope[:-1]), middle, middle**2])[near]
+    pushed = [] if drive == "coasting" else [bins.mean(np.broadcast_to(run.inputs[f"drive_{drive}"], run.time.shape))]
+    inside = [0.5 * (values[1:] + values[:-1]) for values in (slope, *pushed)]
+    x = np.column_stack([-GRAVITY * inside[0], middle, middle**2, *inside[1:]])[near]
     return (x, change[near]) if near.sum() >= FEWEST_BINS else None
 
 
@@ -98,20 +104,21 @@ def grade_findings(runs: Sequence[RoadRun], where: str) -> Iterator[Finding]:
 
 
 def scaled_grades(
-    grades: Sequence[ElevationGrade], runs: Sequence[RoadRun]
+    grades: Sequence[ElevationGrade], runs: Sequence[RoadRun], drive: DriveSignal
 ) -> tuple[tuple[ElevationGrade, ...], Finding] | None:
-    """The grades scaled by the share that the runs' decelerations show, with a finding; None where they show none.
+    """The grades scaled by the share that the runs' motion shows, with a finding; None where it shows none.
 
     Parameters
     ----------
-    runs : the coasts in the logs, with these grades.
+    runs : the coasts or driven windows in the logs, with these grades. drive : that is measured.
     """
-    shown = shown_share(runs)
+    shown = shown_share(runs, drive)
     if shown is None or shown[0] < max(COASTDOWN_POLICY.elevation_shown * shown[1], STEP_POLICY.elevation_least):
         return None
     steepest = max(float(np.std(run.inputs["grade"])) for run in runs)
+    seen = "decelerations show" if drive == "coasting" else "motion and drive show"
     what = (
-        f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; the runs' decelerations show "
+        f"the grade is computed from the elevation: {100 * steepest:.2g} % rms; the runs' {seen} "
         f"{shown[0]:.2f} +- {shown[1]:.2f} times this grade"
     )
     remedy = "map 'grade', or state a surveyed profile under 'road', if the grade is known better"
