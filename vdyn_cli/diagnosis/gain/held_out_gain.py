@@ -54,8 +54,8 @@ class HeldOutGain:
     plain: bool
     interval: tuple[float, float]
     folds: int
-    better: bool
-    worse: bool
+    better: bool = False
+    worse: bool = False
     prediction_worse: bool = False
     refitted: bool = False
     floor: float = 0.0
@@ -331,7 +331,7 @@ def _gain(errors: _Errors, plain: bool) -> HeldOutGain:
     rms_b, rms_a, half = _reduction(_sums(before, plain), _sums(after, plain), modelled)
     half = float(np.hypot(half, POLICY.prediction_exactness * rms_b))
     interval = rms_b - rms_a - half, rms_b - rms_a + half
-    return HeldOutGain(rms_b, rms_a, plain, interval, len(before), False, False, floor=0.0 if plain else 1.0)
+    return HeldOutGain(rms_b, rms_a, plain, interval, len(before), floor=0.0 if plain else 1.0)
 
 
 def _worse(refits: _Errors) -> bool:

@@ -43,12 +43,11 @@ class Relinearization:
     Parameters
     ----------
     base : names of the baseline's shared unknowns.
-    likely : by nondifferentiable effect, the likely amplitude and gain that the step found; None if it found none.
     """
 
     setup: DiagnosisSetup
     base: tuple[str, ...]
-    likely: dict[str, tuple[float, float] | None] = field(default_factory=dict)
+    _likely: dict[str, tuple[float, float] | None] = field(default_factory=dict)
     _fits: dict[tuple[str, ...], FittedModel] = field(default_factory=dict)
     _last: dict[tuple[object, ...], Regression] = field(default_factory=dict)
     _predictions: dict[tuple[object, ...], tuple[LinearizedRuns, LinearizedSystem]] = field(default_factory=dict)
@@ -130,16 +129,16 @@ class Relinearization:
     def likely_size(self, name: str) -> tuple[float, float] | None:
         """The effect's likely amplitude and its gain in log likelihood; None where no simulation succeeds."""
         effect = self.setup.candidates[name]
-        if name not in self.likely and self.setup.likely_size is not None:
+        if name not in self._likely and self.setup.likely_size is not None:
 
             def start(amplitude: float) -> tuple[Unknown, ...]:
                 return tuple(started_at(u, {amplitudes_of(effect)[0]: amplitude}) for u in unknowns_of(effect))
 
             try:
-                self.likely[name] = self.setup.likely_size(effect, start)
+                self._likely[name] = self.setup.likely_size(effect, start)
             except (ResultError, ArithmeticError):
-                self.likely[name] = None
-        return self.likely.get(name)
+                self._likely[name] = None
+        return self._likely.get(name)
 
     def alone(self, effects: tuple[str, ...], about: Mapping[str, float], chord: bool) -> Regression:
         """The step's regression with only these effects, started at these values; the last one is cached.

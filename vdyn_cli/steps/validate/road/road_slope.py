@@ -125,9 +125,7 @@ def _lag(name: str, channel: str, on: str | tuple[str, ...], sign: float) -> Eff
 MEAN_SLOPE: Effect = replace(_drive_slope, name=DRIVE_SLOPE)
 SPEED_LAG = _lag("speed_timing", "speed", ("speed_clock", "acceleration_clock"), -1.0)  # the car lags, not a sensor
 APPARENT_LAGS = (_lag("torque_timing", "torque", "drive_torque_lead", 1.0), SPEED_LAG)
-LATENCIES = {
-    **{n: _lag(f"{n}_latency", n, f"{n}_clock", -1.0) for n in ("speed", "acceleration")},
-}
+LATENCIES = {n: _lag(f"{n}_latency", n, f"{n}_clock", -1.0) for n in ("speed", "acceleration")}
 
 
 @dataclass(frozen=True, eq=False)
