@@ -8,6 +8,8 @@ import pytest
 from tests.plant import shaft as plant
 from tests.plant.vehicle import random_vehicle
 from tests.steps.shaft.test_shaft_fit import log
+from vdyn_cli.io.clocks.held_values import with_held_interpolated
+from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.steps.shaft.problem import prepare
 from vdyn_cli.steps.shaft.spec import ShaftSpec
@@ -57,3 +59,20 @@ def test_a_delay_known_to_20_ms_keeps_the_stiffness_that_a_physical_damping_allo
     found = prepare(spec("0 +- 20 ms"), (log(VEHICLE, 4),), Parameters()).publish().parameters["shaft_stiffness_left"]
     assert found.value == pytest.approx(plant.truth(VEHICLE)["shaft_stiffness_left"], abs=3 * found.std)
     assert found.std < 0.01 * found.value
+
+
+def test_a_torque_that_the_logger_held_and_received_late_is_read_at_its_own_samples() -> None:
+    """Interpolated between samples of 10 ms, an oscillating torque contradicts every shaft, late or not."""
+    time = np.arange(0.0, 4.0, 1e-3)
+    random, stiffness, late = np.random.default_rng(7), 8000.0, 0.02
+    after = np.maximum(time - 0.5, 0.0)
+    twist = 0.05 * (1 - np.exp(-after / 0.5) * np.cos(2 * np.pi * 12.0 * after))
+    delayed = np.interp(time - late, time, stiffness * twist + 40.0 * np.gradient(twist, time))
+    torque = np.repeat((delayed + random.standard_normal(time.size))[::10], 10)
+    read = Log("tip_in.csv", time, {"shaft_torque": torque, "twist": twist + 2e-5 * random.standard_normal(time.size)})
+    problem = prepare(spec(), (with_held_interpolated(read),), Parameters())
+    (side,) = problem.sides
+    assert side.torque_delay.value == pytest.approx(late, abs=2 * side.torque_delay.std)
+    found = problem.publish().parameters["shaft_stiffness_left"]
+    assert found.value == pytest.approx(stiffness, rel=0.01)
+    assert found.std < 0.03 * stiffness

@@ -23,7 +23,9 @@ is reported with both numbers, and the compliance in series if the log is the so
 A torque that is logged late by d lowers c by k d; without a stated ``torque_delay``, the interval of c includes half
 a sampling interval (one standard deviation). Where the fit leaves a residual above the noise and a delay explains
 it, the torque is shifted by the delay; c is then determined only if the delay is measured and stated. Where a low-pass
-filter of the torque (one pole, or a Butterworth filter with two) explains it, twist and rate are filtered likewise.
+filter of the torque (one pole, or a Butterworth filter with two or four) explains it, twist and rate are filtered
+likewise. Where a viscoelastic shaft or joint explains it (a Zener solid, stiffer in fast oscillations), k and c are
+those of slow oscillations.
 
 Assumes no free play, constant k and c, one shear modulus (79.3 +- 0.8 GPa, steel, where none is given).
 Sources: SAE 2017-01-1574, equation (26); any text on torsion of round bars for J.

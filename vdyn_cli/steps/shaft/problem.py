@@ -148,8 +148,9 @@ def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftPro
         if readings[name] or drawing or bar:
             gain = spec.settings.torque_gain.value
             shifted = tuple(one[name] for one in near) if readings[name] else ()
-            one = ShaftSide(name, readings[name], sections, drawing, bar, gain, delay, shifted, stated is None)
-            sides.append(one)
+            relaxation = lag.relaxation if lag else 0.0
+            of_log = shifted, stated is None, relaxation
+            sides.append(ShaftSide(name, readings[name], sections, drawing, bar, gain, delay, *of_log))
     if not sides:
         remedy = "add 'sections' with a drawing, or 'runs' with a tip-in log"
         raise InputError(Finding("shaft", "neither a drawing nor a log is given", "", remedy))

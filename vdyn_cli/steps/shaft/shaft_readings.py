@@ -14,7 +14,13 @@ from vdyn_cli.io.clocks.block_means import condensed
 from vdyn_cli.quantities.arrays import Array, Rows, cumulative_integral
 from vdyn_cli.quantities.errors import Finding, raise_all
 from vdyn_cli.quantities.log import Log
-from vdyn_cli.steps.shaft.encoder_angles import ANGLES, ratio_of_angles_doubts, twist_resolution, with_twist_of_angles
+from vdyn_cli.steps.shaft.encoder_angles import (
+    ANGLES,
+    ratio_of_angles_doubts,
+    twist_resolution,
+    unwrapped,
+    with_twist_of_angles,
+)
 from vdyn_cli.steps.shaft.policy import SHAFT_POLICY
 from vdyn_cli.steps.shaft.spec import SIDES, ShaftSpec, SideName
 from vdyn_cli.steps.sign_conventions import REMEDY, cosine, wrong_sign
@@ -177,12 +183,20 @@ def _integral_weights(time: Array) -> Array:
 
 
 def _with_torque_on_time(log: Log, delay: float) -> Log:
-    """The log with its torque shifted ``delay`` s earlier, to compensate for its delay."""
+    """The log with its torque shifted ``delay`` s earlier, to compensate for its delay.
+
+    A torque that was interpolated between its own samples is left at these; the other channels are interpolated there.
+    """
+    if "shaft_torque" in log.samples:
+        time, torque = log.samples["shaft_torque"]
+        others = {n: unwrapped(x) if n in ANGLES else x for n, x in log.channels.items()}
+        there = {n: np.interp(time - delay, log.time, x, left=np.nan, right=np.nan) for n, x in others.items()}
+        return Log(log.name, time - delay, {**there, "shaft_torque": torque})
     torque = log["shaft_torque"]
-    there = np.isfinite(torque)
-    if not delay or not there.any():
+    good = np.isfinite(torque)
+    if not delay or not good.any():
         return log
-    earlier = np.interp(log.time + delay, log.time[there], torque[there], left=np.nan, right=np.nan)
+    earlier = np.interp(log.time + delay, log.time[good], torque[good], left=np.nan, right=np.nan)
     return log.with_channels(shaft_torque=earlier)
 
 

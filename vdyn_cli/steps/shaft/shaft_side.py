@@ -65,6 +65,7 @@ class ShaftSide:
     shifted : the same readings with the delay one standard deviation smaller and larger, at most ``UNKNOWN``; empty
         where it is exact.
     delay_assumed : whether nothing is stated about the delay.
+    relaxation : s, of a viscoelastic shaft; twist and rate of ``runs`` are then filtered with this time constant.
     """
 
     name: SideName
@@ -76,6 +77,7 @@ class ShaftSide:
     torque_delay: Given
     shifted: tuple[tuple[ShaftReadings, ...], ...] = ()
     delay_assumed: bool = False
+    relaxation: float = 0.0
 
     @cached_property
     def linear(self) -> Solution:
@@ -147,9 +149,10 @@ class ShaftSide:
     def _logged(self, added: AddedEffects) -> LoggedShaft:
         fit = self._fit(added)
         solution, covariance = fit.solve(self.linear)
+        published, covariance = self._in_slow_oscillations(solution, covariance)
         std = np.sqrt(np.diag(covariance)).tolist()
-        stiffness = self._budget(solution, "shaft_stiffness", UNIT, std[0])
-        damping = self._budget(solution, "shaft_damping", "N m s/rad", std[1])
+        stiffness = self._budget(published, "shaft_stiffness", UNIT, std[0])
+        damping = self._budget(published, "shaft_damping", "N m s/rad", std[1])
         late = Contribution("delay_of_the_torque", self.torque_delay.value, self.torque_delay.std, "s", stiffness.value)
         damping = replace(damping, contributions=(*damping.contributions, late))
         stiffness = replace(stiffness, contributions=(*stiffness.contributions, *self._stiffness_by_delay))
@@ -169,6 +172,16 @@ class ShaftSide:
         }
         correlation = float(together / (stiffness.std * damping.std))
         return LoggedShaft(self.runs, twist, rate, torque, solution, stiffness, damping, correlation, amplitudes)
+
+    def _in_slow_oscillations(self, solution: Solution, covariance: Array) -> tuple[Solution, Array]:
+        """The solution with the damping c - k t of slow oscillations, t the relaxation time, and its covariance."""
+        if not self.relaxation:
+            return solution, covariance
+        into = np.eye(len(covariance))
+        into[1, 0] = -self.relaxation
+        k, c = solution.values["shaft_stiffness"], solution.values["shaft_damping"]
+        slow = {**solution.values, "shaft_damping": c - self.relaxation * k}
+        return replace(solution, values=slow), into @ covariance @ into.T
 
     @cached_property
     def _stiffness_by_delay(self) -> tuple[Contribution, ...]:

@@ -2,9 +2,10 @@
 
 To first order a delay d is a damping that is too small by k d: k phi(t - d) = k phi - k d phi'. Logs of tip-ins hardly
 contain the second order, so that only the sum c - k d is determined: the delay within the damping times c / k of
-half-shafts, and the stiffness. A delay is sought where the fit without one leaves a residual above the noise, and
-accepted where it explains that with a physical damping. The logs are then evaluated with the torque shifted, as with a
-stated delay, and the uncertainty of the damping time is that of the delay.
+half-shafts, and the stiffness. A delay is sought where the fit without one leaves a residual above the noise, or a
+negative damping. It is accepted where it leaves a smaller residual, within the noise, and a physical damping. The logs
+are then evaluated with the torque shifted, as with a stated delay, and the uncertainty of the damping time is that of
+the delay.
 """
 
 from __future__ import annotations
@@ -38,12 +39,13 @@ class ShaftFits:
 
     Parameters
     ----------
-    excess : of the residuals, times the sensors' noise.
+    excess : of the residuals, times the sensors' noise. conditions : on the readings, that logged channels can violate.
     physical : no damping is significantly negative, or that of friction.
     """
 
     solutions: tuple[Solution, ...]
     excess: float
+    conditions: int
     physical: bool
 
     @property
@@ -62,7 +64,8 @@ def assumed_delay(logs: Sequence[Log]) -> Given:
     ----------
     logs : of all runs; the one with the longest interval counts.
     """
-    return Given(0.0, 0.5 * max((float(np.median(np.diff(log.time))) for log in logs), default=0.0))
+    clocks = [log.samples["shaft_torque"][0] if "shaft_torque" in log.samples else log.time for log in logs]
+    return Given(0.0, 0.5 * max((float(np.median(np.diff(clock))) for clock in clocks), default=0.0))
 
 
 def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Given, tuple[Finding, ...]]:
@@ -74,7 +77,7 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
     stated : the delay of the description, s; it stands where the logs do not contradict it.
     """
     before = shaft_fits(read(stated.value))
-    if before is None or before.excess <= SHAFT_POLICY.shaft_excess:
+    if before is None or (before.physical and before.excess <= SHAFT_POLICY.shaft_excess):
         return stated, ()
     near = stated.value + _start([run for runs in read(stated.value).values() for run in runs])
     about = _tried(read, near)
@@ -86,6 +89,8 @@ def torque_delay(read: Callable[[float], Readings], stated: Given) -> tuple[Give
         return stated, ()
     if abs(found.value - stated.value) < SHAFT_POLICY.delay_std * found.std:
         return stated, ()
+    if (before.excess**2 - after.excess**2) * after.conditions < SHAFT_POLICY.delay_std**2:
+        return stated, ()  # a negative damping alone does not determine the delay
     late = f"{1e3 * abs(found.value):.0f} +- {1e3 * found.std:.0f} ms {'late' if found.value > 0 else 'early'}"
     what = f"is logged {late} relative to the twist, and is shifted by that"
     got = f"residual {before.excess:.1f} times the noise without the shift, {after.excess:.1f} times with it"
@@ -103,8 +108,9 @@ def shaft_fits(readings: Readings) -> ShaftFits | None:
         solutions = [linear_solution(runs) for runs in sides]
     except ResultError:
         return None
-    excess = noise_excess(solutions, [run for runs in sides for run in runs])
-    return ShaftFits(tuple(solutions), excess, all(_physical(s) for s in solutions))
+    every = [run for runs in sides for run in runs]
+    conditions = sum(run.conditions_per_sample * run.time.size for run in every)
+    return ShaftFits(tuple(solutions), noise_excess(solutions, every), conditions, all(_physical(s) for s in solutions))
 
 
 def _tried(read: Callable[[float], Readings], delay: float) -> ShaftFits | None:

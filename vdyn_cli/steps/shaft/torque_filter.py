@@ -4,8 +4,10 @@ A torque behind a filter F that twist and speeds do not have reads F (k phi + c 
 k (F phi) + c (F phi'): the logs are evaluated with twist and rate behind the same filter. It is sought where the fit
 leaves a residual above the noise that no delay of the torque explains, and accepted where it explains that with a
 physical damping. To first order a time constant t is a damping that is too small by k t; what determines it is the
-second order, k t^2 phi''. With a damping c above k t the same law is that of a shaft with a viscoelastic joint (Zener's
-standard linear solid, k under a constant torque and c / t in fast oscillations): no filter is accepted then.
+second order, k t^2 phi''.
+
+With one pole and a damping c above k t the same law is that of a shaft with a viscoelastic joint (Zener's standard
+linear solid): k in slow oscillations, with the damping c - k t, and a stiffness of c / t in fast ones.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from vdyn_cli.steps.shaft.spec import SideName
 from vdyn_cli.steps.shaft.torque_clock import FEWEST_INNER, Readings, shaft_fits, unexplained_squares
 
 SHORTEST, LONGEST, TRIALS = 5e-4, 0.1, 30  # s: corners of 320 to 1.6 Hz, and the number of trials in each order
-ORDERS = (1, 2)  # one pole; Butterworth
+ORDERS = (1, 2, 4)  # one pole; Butterworth
 FINER = 16  # points per sample, between which the signal is a line; the curve through them is cubic
 FORGOTTEN = 5.0  # time constants from the start of a run, in which the filter follows an unknown history
 APART = 0.02  # of the time constant, between the fits whose costs give its standard deviation
@@ -36,11 +38,18 @@ class TorqueFilter:
 
     Parameters
     ----------
-    time : s, its time constant, 1 / (2 pi corner). order : 1, or 2 (Butterworth).
+    time : s, its time constant, 1 / (2 pi corner). order : 1, or that of a Butterworth filter.
+    of_shaft : whether the torque itself lags, in a viscoelastic shaft, and not its sensor.
     """
 
     time: float
     order: int
+    of_shaft: bool = False
+
+    @property
+    def relaxation(self) -> float:
+        """The relaxation time of a viscoelastic shaft, s, 0 for a sensor's filter."""
+        return self.time if self.of_shaft else 0.0
 
     def through(self, readings: Readings) -> dict[SideName, tuple[ShaftReadings, ...]]:
         """The readings of all sides, as :meth:`applied`."""
@@ -50,7 +59,16 @@ class TorqueFilter:
         """The readings with twist and rate behind this filter, from ``FORGOTTEN`` time constants on."""
         later = run.time >= run.time[0] + FORGOTTEN * self.time
         twist, rate = (self._filtered(run.time, signal)[later] for signal in (run.twist, run.rate))
-        return replace(run, time=run.time[later], torque=run.torque[later], twist=twist, rate=rate)
+        torque, twist_noise, rate_noise = run.noise
+        less = self._noise_gain(run.time)
+        noise = torque, twist_noise * less, rate_noise * (1.0 if run.rate_unread else less)
+        return replace(run, time=run.time[later], torque=run.torque[later], twist=twist, rate=rate, noise=noise)
+
+    def _noise_gain(self, time: Array) -> float:
+        """Standard deviation of white noise behind this filter, over that before it."""
+        impulse = np.zeros(time.size)
+        impulse[time.size // 2] = 1.0
+        return float(np.linalg.norm(self._filtered(time, impulse)))
 
     def _filtered(self, time: Array, signal: Array) -> Array:
         """The signal (n,) behind the filter, which is steady at first."""
@@ -82,14 +100,30 @@ def torque_filter(readings: Readings) -> tuple[TorqueFilter | None, float, tuple
     after = shaft_fits(found.through(readings))
     if bend <= 0.0 or after is None or not after.physical or after.excess > SHAFT_POLICY.shaft_excess:
         return None, 0.0, ()
-    if after.damping_time > found.time:  # a viscoelastic shaft, which is stiffer in fast oscillations
-        return None, 0.0, ()
     std = after.excess * (2.0 / bend) ** 0.5  # the cost is twice the negative log likelihood
-    corner, kind = 1.0 / (2.0 * np.pi * found.time), ("one pole", "two poles")[found.order - 1]
+    excess = f"residual {before.excess:.1f} times the noise without it, {after.excess:.1f} times with it"
+    if after.damping_time <= found.time:
+        return found, std, (_filtered_torque(found, excess),)
+    if found.order > 1:
+        return None, 0.0, ()
+    return replace(found, of_shaft=True), std, (_viscoelastic(found, after.damping_time / found.time - 1.0, excess),)
+
+
+def _filtered_torque(found: TorqueFilter, excess: str) -> Finding:
+    corner, kind = 1.0 / (2.0 * np.pi * found.time), f"{found.order} poles" if found.order > 1 else "one pole"
     what = f"is logged behind a low-pass filter of {corner:.3g} Hz ({kind}); twist and rate are filtered likewise"
-    got = f"residual {before.excess:.1f} times the noise without it, {after.excess:.1f} times with it"
     remedy = "log the torque without this filter, or twist and speeds with the same one"
-    return found, std, (Finding("channel 'shaft_torque'", what, got, remedy, fault=True, doubt=True),)
+    return Finding("channel 'shaft_torque'", what, excess, remedy, fault=True, doubt=True)
+
+
+def _viscoelastic(found: TorqueFilter, stiffer: float, excess: str) -> Finding:
+    """The finding that a shaft is ``stiffer`` in fast oscillations, relative to slow ones."""
+    what = (
+        f"the shaft or a joint is viscoelastic: {100 * stiffer:.0f} % stiffer in fast oscillations than in slow ones, "
+        f"with a relaxation time of {1e3 * found.time:.2g} ms; stiffness and damping are those of slow oscillations"
+    )
+    remedy = f"use them below {0.5 / (2.0 * np.pi * found.time):.2g} Hz, or simulate a Zener shaft"
+    return Finding("shaft_stiffness", what, excess, remedy, doubt=True)
 
 
 def _broken(run: ShaftReadings) -> bool:
