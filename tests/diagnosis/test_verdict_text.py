@@ -48,8 +48,8 @@ def test_axles_that_differ_significantly_have_their_own_amplitudes(half: float, 
 PLURAL = (
     "accelerometer_slope", "asymmetric_damping", "brake_drag", "brake_drag_fading", "bump_stop", "degressive_damping",
     "front_load_gain", "load_crosstalk", "progressive_spring", "rear_load_delay", "rear_load_gain",
-    "rear_tire_stiffness", "run_warmup", "series_compliance", "tire_enveloping", "tire_warmup", "wheel_circle",
-    "wheel_force_gain",
+    "rear_tire_stiffness", "run_warmup", "series_compliance", "shaft_torque_delay", "tire_enveloping", "tire_warmup",
+    "wheel_circle", "wheel_force_gain", "wheel_speed_delay",
 )  # fmt: skip
 
 

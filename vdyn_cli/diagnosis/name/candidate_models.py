@@ -215,12 +215,14 @@ def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str
 def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | None:
     """Forward selection: add the effect with the strongest evidence in the residual until none is significant.
 
-    For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the
-    others; None where that fails or the selection does not end within ``POLICY.most_effects``.
+    For logs of real cars, in which more than two effects are present. It starts with the strongest effect that can be
+    fitted alone: of several late channels, that with the largest evidence may not change the main channel. Each effect
+    must be needed beside all the others; None where that fails or the selection does not end within
+    ``POLICY.most_effects``.
     """
     evidence = found.scores.evidence
-    names = [n for n in found.testable if evidence[n] > POLICY.single_evidence]
-    tried = candidate_model(strategy, sorted(names, key=lambda n: -evidence[n])[:1]) if names else None
+    names = sorted((n for n in found.testable if evidence[n] > POLICY.single_evidence), key=lambda n: -evidence[n])
+    tried = next((one for n in names if (one := candidate_model(strategy, (n,)))), None)
     while tried is not None and not tried.sufficient:
         more = len(tried.effects) < POLICY.most_effects and not catalog_falls_short(strategy, tried)
         tried = with_next(strategy, tried) if more else None

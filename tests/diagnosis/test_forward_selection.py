@@ -1,0 +1,37 @@
+"""Forward selection starts with the strongest effect that can be fitted alone, not only with the strongest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from vdyn_cli.diagnosis.name import candidate_models
+from vdyn_cli.diagnosis.name.candidate_models import forward_selection
+
+EVIDENCE = {"speed": 50.0, "shaft": 90.0, "noise": 0.5}
+
+
+@pytest.mark.parametrize("refuted", [(), ("shaft",), ("shaft", "speed")])
+def test_an_effect_that_fails_alone_is_not_the_first(refuted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    def model(strategy: Any, effects: Sequence[str], below: float = inf) -> Any:
+        alone = len(effects) == 1
+        return (
+            None if alone and effects[0] in refuted else SimpleNamespace(effects=tuple(effects), sufficient=not alone)
+        )
+
+    stages: dict[str, Any] = {
+        "candidate_model": model,
+        "with_next": lambda strategy, tried: model(strategy, (*tried.effects, "next")),
+        "catalog_falls_short": lambda strategy, tried: False,
+        "all_needed": lambda strategy, tried: True,
+    }
+    for name, stage in stages.items():
+        monkeypatch.setattr(candidate_models, name, stage)
+    found: Any = SimpleNamespace(scores=SimpleNamespace(evidence=EVIDENCE), testable=tuple(EVIDENCE))
+    chain = forward_selection(None, found)  # type: ignore[arg-type]
+    first = next((n for n in ("shaft", "speed") if n not in refuted), None)
+    assert (chain and chain.effects) == (first and (first, "next"))
