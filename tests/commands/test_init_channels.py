@@ -244,3 +244,12 @@ def test_the_power_of_a_rider_is_a_drive_and_that_of_a_battery_is_not(tmp_path: 
     falls = 60.0 - 40.0 * time / 600.0
     car = table(tmp_path / "car.csv", time_s=time, speed_kmperh=falls, **{"Battery Power_kW": WAVE})
     assert "drive_power" not in draft("coastdown", car)[1]["channels"]
+
+
+def test_a_torque_and_a_wheel_speed_alone_are_those_of_a_stand(tmp_path: Path) -> None:
+    time = np.arange(600) / 100.0
+    spin = {"Hub Torque_Nm": 20.0 * WAVE, "Wheel Speed_rpm": 300.0 + 50.0 * WAVE}
+    _, stand = draft("inertia", table(tmp_path / "spin.csv", time_s=time, **spin))
+    assert (stand["manoeuvre"], sorted(stand["channels"])) == ("stand", ["hub_torque", "time", "wheel_speed"])
+    road = table(tmp_path / "road.csv", time_s=time, **spin, **{"Hub Fx_N": 100.0 * WAVE})
+    assert "manoeuvre" not in draft("inertia", road)[1]

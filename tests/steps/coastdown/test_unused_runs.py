@@ -172,3 +172,12 @@ def test_a_brake_in_a_driven_log_is_taken_out() -> None:
     assert len(result.fit.runs) == 9  # the braked one counts as two
     for name, truth in coast.truth(REFERENCE).items():
         assert abs(off(result, name, truth)) < 3.5
+
+
+def test_a_drive_without_a_driven_part_is_listed_with_the_reason() -> None:
+    runs = coast.campaign(REFERENCE, 4)
+    logs = [
+        log.with_channels(drive_force=np.full(log.time.size, 300.0 * (k != 2))) for k, log in enumerate(logs_of(runs))
+    ]
+    problem = prepare(spec_of(runs, settings={"windows": "powered"}), logs, known(REFERENCE))
+    assert why(problem) == ["the vehicle is never driven and faster than 3.6 km/h"]

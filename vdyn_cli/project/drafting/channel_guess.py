@@ -14,6 +14,7 @@ from vdyn_cli.project.drafting.channel_names import (
     ELSEWHERE,
     NOT_DRIVEN,
     OF_ACCELERATION,
+    OF_BATTERY,
     OF_TORQUE,
     RULES,
     SAME_WORD,
@@ -116,10 +117,13 @@ def _shared_corner(facts: Sequence[ChannelFacts]) -> Words:
 
 
 def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[str]:
-    """The names of the columns whose stated unit and values fit a quantity."""
+    """The names of the columns whose stated unit and values fit a quantity, without those of a battery."""
     fitting: list[str] = []
     for one in facts:
-        unit, _ = _unit(one, quantity, _words(one.column)[1], "")
+        words, suffix = _words(one.column)
+        if words & OF_BATTERY:
+            continue
+        unit, _ = _unit(one, quantity, suffix, "")
         if quantity.unit and unit not in ("", "?") and one.state == "varies" and not _unfit(one, quantity, unit):
             fitting.append(one.column)
     return fitting

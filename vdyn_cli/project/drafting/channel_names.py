@@ -64,6 +64,7 @@ ELSEWHERE = frozenset(["fl", "fr", "rl", "rr", "front", "rear", "left", "right"]
 STATES_UNIT = {"m/s": frozenset(("twist", "linear", "x"))}
 # With them, a first word M is a torque (German: M_Bremse), as n is a rotational speed.
 OF_TORQUE = frozenset(("motor", "brake", "hub", "drive", "shaft", "driveline"))
+OF_BATTERY = frozenset(("battery", "bat", "batt", "hv", "pack", "bms"))  # its current is no measure of a torque
 NOT_DRIVEN = frozenset(("target", "max", "mean", "error", "status"))  # not the measured motion itself
 
 # Words of languages without blanks between words, Chinese, Japanese, Korean and Russian, and joined words.

@@ -73,7 +73,7 @@ def draft_description(step: Step, paths: Sequence[Path], folder: Path) -> Descri
         return _of_tables(step, parts, tables, logs, folder)
     for name, own in parts.get("MANOEUVRES", {}).items():
         other = step.manoeuvres[name]
-        if logs and not _decided(step, logs[0]) and _decided(other, logs[0]):
+        if logs and _shows_other(step, other, logs):
             step, parts = other, {**{k: v for k, v in parts.items() if k not in ("DRAFT", "RUN")}, **own}
     swings = [c for c in parts.get("PENDULUM_CHANNELS", ()) if logs[0].guesses[c].facts is not None]
     head = [_HEAD, f"test: {step.name}"]
@@ -154,6 +154,13 @@ def _decided(step: Step, log: GuessedLog) -> bool:
     """Whether any required channel other than the time is found; any channel if the step requires none."""
     needed = [entry for entry in step.required if entry != "time"] or step.optional
     return any(part in log.columns() for entry in needed for part in named_channels(entry))
+
+
+def _shows_other(step: Step, other: Step, logs: Sequence[GuessedLog]) -> bool:
+    """Whether the logs have channels of another manoeuvre of a step, and none that only the step's usual one reads."""
+    read, others = ({c for e in (*s.required, *s.optional) for c in named_channels(e)} for s in (step, other))
+    found = {c for log in logs for c in log.columns()}
+    return not found & (read - others) and bool(found & (others - {"time"}))
 
 
 def _with_station(

@@ -16,3 +16,13 @@ pendulum:
   mass: "?"                 # such as 20.00 +- 0.01 kg
   pivot_distance: "?"       # knife edge to axle, such as 204.8 +- 0.1 mm
 """
+
+# The draft of logs with a torque and a wheel's speed, and no force or motion of a road.
+MANOEUVRES = {
+    "stand": {
+        "DRAFT": """\
+manoeuvre: stand            # a free wheel that a torque spins up and down; remove it if the wheel rolled on a road
+vehicle: {}
+"""
+    }
+}

@@ -146,6 +146,10 @@ class _LoggedRuns:
             demand = there[f"drive_{self.drive}"] if settings.windows == "powered" else None
             one, left = driven_segment(k, there, demand, slowest, settings.minimum_length.value)
             segments += [] if one is None else [self._of_run(one)]
+            if one is None and not left:
+                what = "the vehicle is never" + ("" if demand is None else " driven and")
+                why = f"{what} faster than {3.6 * slowest:.3g} km/h"
+                left = [RejectedSegment(log.name, float(log.time[0]), float(log.time[-1]), why)]
             rejected += _summed(log, left)
         return segments, rejected
 
