@@ -184,6 +184,19 @@ def test_the_vehicles_of_a_long_table_are_its_groups(tmp_path: Path) -> None:
     assert log.time == pytest.approx(np.arange(100) / 10)
 
 
+def test_the_places_beside_the_values_of_a_long_table_are_channels(tmp_path: Path) -> None:
+    path = tmp_path / "scanner.csv"
+    rows = [
+        f'"{100.0 + k / 10:.3f}";"{pid}";"{k}";"{unit}";"{(48.0 + k // 10 / 1e4) * (k > 9)}";"{9.0 * (k > 9)}";'
+        for k in range(60)
+        for pid, unit in (("Vehicle speed", "km/h"), ("Engine RPM", "rpm"))
+    ]
+    path.write_text("\n".join(['"SECONDS";"PID";"VALUE";"UNITS";"LATITUDE";"LONGTITUDE";', *rows]) + "\n")
+    (place,) = [f for f in survey(path) if f.column == "LATITUDE"]
+    assert (place.samples, place.lowest, place.info.unit) == (5, pytest.approx(48.0001), "deg")
+    assert place.info.span == pytest.approx((101.0, 105.0))
+
+
 def test_the_clock_of_a_long_table_has_its_unit(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     path.write_text("Time (ms),Signal,Value,Unit\n" + rows("{t:.3f},Speed,{v:.2f},km/h"))

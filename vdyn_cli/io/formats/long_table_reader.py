@@ -3,6 +3,8 @@
 SECONDS;PID;VALUE;UNITS
 73772.550;Engine RPM;714;rpm
 73772.570;Vehicle speed;0;mph
+
+Latitude and longitude may stand in columns of their own, beside each value, and change with each fix of the receiver.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ _NAME = re.compile(
 )
 _VALUE = re.compile(r"((physical|telemetry)[ _]?)?values?", re.IGNORECASE)
 _SOURCE = re.compile(r"(\w+_)?(vehicle|car|device|logger)([ _]?(id|name|number|no))?", re.IGNORECASE)
+_PLACE = re.compile(r"lat(?:itude)?|lon(?:g(?:t?itude)?)?|lng", re.IGNORECASE)  # LONGTITUDE, as Car Scanner writes it
 _UNIT = re.compile(r"units?", re.IGNORECASE)
 _DELIMITERS = ";,\t|"
 _WIDEST = 16  # columns
@@ -58,10 +61,18 @@ class LongTable:
     def __init__(self, head: LongHead, rows: Sequence[Sequence[str]], lines: Sequence[int]) -> None:
         cells = [np.array([row[i] for row in rows], dtype=object) for i in (head.time, head.name, head.value)]
         time, self._lines = _seconds(cells[0]), np.array(lines)
-        self._values = _numbers(cells[2])
+        values = _numbers(cells[2])
         sources = _sources(head, rows)
         names = [f"{source}\n{name}" for source, name in zip(sources, cells[1], strict=True)]
         self._rows: list[Rows] = [np.flatnonzero(np.array(names) == n) for n in dict.fromkeys(names)]
+        self._values = [values[at] for at in self._rows]
+        labels = [
+            (str(cells[1][at[0]]), rows[int(at[0])][head.unit].strip() if head.unit >= 0 else "") for at in self._rows
+        ]
+        fixes, places = _places(head, rows if len(set(sources)) == 1 else [])
+        self._rows += [fixes] * len(places)
+        self._values += [place[fixes] for place in places.values()]
+        labels += [(name, "deg") for name in places]
         self._times = [time[at] for at in self._rows]
         unit = "s" if is_instant(str(cells[0][0])) else _unit_of(head.names[head.time], time)
         listed: list[StoredChannel] = []
@@ -70,8 +81,7 @@ class LongTable:
             if table == i:
                 clock = StoredChannel(head.names[head.time], unit, table, (i, "time"), sources[at[0]], master=True)
                 listed.append(clock)
-            stated = rows[int(at[0])][head.unit].strip() if head.unit >= 0 else ""
-            listed.append(StoredChannel(str(cells[1][at[0]]), stated, table, (i, "values"), sources[at[0]]))
+            listed.append(StoredChannel(*labels[i], table, (i, "values"), sources[at[0]]))
         self.listed = tuple(listed)
 
     def line(self, channel: StoredChannel, row: int) -> int:
@@ -84,9 +94,25 @@ class LongTable:
         found: list[Array | None] = []
         for channel in wanted:
             which = channel.at[0] if isinstance(channel.at, tuple) else 0
-            values = self._times[which] if channel.master else self._values[self._rows[which]]
+            values = self._times[which] if channel.master else self._values[which]
             found.append(values if np.isfinite(values).any() else None)
         return found
+
+
+def _places(head: LongHead, rows: Sequence[Sequence[str]]) -> tuple[Rows, dict[str, Array]]:
+    """The rows at which the place beside the values changes, and the columns of latitude and longitude (n,); empty
+    unless there are two. A receiver without a fix writes zeros or nothing."""
+    found = {
+        name: _numbers(np.array([row[at] if at < len(row) else "" for row in rows], dtype=object))
+        for at, name in enumerate(head.names)
+        if _PLACE.fullmatch(name)
+    }
+    if len(found) != 2:
+        return np.array([], dtype=np.intp), {}
+    both = np.column_stack([*found.values()])
+    fixed = np.flatnonzero(np.isfinite(both).all(axis=1) & (both != 0.0).any(axis=1))
+    new = np.r_[True, (np.diff(both[fixed], axis=0) != 0.0).any(axis=1)] if fixed.size else np.array([], dtype=bool)
+    return fixed[new], (found if fixed.size else {})
 
 
 def _sources(head: LongHead, rows: Sequence[Sequence[str]]) -> list[str]:

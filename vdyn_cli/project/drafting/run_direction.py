@@ -20,7 +20,7 @@ _LATITUDE = re.compile(
     f"{_DEVICE}(?:lat(?:itude)?|(?:geogr?[ _.]*)?breite(?:ngrad)?){_IN_DEGREES}{_NO_MOTION}", re.IGNORECASE
 )
 _LONGITUDE = re.compile(
-    f"{_DEVICE}(?:longitude|long|lon|lng|(?:geogr?[ _.]*)?l(?:ae|ä)nge(?:ngrad)?){_IN_DEGREES}{_NO_MOTION}",
+    f"{_DEVICE}(?:longt?itude|long|lon|lng|(?:geogr?[ _.]*)?l(?:ae|ä)nge(?:ngrad)?){_IN_DEGREES}{_NO_MOTION}",
     re.IGNORECASE,
 )
 # Words in the names of logs for the two ways along a road: those of the first pair, others as seen from the first log.
