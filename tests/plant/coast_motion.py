@@ -21,6 +21,7 @@ rotating_mass              kg of rotating mass that the tester does not know
 mass_error                 the true mass is (1 + size) x the known one
 wheel_radius               share by which the true radius exceeds the known one (powered drives)
 drag_bump                  N at 15 m/s, 1.5 m/s wide: outside every catalog, for controls
+fast_drag                  N s^2/m^2 x (V - 20 m/s)^2 above 20 m/s (waves in the tires): outside every catalog
 speed_scale                sensor: reads (1 + size) x
 speed_delay                sensor: s of latency on top of its own
 torque_gain, torque_offset sensor: reads (1 + size) T + offset (N m)
@@ -44,7 +45,7 @@ EFFECTS = (
     *("extra_drag_area", "headwind", "road_grade", "grade_profile", "speed_dependent_rolling"),
     *("tire_warmup", "tire_warmup_time", "temperature_rolling", "brake_drag", "brake_drag_fading"),
     *("brake_drag_fading_time", "driveline_drag", "driveline_drag_viscous", "rotating_mass", "mass_error"),
-    *("wheel_radius", "drag_bump", "speed_scale", "speed_delay", "torque_gain", "torque_offset"),
+    *("wheel_radius", "drag_bump", "fast_drag", "speed_scale", "speed_delay", "torque_gain", "torque_offset"),
     *("accelerometer_offset", "accelerometer_tilt", "body_pitch"),
 )
 
@@ -154,6 +155,8 @@ class Car:
         resistance = self.drag * air * np.abs(air) + friction * np.tanh(speed / 0.02)
         if q["drag_bump"]:
             resistance = resistance + q["drag_bump"] * np.exp(-0.5 * ((speed - 15.0) / 1.5) ** 2)
+        if q["fast_drag"]:
+            resistance = resistance + q["fast_drag"] * np.maximum(speed - 20.0, 0.0) ** 2
         if q["driveline_drag_viscous"]:
             resistance = resistance + q["driveline_drag_viscous"] * speed
         if slope is not None:

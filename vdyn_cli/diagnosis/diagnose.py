@@ -18,7 +18,7 @@ from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import judge
 from vdyn_cli.diagnosis.name.nuisance_effects import with_nuisance_effects
 from vdyn_cli.diagnosis.next_tests.next_test import next_tests
-from vdyn_cli.diagnosis.part.part_judgment import PartJudgment, with_part
+from vdyn_cli.diagnosis.part.part_judgment import PartJudgment, free_curve, with_part
 from vdyn_cli.diagnosis.part.published_part import part_figure, with_published_part
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.materiality import limits_of
@@ -90,7 +90,8 @@ def _diagnosed(
     extension = replace(extension, amplitudes=open_amplitudes(strategy, judgment, extension.amplitudes))
     diagnosis = with_published_part(_described(prepared, strategy, judgment, extension, base), by_part)
     result = with_open_answers(strategy, judgment, extension, problem, base)
-    result = holding_free_curve(result, extension, by_part.learned, problem)
+    law = strategy.model.setup.candidates[by_part.law.effect] if by_part.law is not None else None
+    result = holding_free_curve(result, free_curve(by_part, judgment, extension.effects), law, problem)
     diagnosis = _doubted(with_undetected_bias(diagnosis, result.parameters), result, doubts)
     notes = (*extension.failed, *already_included(prepared, setup), *_note(diagnosis))
     result = replace(

@@ -101,6 +101,11 @@ class SimulatedProblem(Problem, Protocol):
         """Values (n,) of a part's coordinate in the runs at the baseline's solution; None (default): the whole span."""
         return None
 
+    @property
+    def has_further_numbers(self) -> bool:
+        """Whether ``including`` changes intervals; False by default."""
+        return False
+
     def including(self, result: Result, answers: Sequence[tuple[float | None, Result]]) -> Result:
         """The result with intervals of its further numbers that include those of all answers; unchanged by default.
 

@@ -20,7 +20,7 @@ from tests.bench.hidden_logs import damage
 from tests.plant import coast
 from tests.plant.hidden import WARM
 from tests.plant.sensors import ACCELEROMETER
-from tests.plant.vehicle import random_vehicle
+from tests.plant.vehicle import AIR_DENSITY, GRAVITY, random_vehicle
 from vdyn_cli.cli import app
 from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.reader import Column
@@ -142,6 +142,22 @@ def test_brakes_that_let_go_slower_than_they_usually_do_are_still_brakes(tmp_pat
     for name, size in hidden.items():
         low, high = found["unknowns"][name]["interval95"]
         assert low < size < high
+
+
+@pytest.mark.slow
+def test_a_force_at_high_speed_is_within_the_intervals_beside_the_brake_that_imitates_it(tmp_path: Path) -> None:
+    """All runs begin at the same speed, so that it falls off with time as well: 61 N at 100 km/h."""
+    vehicle, size = random_vehicle(SEED), 1.0  # N s^2/m^2
+    made = document(described(tmp_path, {"fast_drag": size}, coast.Day(runs=10, start_speed=32.0, end_speed=4.0)))
+    for row in made["road_load"]["force"]:
+        speed = row["speed_kmh"] / 3.6
+        if speed > 32.0:  # not driven
+            continue
+        true = vehicle.rolling_resistance * vehicle.mass * GRAVITY + 0.5 * AIR_DENSITY * vehicle.drag_area * speed**2
+        low, high = row["interval95"]
+        assert low < true + size * max(speed - 20.0, 0.0) ** 2 < high
+    (note,) = [f["what"] for f in made["findings"] if "intervals over speed include it" in f["what"]]
+    assert note.startswith("the learned law of the resistance to motion explains the runs as well as brakes")
 
 
 @pytest.mark.slow

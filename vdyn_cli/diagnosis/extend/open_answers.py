@@ -12,9 +12,9 @@ from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer, biases, propaga
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.diagnosis.name.probable_answers import probable_answers
-from vdyn_cli.diagnosis.part.learned_law import Learned
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
+from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Solution
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.parameters import BASELINE, Estimate
@@ -156,15 +156,29 @@ def _beside_others(result: Result, others: Sequence[Result]) -> Result:
     return replace(result, findings=(*result.findings, Finding("diagnosis", what, minor=True)))
 
 
-def holding_free_curve(result: Result, extension: Extension, law: Learned | None, problem: SimulatedProblem) -> Result:
-    """The result of a learned formula ``law``, with intervals that include those of the free curve; others unchanged.
+def holding_free_curve(
+    result: Result, curve: Sequence[Effect], law: Effect | None, problem: SimulatedProblem
+) -> Result:
+    """The result with intervals of its further numbers that include those with a part's free curve; see free_curve.
 
-    A formula may deviate locally by more than its own interval: for example a sine at the flank of a step.
+    A formula may deviate locally by more than its own interval: for example a sine at the flank of a step. A named law
+    and the curve differ where they imitate each other: for example in the road load without a brake.
+
+    Parameters
+    ----------
+    curve : the effects with which the curve is the answer; none where there is no such answer.
+    law : the named law in place of which the curve is; a note states it.
     """
-    if law is None or law.free is None or extension.effects != (law.name,) or not result.parameters:
+    if not curve or not result.parameters or not problem.has_further_numbers:
         return result
-    curve = publish_with(problem, [law.free])[0]
-    return result if curve is None else problem.including(result, [(None, curve)])
+    found = publish_with(problem, curve)[0]
+    if found is None:
+        return result
+    result = problem.including(result, [(None, found)])
+    if law is None:
+        return result
+    what = f"{curve[-1].label} explains the runs as well as {law.label}; the intervals over speed include it"
+    return replace(result, findings=(*result.findings, Finding("diagnosis", what, remedy=law.confirm, minor=True)))
 
 
 def by_fit(

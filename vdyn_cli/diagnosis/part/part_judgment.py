@@ -13,11 +13,12 @@ from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, all_needed, candidate_model, with_next
 from vdyn_cli.diagnosis.part.learned_law import Learned, fitted_forms, learned
 from vdyn_cli.diagnosis.part.part_finding import LawWithin, PartFinding, part_finding
-from vdyn_cli.diagnosis.part.part_search import rms_share
+from vdyn_cli.diagnosis.part.part_search import FittedParts, rms_share
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import finding_size
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
+from vdyn_cli.effects import Effect
 from vdyn_cli.quantities.errors import ResultError
 from vdyn_cli.steps import SimulatedProblem
 from vdyn_cli.steps.free_part import Part
@@ -38,6 +39,41 @@ class PartJudgment:
     finding: PartFinding | None = None
     law: LawWithin | None = None
     learned: Learned | None = None
+
+
+def free_curve(found: PartJudgment, judgment: Judgment, extended: Sequence[str]) -> tuple[Effect, ...]:
+    """The part's free curve, and the effects beside it, where it is another answer about the vehicle; else none.
+
+    It is one beside a learned formula, beside a named law of the catalog that explains no more than the curve (a brake
+    that fades, where all runs begin at the same speed), and where no answer is accepted. A curve over time, position
+    or direction belongs to the test: it says nothing about the vehicle.
+
+    Parameters
+    ----------
+    judgment : the final one, of which ``found`` contains an earlier stage. extended : the effects in the model.
+    """
+    finding, law, learned_law = found.finding, found.law, found.learned
+    named = judgment.answer.effects if judgment.answer is not None else ()
+    if finding is None or not finding.curves or any(p.reads for p in finding.parts) or tuple(extended) != named:
+        return ()
+    if learned_law is not None:
+        return (learned_law.free,) if learned_law.free is not None and named == (learned_law.name,) else ()
+    if judgment.verdict != "unknown" and (law is None or law.effect not in named or _exceeds_curve(finding, law)):
+        return ()
+    curve = learned(finding, None, (), label_of(finding.parts)).effect
+    candidates = found.strategy.model.setup.candidates
+    return (*(candidates[e] for e in named if law is None or e != law.effect), curve) if curve.lasts else ()
+
+
+def _exceeds_curve(finding: PartFinding, law: LawWithin) -> bool:
+    """Whether a law explains clearly more than the free curve of its part: it then depends on something else."""
+    fitted = finding.search.with_effects((law.effect,))
+    return fitted is None or _more_than_curve(finding, fitted)
+
+
+def _more_than_curve(finding: PartFinding, fitted: FittedParts) -> bool:
+    search = finding.search
+    return search.explained(fitted) > search.explained(finding.fitted) + 2 * POLICY.clearly_better * search.floor
 
 
 def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
@@ -136,10 +172,8 @@ def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) 
 
 def _explains_more(finding: PartFinding, answer: CandidateModel) -> bool:
     """Whether an answer explains more than the free curve of the part."""
-    search = finding.search
-    fitted = search.with_effects(answer.effects)
-    least = search.explained(finding.fitted) + 2 * POLICY.clearly_better * search.floor
-    return fitted is not None and search.explained(fitted) > least
+    fitted = finding.search.with_effects(answer.effects)
+    return fitted is not None and _more_than_curve(finding, fitted)
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:

@@ -148,6 +148,11 @@ class CoastdownProblem(SimulatedProblem):
         findings = (*self.findings, *contradiction, *wind, *doubts(estimates), *of_logs)
         return result_of(estimates, self.known.estimates.get("frontal_area"), added.unknowns, findings)
 
+    @property
+    def has_further_numbers(self) -> bool:
+        """The road load over speed."""
+        return True
+
     def including(self, result: Result, answers: Sequence[tuple[float | None, Result]]) -> Result:
         """See ``SimulatedProblem``: the forces over speed."""
         return with_answers(result, answers)
