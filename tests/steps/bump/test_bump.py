@@ -217,6 +217,20 @@ def test_the_nearer_of_two_bumps_is_used_if_its_distance_is_stated() -> None:
     assert np.allclose(places - length, 3.0, atol=0.2)
 
 
+def test_a_crossing_ends_where_the_car_meets_another_bump() -> None:
+    """Of bumps a few meters apart, the response to the second one was fitted as that to the first."""
+    twice = []
+    for log in LOGS:
+        meets = np.interp(3.0, np.cumsum(log["speed"]) * 0.002, log.time)
+        first, second = log.between(0.0, meets + 1.2), log.between(meets - 0.3, np.inf)
+        time = np.concatenate([first.time, second.time - second.time[0] + first.time[-1] + 0.002])
+        twice.append(Log(log.name, time, {n: np.concatenate([first[n], second[n]]) for n in log.channels}))
+    problem = prepare(spec({"distance_front": 3.0}), BumpData(tuple(twice)), known())
+    for log, crossing in zip(LOGS, problem.fit.crossings, strict=True):
+        meets = np.interp(3.0, np.cumsum(log["speed"]) * 0.002, log.time)
+        assert crossing.time[-1] == pytest.approx(meets + 1.4, abs=0.25)
+
+
 def test_the_bump_is_found_by_a_car_that_slows_down_on_it() -> None:
     crossing = replace(plant.runs(SEED)[0], speed=3.0, speed_up=-0.8, distance=2.0)
     (record,) = plant.noise_free(VEHICLE, [crossing])

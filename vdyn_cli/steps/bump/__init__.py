@@ -15,7 +15,7 @@ Simulated and measured axle loads, and vertical acceleration and pitch rate wher
 runs at once, each channel weighted by its noise (or the loads by the setting ``rear_weight``). Each run has as unknowns
 the position of the bump, scale and slope of the speed, the body's motion before the bump and the sensors' zeros: a
 millimeter of position changes the load by some hundred newtons. A matched filter locates the bump in a log;
-``distance_front`` selects it where a log contains several.
+``distance_front`` selects it where a log contains several; the response to another bump is left out.
 
 The half car needs the pitch inertia of the sprung body about its center. ``pitch_inertia``, as `vdyn cg` estimates it,
 is that of the whole car with wheels that do not pitch. It includes the axles' fore-and-aft motion against the body:

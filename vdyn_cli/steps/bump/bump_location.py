@@ -15,6 +15,9 @@ from vdyn_cli.steps.bump.crossing import CHANNELS, LOADS, traveled
 LEAD, TAIL = 0.1, 0.6  # s of the response before the front axle meets the bump and after the rear axle has left it
 REACH = 1.0  # s by which an axle's response may deviate from its expected time, in addition to the delay
 NEARLY = 0.7  # share of the best score from which a position near the stated distance is preferred
+# Share of a bump's score from which another bump is recognized. With one bump, other places have up to 0.05; an equal
+# bump that is met while the car still oscillates has 0.35 or more.
+ANOTHER = 0.2
 CLOCKS = 0.2  # s by which clocks of two loggers may differ: the range of the candidate effect
 NEAR = 0.25  # s about a time over which the speed is averaged
 CREEPING = 0.1  # m/s, least speed of a response
@@ -32,6 +35,7 @@ class BumpLocation:
     correlation : of the loads with the response, 0 to 1.
     gain : of each channel, measured over simulated; 1 for the typical car. Body channels are shifted in time to match.
     delay : s from the front load's response to the rear load's, each located separately.
+    alone : distances from the log's start, m, between which the car responds to no other bump; infinite without one.
     """
 
     distance: float
@@ -39,6 +43,7 @@ class BumpLocation:
     correlation: float
     gain: Mapping[str, float]
     delay: float
+    alone: tuple[float, float]
 
 
 def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, stated: float | None) -> BumpLocation:
@@ -66,7 +71,8 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
     pace = _pace_from(log, clock[at : at + 1])
     for _ in range(SEARCH_ROUNDS):
         response = _response(simulator, pace, step, width + wheelbase)
-        before, at = at, _best_place(changes, response, along, stated, wheelbase, round(LEAD / step))
+        scores = np.array([_correlation(changes[n], response[n]) for n in LOADS])
+        before, at = at, _best_place(scores.sum(axis=0), response, along, stated, wheelbase, round(LEAD / step))
         last, pace = pace, _pace_from(log, clock[max(at, 0) :])
         if at == before or np.ptp([*pace[: response["front_load"].size], *last]) < SAME_SPEED * pace[0]:
             break
@@ -76,8 +82,29 @@ def find_bump(log: Log, simulator: Simulator, width: float, wheelbase: float, st
     meets = at + round(LEAD / step)
     distance = float(np.interp(clock[0] + meets * step, log.time, way))
     expected = _time_for(last, step, wheelbase)
-    delay = _delay(changes, response, at, expected, step)
-    return BumpLocation(distance, wheelbase / expected, correlation, gain, delay)
+    first = 1 - response["front_load"].size
+    begins = along[np.clip(np.arange(scores.shape[1]) + first, 0, along.size - 1)]
+    alone, apart = _alone(scores, at - first, begins, width + wheelbase)
+    delay = _delay(changes, response, at, expected, step, min(round((REACH + expected) / step), apart // 2))
+    return BumpLocation(distance, wheelbase / expected, correlation, gain, delay, alone)
+
+
+def _alone(scores: Array, at: int, begins: Array, length: float) -> tuple[tuple[float, float], int]:
+    """Distances, m, between which the car responds to no other bump, and the samples to the nearest other bump.
+
+    Another bump has ``ANOTHER`` of the score of this one or more in both loads, and is met when the rear axle has left
+    this one.
+
+    Parameters
+    ----------
+    scores : (2, n), of each load and place. begins : (n,), distances, m, at which the responses begin.
+    at : index of this bump. length : m, of the bump and the wheelbase.
+    """
+    another = scores.min(axis=0) > ANOTHER * scores[:, at].mean()
+    others = np.flatnonzero(another & (np.abs(begins - begins[at]) > length))
+    start = max((float(begins[k]) + length for k in others[others < at][-1:]), default=-np.inf)
+    stop = min((float(begins[k]) for k in others[others > at][:1]), default=np.inf)
+    return (start, stop), int(np.min(np.abs(others - at), initial=begins.size))
 
 
 def _changes(log: Log, name: str) -> tuple[Array, Array]:
@@ -123,7 +150,7 @@ def _response(simulator: Simulator, pace: Array, step: float, length: float) -> 
 
 
 def _best_place(
-    changes: Mapping[str, Array],
+    score: Array,
     response: Mapping[str, Array],
     along: Array,
     stated: float | None,
@@ -131,7 +158,6 @@ def _best_place(
     lead: int,
 ) -> int:
     """Index of the sample at which the response begins; it may lie outside the log."""
-    score: Array = np.sum([_correlation(changes[n], response[n]) for n in LOADS], axis=0)
     first = 1 - response["front_load"].size
     best = int(np.argmax(score))
     if stated is not None:
@@ -177,12 +203,14 @@ def _shifted_gain(change: Array, response: Array, at: int, step: float) -> float
     return best / max(float(response @ response), 1e-300)
 
 
-def _delay(changes: Mapping[str, Array], response: Mapping[str, Array], at: int, expected: float, step: float) -> float:
+def _delay(
+    changes: Mapping[str, Array], response: Mapping[str, Array], at: int, expected: float, step: float, reach: int
+) -> float:
     """Time from the front load's response to the rear load's, s, each located separately near ``at``.
 
-    A wrong speed shifts both by the same time, so the difference is correct.
+    A wrong speed shifts both by the same time, so the difference is correct. ``reach``: samples by which each may lie
+    away from ``at``, less than half the way to another bump.
     """
-    reach = round((REACH + expected) / step)
     places = []
     for name in LOADS:
         score = _correlation(changes[name], response[name])

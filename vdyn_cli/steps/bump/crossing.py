@@ -64,16 +64,20 @@ def traveled(log: Log) -> Array:
     return cumulative_integral(log.time, filled(log.time, log["speed"]))
 
 
-def cut_crossing(log: Log, distance: float, wheelbase: float, mass: float, ground: Ground) -> Crossing:
+def cut_crossing(
+    log: Log, distance: float, alone: tuple[float, float], wheelbase: float, mass: float, ground: Ground
+) -> Crossing:
     """The part of a log from ``BEFORE`` s before the front axle meets the bump to ``AFTER`` s after the rear axle does.
 
     Parameters
     ----------
-    distance : from the log's start to the bump's near edge, m. wheelbase : m. mass : of the car, kg.
+    distance : from the log's start to the bump's near edge, m. alone : distances, m, outside of which the car responds
+        to other bumps; nothing there is used. wheelbase : m. mass : of the car, kg.
     """
     way = traveled(log)
     meets = np.interp([distance, distance + wheelbase], way, log.time)
-    part = log.between(float(meets[0]) - BEFORE, float(meets[1]) + AFTER)
+    start, stop = np.interp(alone, way, log.time, left=-np.inf, right=np.inf)
+    part = log.between(max(float(meets[0]) - BEFORE, float(start)), min(float(meets[1]) + AFTER, float(stop)))
     first = int(np.searchsorted(log.time, part.time[0]))
     names = [n for n in CHANNELS if n in log]
     noise = {n: white_level(part[n], part.time) for n in names}

@@ -53,7 +53,7 @@ def select_crossings(
         if errors := wrong_location(log, location, wheelbase):
             wrong += errors
             continue
-        crossing = cut_crossing(log, location.distance, wheelbase, known.values["mass"], ground)
+        crossing = cut_crossing(log, location.distance, location.alone, wheelbase, known.values["mass"], ground)
         excluded = airborne(crossing, static, wheelbase)
         doubtful += [*gravity, *([excluded] if excluded else doubts(log, crossing, expected))]
         crossings += [] if excluded else [crossing]
