@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from vdyn_cli.io.channel_survey import survey
 from vdyn_cli.io.formats.log_formats import read_log
 from vdyn_cli.io.formats.lvm_reader import READER as LVM
 from vdyn_cli.io.formats.mat_reader import READER as MAT
@@ -221,6 +222,25 @@ def test_json_objects_of_equal_keys_are_tables(form: str, tmp_path: Path) -> Non
     assert np.allclose(log.time, TIME)
     assert np.allclose(log["speed"] * 3.6, SPEED)
     assert np.allclose(read_log(path, {**columns, "speed": column("alt")}).time, 0.5 + np.arange(20))
+
+
+@pytest.mark.parametrize("form", ["arrays", "nested", "streams", "by row", "columns"])
+def test_json_arrays_of_one_length_are_columns(form: str, tmp_path: Path) -> None:
+    time, speed = TIME.tolist(), SPEED.tolist()
+    arrays = {"time": time, "velocity": speed}
+    contents: dict[str, object] = {
+        "arrays": {"app": "x", **arrays, "laps": [1, 2]},
+        "nested": {"meta": {"app": "x"}, "log": arrays},
+        "streams": {**{n: {"data": v} for n, v in arrays.items()}, "latlng": {"data": [[48.0, 9.0]] * len(time)}},
+        "by row": {n: {str(k): one for k, one in enumerate(v)} for n, v in arrays.items()},
+        "columns": {"columns": list(arrays), "data": list(zip(time, speed, strict=True))},
+    }
+    path = tmp_path / "ride.json"
+    path.write_text(json.dumps(contents[form]))
+    log = read_log(path, {"time": column("time", "s"), "speed": column("velocity", "km/h")})
+    assert np.allclose(log.time, TIME)
+    assert np.allclose(log["speed"] * 3.6, SPEED)
+    assert ("lng" in [f.column for f in survey(path)]) == (form == "streams")
 
 
 def test_json_with_names_and_values_is_a_long_table(tmp_path: Path) -> None:

@@ -1,7 +1,8 @@
-"""JSON logs: an object for each sample, one per line or in an array.
+"""JSON logs: an object for each sample, one per line or in an array, or an array for each channel.
 
 Objects of equal keys are a table with its own clock; objects with time, name and value are a long table, as OpenXC
-writes it. Keys of nested objects are joined by dots.
+writes it. Keys of nested objects are joined by dots. Arrays of one length in an object are the columns of a table; so
+are objects of one length (pandas), the ``data`` of streams (Strava), and rows beside an array ``columns``.
 """
 
 from __future__ import annotations
@@ -105,7 +106,31 @@ def _objects(text: str) -> list[tuple[int, Record]]:
         arrays: list[list[Any]] = [value for value in values if isinstance(value, list)]
         longest: list[Any] = max(arrays, key=len) if arrays else []
         found = list(enumerate(longest, 1))
+        if isinstance(whole, dict) and not any(isinstance(one, dict) for one in longest):
+            columns = _columns(whole)
+            rows = zip(*columns.values(), strict=True)
+            found = [(n, dict(zip(columns, row, strict=True))) for n, row in enumerate(rows, 1)]
     return [(number, dict(_flat(one))) for number, one in found if isinstance(one, dict)]
+
+
+def _columns(whole: Mapping[str, Any], depth: int = 0) -> dict[str, list[Any]]:
+    """The longest arrays of one length in an object or in one of its objects, as columns by name; empty if none."""
+    names, rows = whole.get("columns"), whole.get("data")
+    if isinstance(names, list) and isinstance(rows, list) and all(isinstance(r, list) for r in rows):
+        return {str(name): [r[k] for r in rows if len(r) == len(names)] for k, name in enumerate(names)}
+    arrays: dict[str, list[Any]] = {}
+    for key, value in whole.items():
+        one = value.get("data", [*value.values()]) if isinstance(value, dict) else value
+        if isinstance(one, list) and one and all(isinstance(v, list) and len(v) == 2 for v in one) and "lat" in key:
+            arrays |= {"lat": [v[0] for v in one], "lng": [v[1] for v in one]}
+        elif isinstance(one, list) and not any(isinstance(v, (list, dict)) for v in one):
+            arrays[key] = one
+    length = max(map(len, arrays.values()), default=0)
+    found = {key: one for key, one in arrays.items() if len(one) == length}
+    if length >= _FEWEST and len(found) > 1:
+        return found
+    inner = (_columns(v, depth + 1) for v in whole.values() if isinstance(v, dict) and depth < _DEEPEST)
+    return next((columns for columns in inner if columns), {})
 
 
 def _parsed(path: Path) -> StoredFile:
@@ -118,7 +143,9 @@ def _parsed(path: Path) -> StoredFile:
         return LongTable(head, [row for _, row in kept], [n for n, _ in kept])
     tables = _JsonTables(records)
     if not tables.listed:
-        what = f"is JSON without a series of at least {_FEWEST} objects of equal keys: not a log"
+        what = (
+            f"is JSON without a series of at least {_FEWEST} objects of equal keys, or arrays of one length: not a log"
+        )
         raise InputError(Finding(path.name, what, remedy="convert it to CSV, with a column for each channel"))
     return tables
 
