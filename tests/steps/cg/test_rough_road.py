@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.diagnose import diagnosed
 from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.result import Result
-from vdyn_cli.steps.cg.driven_channels import driven_channels
+from vdyn_cli.steps.cg.driven_channels import driven_channels, driven_responses
 from vdyn_cli.steps.cg.load_windows import WINDOW, cut_windows
 from vdyn_cli.steps.cg.step import STEP
 from vdyn_cli.steps.cg.unmeasured_heave import heave_autocovariance, pitch_heave
@@ -72,7 +72,9 @@ def test_a_clock_that_is_off_is_still_named() -> None:
 @pytest.mark.slow
 def test_what_the_driver_causes_contains_little_of_the_road() -> None:
     driver, both = ([cut_windows(log) for log in found] for found in (front_only(), rough()))
-    found = driven_channels(both, VEHICLE.antenna_height - VEHICLE.cg_height)
+    lever = VEHICLE.antenna_height - VEHICLE.cg_height
+    responses = driven_responses(both, lever)
+    found = [driven_channels(run, run.channels, lever, r) for run, r in zip(both, responses, strict=True)]
     for name in ("front_load", "pitch_rate"):
         road = np.concatenate([b.channels[name] - d.channels[name] for b, d in zip(both, driver, strict=True)])
         left = np.concatenate([f[name] - d.channels[name] for f, d in zip(found, driver, strict=True)])

@@ -8,7 +8,7 @@ import pytest
 from tests.plant.vehicle import random_vehicle
 from tests.steps.cg.test_cg import logs
 from vdyn_cli.quantities.arrays import Array
-from vdyn_cli.steps.cg.driven_channels import driven_channels
+from vdyn_cli.steps.cg.driven_channels import driven_channels, driven_responses
 from vdyn_cli.steps.cg.load_windows import WINDOW, cut_windows
 from vdyn_cli.steps.cg.uneven_road import uneven_road
 
@@ -43,6 +43,6 @@ def test_a_run_that_begins_at_rest_is_predicted_by_runs_that_roll() -> None:
     """With a constant and "rolling" as collinear regressors, half of the load was missing at rest."""
     runs = [cut_windows(log) for log in logs(random_vehicle(4), 4)]
     runs[0].channels["rolling"][:100] = 0.0
-    found = driven_channels(runs, 0.5)[0]
+    found = driven_channels(runs[0], runs[0].channels, 0.5, driven_responses(runs, 0.5)[0])
     for name in ("front_load", "rear_load"):
         assert abs(found[name][:100].mean() / runs[0].channels[name][:100].mean() - 1) < 0.1

@@ -20,7 +20,7 @@ GIVEN = (
     *("unsprung_mass_front", "unsprung_mass_rear", "tire_vertical_compliance", "reads_gravity", "contact_lead"),
     *("slip_compliance", "tire_relaxation_length", "brake_share_front", "pitch_axis", EXCESS_GAIN),
 )
-ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero")
+ZEROS = ("front_load_zero", "rear_load_zero", "acceleration_zero", "front_load_bend_zero", "rear_load_bend_zero")
 MOMENTS = ("loads", "motion", "inertial")  # their sum is zero where loads and motion agree
 SPEED_RATE = "speed_rate"  # m/s^2, acceleration corrected for gravity, to compare with the logged speed
 CARRIED = "carried"  # N, upward force of road and air on the vehicle: the weight, except for heave
@@ -120,7 +120,8 @@ def _both(e: ModelBuilder, u: Signals) -> None:
     pushed = {"push": push, "braking": where(u.rate + u.swing < 0, 1.0, 0.0), "brake_share_front": p.brake_share_front}
     front = e("wheel_force", "_front", value=u.front_load - p.front_load_zero, rear=0.0, **pushed) + _lift(e, u, 0.0)
     rear = e("wheel_force", "_rear", value=u.rear_load - p.rear_load_zero, rear=1.0, **pushed) + _lift(e, u, 1.0)
-    _moments(e, u, front, rear, u.front_load_bend, u.rear_load_bend)
+    bends = u.front_load_bend - p.front_load_bend_zero, u.rear_load_bend - p.rear_load_bend_zero
+    _moments(e, u, front, rear, *bends)
     e.sensor(CARRIED, front + rear + p.front_excess_gain * front)
 
 
@@ -130,7 +131,8 @@ def _front(e: ModelBuilder, u: Signals) -> None:
     p = e.p
     heave = p.heave_lever * u.pitch_acceleration + p.heave_spring * u.sprung_heave + p.heave_damper * u.damped_heave
     rear = p.mass * (GRAVITY + heave) - front
-    _moments(e, u, front, rear, u.front_load_bend, -u.front_load_bend)
+    bend = u.front_load_bend - p.front_load_bend_zero
+    _moments(e, u, front, rear, bend, -bend)
 
 
 LOAD_TRANSFER = Model(
@@ -146,7 +148,7 @@ LOAD_TRANSFER = Model(
 FRONT_LOAD_TRANSFER = Model(
     "front_load_transfer",
     _front,
-    (*SOUGHT, *GIVEN, "heave_lever", *HEAVE_LEVERS, "front_load_zero", "acceleration_zero"),
+    (*SOUGHT, *GIVEN, "heave_lever", *HEAVE_LEVERS, *(z for z in ZEROS if not z.startswith("rear"))),
     ("front_load", "front_load_bend", *HEAVES, *MOTION),
     ("heading",),
 )

@@ -35,15 +35,15 @@ from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun, simulated
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
-from vdyn_cli.steps.cg.driven_channels import driven_channels, without_driven
+from vdyn_cli.steps.cg.driven_channels import NO_RESPONSES, driven_channels, driven_responses, without_driven
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
 from vdyn_cli.steps.cg.load_windows import WINDOW, LoadWindows
 from vdyn_cli.steps.cg.local_derivative import SPAN, TRUE_SPAN, local_derivative
 from vdyn_cli.steps.cg.logged_speed import SpeedChange
-from vdyn_cli.steps.cg.noise import balance_covariance, true_channels
+from vdyn_cli.steps.cg.noise import balance_covariance, noise_slopes, true_channels
 from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.uneven_road import uneven_road
-from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance
+from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance, with_heave
 from vdyn_cli.steps.contract import NO_VALUES
 
 MOST_ROUNDS = 14  # of the fit: the change shrinks in each, so a fit that needs more does not converge
@@ -128,7 +128,8 @@ class LoadFit:
         In this order: all moments and the true load per newton read; the moments that a pitch acceleration changes;
         the corrected acceleration, and the load of both axles where both are logged.
         """
-        zeros = [f"{n}_zero" for n in (*self.runs[0].loads, "acceleration")]
+        loads = self.runs[0].loads
+        zeros = [f"{n}_zero" for n in (*loads, "acceleration", *(f"{n}_bend" for n in loads))]
         values = {**self.known, **{n: 0.0 for n in zeros}, **{u.name: u.start for u in self.unknowns[: len(SOUGHT)]}}
         names = tuple(dict.fromkeys([*(u.name for u in self.unknowns), *zeros]))
 
@@ -142,7 +143,7 @@ class LoadFit:
     @cached_property
     def measured(self) -> tuple[BalanceInputs, ...]:
         """The measured channels of each run."""
-        return tuple(_balance_inputs(w, w.channels, w.channels, SPAN, _lever(self)) for w in self.runs)
+        return tuple(_balance_inputs(w, w.channels, SPAN, _lever(self)) for w in self.runs)
 
     @cached_property
     def first_solution(self) -> Solution:
@@ -214,11 +215,13 @@ class LoadFit:
 
         r(theta) = L^-1 (g(theta_0; measured) + g(theta; true) - g(theta_0; true)),   J = dr/dtheta
 
-        g the integrated balances, theta_0 = ``at``, L L' the covariance of g there. The true channels are uncorrelated
-        with the balances of the measured ones (hence no bias), and smoothed, because their noise only adds scatter.
+        g the integrated balances, theta_0 = ``at``, L L' the covariance of g there. The true channels and what follows
+        linearly from them, such as derivatives, are uncorrelated with the balances of the measured ones (hence no
+        bias), and smoothed, because their noise only adds scatter.
         """
         noise = self.heave_noise(at) if heave is None else heave
-        driven = driven_channels(self.runs, self.known["antenna_height"] - float(at[0]))  # the height comes first
+        lever = self.known["antenna_height"] - float(at[0])  # the height comes first
+        driven = driven_responses(self.runs, lever) if noise.size else [NO_RESPONSES] * len(self.runs)
         whitened_runs = [self._whitened_run(k, _local(self, at, k), noise, one) for k, one in enumerate(driven)]
         rows = BalanceRows(self, at, tuple(whitened_runs), noise)
         regression = Regression(self.unknowns, tuple(w.run for w in self.runs), rows)
@@ -248,25 +251,28 @@ class LoadFit:
         balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
         scale = partial["front_load"] * windows.width
-        band = balance_covariance(windows, partial, heave)
+        band = with_heave(balance_covariance(windows, noise_slopes(windows, partial)), heave, scale)
         for j in range(len(band)):
             band[j, : scale.size - j] /= scale[: scale.size - j] * scale[j:]
         return balance / scale, band
 
-    def _whitened_run(self, run: int, theta: Array, heave: Array, driven: Mapping[str, Array]) -> WhitenedRun:
+    def _whitened_run(self, run: int, theta: Array, heave: Array, responses: Mapping[str, Array]) -> WhitenedRun:
         """One run's noise and true channels at its local unknowns.
 
-        Their derivatives are those of ``driven``, the parts that the driver causes. On an uneven road these replace the
-        most probable channels, too.
+        On an uneven road the parts that the driver causes replace the most probable channels.
         """
         windows = self.runs[run]
         balance, slopes = self.balance(windows, self.measured[run], theta)
         partial = self._partials(slopes, windows)
-        factor = factored(balance_covariance(windows, partial, heave))
+        by_sample = noise_slopes(windows, partial)
+        band = with_heave(balance_covariance(windows, by_sample), heave, partial["front_load"] * windows.width)
+        factor = factored(band)
         residual = whitened(factor, balance)
-        channels = true_channels(windows, partial, weighed(factor, residual), _delays(self, theta))
-        derived = {**channels, **driven}
-        true = _balance_inputs(windows, derived if heave.size else channels, derived, TRUE_SPAN, _lever(self))
+        channels = true_channels(windows, by_sample, weighed(factor, residual), _delays(self, theta))
+        if heave.size:
+            lever = self.known["antenna_height"] - float(theta[0])  # the height comes first
+            channels |= driven_channels(windows, channels, lever, responses)
+        true = _balance_inputs(windows, channels, TRUE_SPAN, _lever(self))
         return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
@@ -278,14 +284,14 @@ class LoadFit:
         """
         moments, turned, _ = self.simulators
         still, turning = simulated(moments, inputs.still, theta), simulated(turned, inputs.turning, theta)
-        change = windows.change(inputs.pitch_rate)
+        change = windows.change @ inputs.pitch_rate
 
         def integrated(quiet: Mapping[str, Array], moving: Mapping[str, Array]) -> tuple[Array, Array]:
             # The balance is linear in the pitch acceleration, whose integral is the change of the pitch rate.
             added = sum((moving[n] - quiet[n] for n in turned.outputs), np.zeros(1))
             columns = (-1, *[1] * (added.ndim - 1))
-            per_rate = windows.integral(added) / windows.width.reshape(columns)
-            whole = windows.integral(np.asarray(sum(quiet[n] for n in MOMENTS)))
+            per_rate = windows.integral @ added / windows.width.reshape(columns)
+            whole = windows.integral @ np.asarray(sum(quiet[n] for n in MOMENTS))
             return whole + per_rate * change.reshape(columns), per_rate
 
         balance, per_rate = integrated(still.outputs, turning.outputs)
@@ -298,7 +304,7 @@ class LoadFit:
     def _partials(self, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
         """Derivatives (k,) of the mean balance by each channel, and by the pitch acceleration."""
         at = self.simulators[0].unknowns.index
-        channels = (*windows.loads, "acceleration")
+        channels = (*windows.loads, "acceleration", *(f"{n}_bend" for n in windows.loads))
         return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
 
 
@@ -342,22 +348,20 @@ def _corrected(law: Callable[[Law, Signals, Signals], Number], inner: Law, q: Si
     return lambda s: law(inner, s, q)
 
 
-def _balance_inputs(
-    windows: LoadWindows, values: Mapping[str, Array], derived: Mapping[str, Array], span: float, lever: float
-) -> BalanceInputs:
+def _balance_inputs(windows: LoadWindows, values: Mapping[str, Array], span: float, lever: float) -> BalanceInputs:
     """Inputs of the balance, with the derivatives of loads and acceleration.
 
     Parameters
     ----------
-    values : channels (n,). derived : those whose derivatives are computed over ``span`` s to either side.
+    values : channels (n,). span : s to either side, over which derivatives are computed.
     lever : height of the antenna above the center of gravity, m.
     """
     inputs = {n: values[n] for n in (*windows.loads, "acceleration", "pitch_rate", "pitch", "rolling", "speed")}
     inputs |= {n: values[n] for n in HEAVES if n in values}
-    inputs |= {f"{n}_bend": local_derivative(derived[n], windows.step, span) for n in windows.loads}
-    swing = lever * local_derivative(derived["pitch_rate"], windows.step, span, 1)
+    inputs |= {f"{n}_bend": local_derivative(values[n], windows.step, span) for n in windows.loads}
+    swing = lever * local_derivative(values["pitch_rate"], windows.step, span, 1)
     inputs["swing"] = swing
-    for name, push in (("push", derived["acceleration"]), ("swing", swing)):
+    for name, push in (("push", values["acceleration"]), ("swing", swing)):
         inputs[f"{name}_speed_rate"] = local_derivative(push * values["speed"], windows.step, span, 1)
         inputs[f"{name}_bend"] = local_derivative(push, windows.step, span)
     context = {"heading": windows.heading}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,11 @@ from vdyn_cli.inference import white_level
 from vdyn_cli.physics.models.load_transfer import HEAVES
 from vdyn_cli.quantities.arrays import Array, cumulative_integral
 from vdyn_cli.quantities.log import Log
+from vdyn_cli.steps.cg.local_derivative import SPAN, derivative_reach, local_derivative
 from vdyn_cli.steps.cg.unmeasured_heave import pitch_heave
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 WINDOW = 0.02  # s over which the balance is integrated; the body pitches at 1 to 3 Hz
 LOADS = ("front_load", "rear_load")
@@ -77,23 +82,40 @@ class LoadWindows:
         return tuple(n for n in LOADS if n in self.channels)
 
     @cached_property
-    def _reach(self) -> NDArray[np.int64]:
-        """Indices (k, m + 1) of each window's samples."""
-        return self.first[:, None] + np.arange(self.weights.shape[1])
+    def integral(self) -> csr_array:
+        """Matrix (k, n) of the integrals over the windows, by the samples."""
+        reach = self.first[:, None] + np.arange(self.weights.shape[1])
+        return self._rows(self.weights, reach)
 
-    def integral(self, values: Array) -> Array:
-        """Integrals (k,) over the windows of samples (n,), or (k, j) of the columns of (n, j)."""
-        return np.asarray(np.einsum("kw,kw...->k...", self.weights, values[self._reach]))
+    @cached_property
+    def change(self) -> csr_array:
+        """Matrix (k, n) of the last minus the first sample of each window."""
+        ends = np.column_stack([self.first, self.first + self.weights.shape[1] - 1])
+        return self._rows(np.tile([-1.0, 1.0], (len(ends), 1)), ends)
+
+    @cached_property
+    def integral_bend(self) -> csr_array:
+        """Matrix (k, n) of the integrals of the second derivative over ``SPAN``, by the samples."""
+        from scipy.sparse import diags_array
+
+        half = derivative_reach(self.step, SPAN)
+        impulse = np.zeros(6 * half + 1)
+        impulse[3 * half] = 1.0
+        response = local_derivative(impulse, self.step, SPAN)[2 * half : 4 * half + 1]
+        n = self.time.size
+        bend = diags_array(np.tile(response[:, None], n), offsets=range(-half, half + 1), shape=(n, n))
+        return (self.integral @ bend).tocsr()
+
+    def _rows(self, values: Array, samples: NDArray[np.int64]) -> csr_array:
+        """The matrix (k, n) with values (k, m) at samples (k, m)."""
+        from scipy.sparse import csr_array
+
+        k, m = values.shape
+        return csr_array((values.ravel(), samples.ravel(), m * np.arange(k + 1)), (k, self.time.size))
 
     def mean(self, channel: str) -> Array:
         """Mean of a channel in each window (k,)."""
-        return self.integral(self.channels[channel]) / self.width
-
-    def spread(self, values: Array) -> Array:
-        """The transpose of :meth:`integral`: maps values (k,) of the windows to samples (n,)."""
-        result = np.zeros(self.time.size)
-        np.add.at(result, self._reach, self.weights * values[:, None])
-        return result
+        return self.integral @ self.channels[channel] / self.width
 
     def driven(self, lever: float) -> Array:
         """Regressors (n, r) of what the driver causes: a constant, drag, standstill, and lagged accelerations.
@@ -112,11 +134,19 @@ class LoadWindows:
 
     @cached_property
     def _lagged(self) -> tuple[Array, Array]:
-        """The regressors for a lever of zero, and their derivative by it, each (n, r)."""
+        return self.lagged(self.channels, SMOOTHED)
+
+    def lagged(self, channels: Mapping[str, Array], smoothing: float) -> tuple[Array, Array]:
+        """The regressors of :meth:`driven` for a lever of zero, and their derivative by it, each (n, r).
+
+        Parameters
+        ----------
+        channels : acceleration, pitch_rate (n,). smoothing : standard deviation of the smoothing of these, s.
+        """
         from scipy.ndimage import gaussian_filter1d
 
         push, rate = (
-            gaussian_filter1d(self.channels[n], SMOOTHED / self.step, mode="nearest")
+            gaussian_filter1d(channels[n], smoothing / self.step, mode="nearest")
             for n in ("acceleration", "pitch_rate")
         )
         lags = np.arange(EARLIEST, LATEST, SPACING)
@@ -129,12 +159,8 @@ class LoadWindows:
 
     @cached_property
     def _lagged_means(self) -> tuple[Array, Array]:
-        at_antenna, per_lever = (self.integral(each) / self.width[:, None] for each in self._lagged)
+        at_antenna, per_lever = (self.integral @ each / self.width[:, None] for each in self._lagged)
         return at_antenna, per_lever
-
-    def change(self, values: Array) -> Array:
-        """Last minus first sample of each window (k,), of values (n,)."""
-        return np.asarray(values[self.first + self.weights.shape[1] - 1] - values[self.first])
 
 
 def cut_windows(log: Log, heading: float = 0.0) -> LoadWindows:

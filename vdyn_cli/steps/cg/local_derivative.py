@@ -7,8 +7,13 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 
 # s to either side for the derivatives of loads and acceleration, of measured channels and of true channels. The latter
-# is longer, because its noise comes from the same readings as that of the balance and would bias the unknowns to zero.
+# is longer, because the noise of a derivative by an unknown makes the unknown's standard deviation too small.
 SPAN, TRUE_SPAN = 0.06, 0.12
+
+
+def derivative_reach(step: float, span: float) -> int:
+    """Number of samples to either side of a derivative over ``span`` s; ``step`` s apart."""
+    return max(round(span / step), 3)
 
 
 def local_derivative(values: Array, step: float, span: float, order: int = 2) -> Array:
@@ -20,7 +25,7 @@ def local_derivative(values: Array, step: float, span: float, order: int = 2) ->
     ----------
     values : (n,). step : s, between samples. order : 1 or 2.
     """
-    half = max(round(span / step), 3)
+    half = derivative_reach(step, span)
     width = 2 * half + 1
     if values.size < width:
         return np.zeros_like(values)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.steps.cg.load_windows import LoadWindows
-from vdyn_cli.steps.cg.unmeasured_heave import with_heave
+from vdyn_cli.steps.cg.local_derivative import SPAN, derivative_reach
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 # s, standard deviation. The noise that is left is in the derivatives by delays, which differentiate: with 0.015 s, in
 # eight clean days a delay of the acceleration scattered by 1.8 times its standard deviation, with 0.03 s by 1.1 times.
@@ -16,30 +20,37 @@ from vdyn_cli.steps.cg.unmeasured_heave import with_heave
 SMOOTHING = 0.03
 
 
-def balance_covariance(windows: LoadWindows, partial: Mapping[str, Array], heave: Array) -> Array:
-    """Lower band (b, k) of the covariance A S A' of the integrated balances; neighboring windows share one sample.
+def noise_slopes(windows: LoadWindows, partial: Mapping[str, Array]) -> dict[str, csr_array]:
+    """Derivatives (k, n) of the integrated balances by the samples of each noisy channel.
+
+    The second derivative of a load is computed from its samples, so that its noise is included.
 
     Parameters
     ----------
-    partial : derivatives (k,) of each window's mean balance by each channel, the pitch acceleration as ``pitch_rate``.
-    heave : autocovariance (m,) of the heave as front load, N^2 (``heave_autocovariance``).
+    partial : derivatives (k,) of each window's mean balance by each channel and by the second derivatives of the loads,
+        the pitch acceleration as ``pitch_rate``.
     """
-    band = np.zeros((2, windows.first.size))
-    adjacent = np.diff(windows.first) == windows.weights.shape[1] - 1
-    inner = np.sum(windows.weights**2, axis=1)
-    shared = windows.weights[:-1, -1] * windows.weights[1:, 0] * adjacent
-    for name in (*windows.loads, "acceleration"):
-        p, variance = partial[name], windows.noise[name] ** 2
-        band[0] += variance * p**2 * inner
-        band[1, :-1] += variance * p[:-1] * p[1:] * shared
-    p, variance = partial["pitch_rate"], windows.noise["pitch_rate"] ** 2
-    band[0] += 2 * variance * p**2
-    band[1, :-1] -= variance * p[:-1] * p[1:] * adjacent
-    return with_heave(band, heave, partial["front_load"] * windows.width)
+    from scipy.sparse import diags_array
+
+    slopes = {n: diags_array(partial[n]) @ windows.integral for n in (*windows.loads, "acceleration")}
+    for name in windows.loads:
+        slopes[name] += diags_array(partial[f"{name}_bend"]) @ windows.integral_bend
+    return slopes | {"pitch_rate": diags_array(partial["pitch_rate"]) @ windows.change}
+
+
+def balance_covariance(windows: LoadWindows, slopes: Mapping[str, csr_array]) -> Array:
+    """Lower band (b, k) of the covariance A S A' of the integrated balances, A their ``slopes`` (``noise_slopes``)."""
+    total = sum(windows.noise[n] ** 2 * (slope @ slope.T) for n, slope in slopes.items())
+    samples = 2 * derivative_reach(windows.step, SPAN) + windows.weights.shape[1]  # that a balance depends on
+    count = windows.first.size
+    band = np.zeros((min((samples - 1) // (windows.weights.shape[1] - 1) + 1, count), count))
+    for j, row in enumerate(band):
+        row[: count - j] = total.diagonal(-j)
+    return band
 
 
 def true_channels(
-    windows: LoadWindows, partial: Mapping[str, Array], multiplier: Array, delays: Mapping[str, float]
+    windows: LoadWindows, slopes: Mapping[str, csr_array], multiplier: Array, delays: Mapping[str, float]
 ) -> dict[str, Array]:
     """The most probable true channels (n,) that fulfill the balance, given the measured ones; smoothed.
 
@@ -52,13 +63,9 @@ def true_channels(
     from scipy.ndimage import gaussian_filter1d
 
     true = dict(windows.channels)
-    for name in (*windows.loads, "acceleration"):
-        change = windows.noise[name] ** 2 * windows.spread(partial[name] * multiplier)
-        if delay := delays[name]:  # the reading that entered the balance was taken that much later
+    for name, slope in slopes.items():
+        change = windows.noise[name] ** 2 * (slope.T @ multiplier)
+        if delay := delays.get(name):  # the reading that entered the balance was taken that much later
             change = np.interp(windows.time - delay, windows.time, change, 0.0, 0.0)
         true[name] = true[name] - change
-    ends = np.zeros(windows.time.size)
-    np.add.at(ends, windows.first + windows.weights.shape[1] - 1, partial["pitch_rate"] * multiplier)
-    np.add.at(ends, windows.first, -partial["pitch_rate"] * multiplier)
-    true["pitch_rate"] = true["pitch_rate"] - windows.noise["pitch_rate"] ** 2 * ends
     return {n: np.asarray(gaussian_filter1d(v, SMOOTHING / windows.step, mode="nearest")) for n, v in true.items()}

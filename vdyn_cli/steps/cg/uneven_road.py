@@ -34,7 +34,7 @@ def uneven_road(imbalances: Sequence[Array], sensors: Sequence[Array], window: f
     Parameters
     ----------
     imbalances : for each run, each window's mean imbalance as front axle load (k,), N.
-    sensors : for each run, lower band (2, k) of their covariance by the sensors' noise, N^2.
+    sensors : for each run, lower band (b, k) of their covariance by the sensors' noise, N^2.
     window : length of a window, s. mass : of the vehicle, kg.
 
     Assumes that the runs' windows are equally long and nearly all adjoin.
@@ -73,5 +73,6 @@ def _spectra(imbalance: Array, band: Array, window: float) -> Array:
     frequency = np.fft.rfftfreq(imbalance.size, window)
     inside = frequency >= LOWEST
     power = np.abs(np.fft.rfft((imbalance - imbalance.mean()) * taper)) ** 2 / float(taper @ taper)
-    variance, shared = band.mean(axis=1)
-    return np.array([frequency, power, variance + 2 * shared * np.cos(2 * np.pi * frequency * window)])[:, inside]
+    variance, *shared = band.mean(axis=1)
+    sensor = variance + sum(2 * s * np.cos(2 * np.pi * frequency * (j + 1) * window) for j, s in enumerate(shared))
+    return np.array([frequency, power, sensor])[:, inside]

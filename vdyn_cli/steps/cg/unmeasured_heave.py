@@ -52,7 +52,7 @@ def heave_autocovariance(imbalances: Sequence[Array], sensors: Sequence[Array], 
     Parameters
     ----------
     imbalances : for each run, each window's mean imbalance as front axle load (k,), N.
-    sensors : for each run, lower band (2, k) of their covariance by the sensors' noise, N^2.
+    sensors : for each run, lower band (b, k) of their covariance by the sensors' noise, N^2.
     window : length of a window, s.
 
     Assumes that the runs' windows are equally long and nearly all adjoin.
@@ -62,7 +62,7 @@ def heave_autocovariance(imbalances: Sequence[Array], sensors: Sequence[Array], 
     for imbalance, band in zip(imbalances, sensors, strict=True):
         off = imbalance - imbalance.mean()
         total += [float(off[: off.size - j] @ off[j:]) for j in range(lags)]
-        total[:2] -= band.sum(axis=1)
+        total[: len(band)] -= band.sum(axis=1)[:lags]
         count += off.size
     even = np.concatenate([total, [0.0], total[:0:-1]]) / count
     spectrum = np.maximum(np.fft.rfft(even).real, 0.0)

@@ -1,0 +1,34 @@
+"""The noise of the moment balance includes that of the derivatives in it."""
+
+import numpy as np
+import pytest
+
+from tests.plant.vehicle import random_vehicle
+from tests.steps.cg.test_cg import logs
+from vdyn_cli.steps.cg.load_windows import LoadWindows, cut_windows
+from vdyn_cli.steps.cg.local_derivative import SPAN, local_derivative
+from vdyn_cli.steps.cg.noise import balance_covariance, noise_slopes
+
+
+@pytest.fixture(scope="module")
+def windows() -> LoadWindows:
+    return cut_windows(logs(random_vehicle(4), 4)[0])
+
+
+def test_the_second_derivative_is_integrated_as_its_samples_enter(windows: LoadWindows) -> None:
+    values = np.random.default_rng(1).normal(size=windows.time.size)
+    expected = windows.integral @ local_derivative(values, windows.step, SPAN)
+    inner = slice(10, -10)  # ends have one-sided derivatives
+    assert (windows.integral_bend @ values)[inner] == pytest.approx(expected[inner], rel=1e-9)
+
+
+def test_the_band_holds_the_whole_covariance(windows: LoadWindows) -> None:
+    rng = np.random.default_rng(2)
+    names = (*windows.loads, "acceleration", "pitch_rate", *(f"{n}_bend" for n in windows.loads))
+    slopes = noise_slopes(windows, {n: rng.normal(size=windows.first.size) for n in names})
+    band = balance_covariance(windows, slopes)
+    whole = sum(windows.noise[n] ** 2 * (slope @ slope.T).toarray() for n, slope in slopes.items())
+    outside = np.tril(whole, -len(band))
+    assert not outside.any()
+    for j, row in enumerate(band):
+        assert row[: row.size - j] == pytest.approx(np.diag(whole, -j), rel=1e-9)
