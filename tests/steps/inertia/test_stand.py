@@ -14,6 +14,7 @@ from tests.effects.recovered import added
 from tests.plant import stand as plant
 from tests.plant.vehicle import random_vehicle
 from vdyn_cli.effects import candidates, catalog
+from vdyn_cli.effects.hub_torque_gain import hub_torque_gain
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.physics.models.free_wheel import FREE_WHEEL
 from vdyn_cli.project.inputs import gather
@@ -145,3 +146,13 @@ def test_air_about_the_wheel_is_no_drag_of_its_bearing() -> None:
     for name, value in plant.truth(CAR, SEED).items():
         low, high = result.parameters[name].interval95
         assert low < value < high, name
+
+
+def test_a_gain_of_the_torque_leaves_the_residual_of_a_free_wheel_as_it_is() -> None:
+    """Torque, inertia and drag scaled alike change no measurement; a smaller residual made the gain the first cause."""
+    regression = prepare_stand(spec(), logs(), Parameters()).regression(added(hub_torque_gain))
+    names = [u.name for u in regression.unknowns]
+    at = dict(zip(names, [1.2, 0.8, 0.01, 0.0, 0.0], strict=True))
+    scaled = {n: v / 1.1 for n, v in at.items()} | {"hub_torque_gain": 0.1}
+    first, second = (regression.rows(0, np.array([x[n] for n in names])).residual for x in (at, scaled))
+    assert np.allclose(first, second, rtol=1e-9, atol=1e-9)

@@ -9,6 +9,8 @@ from vdyn_cli.physics.laws.wheel import bearing, bearing_drag_torque, free_wheel
 
 DRAG = ("bearing_torque", "bearing_viscous")
 
+LEVER = "lever"  # torque per reading, 1 without a gain error, to compare an impulse with the noise of the readings
+
 
 def _assemble(e: ModelBuilder, u: Signals) -> None:
     """The wheel's speed from the torque at its hub, with a drag by the measured speed, whose noise matters little."""
@@ -22,6 +24,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
         sense=turned(speed),
     )
     torque = e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero
+    per_reading = e("hub_torque", value=1.0, run_time=run_time) - e("hub_torque", value=0.0, run_time=run_time)
     turning = e(
         free_wheel_spin,
         hub_torque=torque,
@@ -30,6 +33,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     )
     e.integrate(wheel_speed=turning, run_time=1.0)
     e.sensor("driven", e.state("wheel_speed", u.wheel_speed), turning, spun_by_torque=torque / p.wheel_inertia)
+    e.sensor(LEVER, per_reading)
 
 
 FREE_WHEEL = Model("free wheel", _assemble, ("wheel_inertia", *DRAG, "hub_torque_zero"), ("hub_torque", "wheel_speed"))
