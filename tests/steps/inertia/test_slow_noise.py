@@ -112,3 +112,12 @@ def test_a_noisy_accelerometer_makes_no_wheel_lighter() -> None:
         found.append((fit.values["wheel_mass_error"], fit.std["wheel_mass_error"]))
     errors, deviations = np.array(found).T
     assert abs(np.mean(errors)) < 3 * np.mean(deviations) / len(errors) ** 0.5
+
+
+def test_a_clock_offset_of_the_hub_is_not_noise_of_its_torque() -> None:
+    wheel = plant.known(VEHICLE)
+    levels = []
+    for late in (0.0, 0.1):
+        runs = [drive_windows(log, 0.125, wheel) for log in logs(VEHICLE, 5, {"clock_offset": late})]
+        levels.append([run.noise.torque for run in with_scatter(runs, wheel)])
+    assert levels[1] == pytest.approx(levels[0], rel=0.1)

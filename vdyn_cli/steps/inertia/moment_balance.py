@@ -116,9 +116,18 @@ def _noise(log: Log, wheel: Mapping[str, float], good: NDArray[np.bool_], first:
     )
 
 
-def impulses(run: DriveWindows, wheel: Mapping[str, float]) -> Array:
-    """Integral of the net torque over each window, (w,) N m s; ``wheel`` as of :func:`drive_windows`."""
-    return run.integral(_net_torque(run.log, wheel))
+def impulses(run: DriveWindows, wheel: Mapping[str, float], delay: float = 0.0) -> Array:
+    """Integral of the net torque over each window, (w,) N m s; ``wheel`` as of :func:`drive_windows`.
+
+    With a ``delay`` (s) of the hub's torque and forces, these are read later by it; outside the log they are zero.
+    """
+    if not delay:
+        return run.integral(_net_torque(run.log, wheel))
+    time, of_hub = run.log.time, cumulative_integral(run.log.time, _net_torque(run.log, {**wheel, "wheel_mass": 0.0}))
+    total = run.change(np.interp(time + delay, time, of_hub))
+    if wheel:
+        total -= wheel["wheel_mass"] * wheel["wheel_radius"] * run.integral(run.log["acceleration"])
+    return np.asarray(total)
 
 
 def _edges(whole: NDArray[np.bool_], count: int) -> tuple[Index, Index]:

@@ -12,6 +12,7 @@ from vdyn_cli.quantities.arrays import Array, median_deviation
 from vdyn_cli.quantities.constants import GRAVITY
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, drive_windows, impulses
+from vdyn_cli.steps.sign_conventions import cosine
 
 THIRD_OF_DIFFERENCES = 3.5  # var(d3 (w_k+1 - w_k)) / 20 of white noise w: 70 / 20
 SHARED = -1.5  # var(d3 w) / 20 by the covariance of adjacent w: 2 (-3 - 9 - 3) / 20
@@ -20,6 +21,7 @@ SHARED = -1.5  # var(d3 w) / 20 by the covariance of adjacent w: 2 (-3 - 9 - 3) 
 LEAST_EXCESS = 5.0
 WINDOWS = (0.125, 0.25, 0.5, 1.0)  # s of integration: a clock offset shows where torque and speed change fast
 FEWEST_WINDOWS = 16  # windows of a run
+DELAYS = tuple(np.arange(-20, 21) / 100)  # s, of the hub's channels: the range of clock_offset
 TINY = 1e-12  # (rad/s)^2
 # s: ten times the largest clock offset, so that late readings of forces matter little.
 BLOCK = 1.0
@@ -46,7 +48,8 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
     suppress slow changes, such as most model errors; J is estimated from them, and their median suppresses pedal steps.
     S_T and S_a are the variances by the white noise of the samples of torque and acceleration, m r is the wheel's mass
     times radius, and f one factor for all runs, which have the same sensors. If the torque's noise were underestimated
-    relative to the speed's, the inertia would be biased high (total least squares).
+    relative to the speed's, the inertia would be biased high (total least squares). Each run has the delay of its hub's
+    channels at which impulse and speed gained correlate most.
 
     Parameters
     ----------
@@ -56,16 +59,14 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
     whitened: list[Array] = []
     of_torque: list[float] = []
     for run in runs:
-        torque = impulses(run, wheel)
-        if torque.size < FEWEST_WINDOWS or not np.isfinite(torque).all():
+        if run.first.size < FEWEST_WINDOWS or not np.isfinite(impulses(run, wheel)).all():
             continue
-        change, effort = np.diff(run.gained, 3), np.diff(torque, 3)
-        inertia = float(change @ effort / max(float(change @ change), TINY))
         weights = float(np.median(run.noise.squares)) + SHARED * float(np.median(run.noise.shared))
         sampled = run.noise.torque**2 * weights
+        left, inertia = _aligned_scatter(run, wheel)
         of_car = (moment * run.noise.acceleration) ** 2 * weights
         usual = sampled + of_car + THIRD_OF_DIFFERENCES * (inertia * run.noise.speed) ** 2
-        whitened.append((torque - inertia * run.gained) / usual**0.5)
+        whitened.append(left / usual**0.5)
         of_torque.append(sampled / usual)
     count = sum(e.size for e in whitened)
     excess = white_level(np.concatenate(whitened)) ** 2 - 1.0 if whitened else 0.0
@@ -73,6 +74,19 @@ def with_scatter(runs: Sequence[DriveWindows], wheel: Mapping[str, float]) -> tu
         return tuple(runs)
     factor = float((1.0 + excess / np.mean(of_torque)) ** 0.5)
     return tuple(replace(run, noise=replace(run.noise, torque=factor * run.noise.torque)) for run in runs)
+
+
+def _aligned_scatter(run: DriveWindows, wheel: Mapping[str, float]) -> tuple[Array, float]:
+    """Impulses minus inertia times speed gained, (w,) N m s, and the inertia, kg m^2, at the most likely delay.
+
+    Of ``DELAYS`` of the hub's channels, it is that with the largest correlation of the third differences of both. As
+    noise, a clock offset would hide itself.
+    """
+    change = np.diff(run.gained, 3)
+    tried = [impulses(run, wheel, delay) for delay in DELAYS]
+    torque = max(tried, key=lambda each: cosine(change, np.diff(each, 3)))
+    inertia = float(change @ np.diff(torque, 3) / max(float(change @ change), TINY))
+    return torque - inertia * run.gained, inertia
 
 
 def with_slow_acceleration(
