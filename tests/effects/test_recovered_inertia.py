@@ -10,6 +10,9 @@ import pytest
 from tests.effects.recovered import Hidden, added, compare, given
 from tests.plant import wheel as plant
 from tests.plant.vehicle import random_vehicle
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep, setup_of
+from vdyn_cli.diagnosis.name.candidate_judgment import judge
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.effects import candidates
 from vdyn_cli.engine.applicable import applicable
 from vdyn_cli.inference import solve
@@ -96,6 +99,16 @@ def test_the_door_finds_the_same() -> None:
     found = solve(problem.regression(added(hidden.effect)))
     published = problem.publish(added(hidden.effect)).amplitudes["clock_offset"]
     assert found.values["clock_offset"] == pytest.approx(published.value, abs=0.1 * published.std)
+
+
+def test_a_large_clock_offset_is_named_although_its_score_is_small() -> None:
+    """Beyond the duration of pedal steps, the derivative at zero says nothing about a delay: fits also start away."""
+    some = {"effects": ["clock_offset", "hub_torque_gain", "hub_torque_delay", "wheel_mass"]}
+    spec = InertiaSpec.model_validate({**SPEC.model_dump(exclude_unset=True), "diagnose": some})
+    found = prepare(spec, data(Hidden("clock_offset", 0.11), 1.0), KNOWN)
+    judgment = judge(open_strategy(setup_of(PreparedStep(load_step("inertia"), spec, KNOWN, found))))
+    assert [a.effects for a in judgment.answers] == [("clock_offset",)]
+    assert judgment.answers[0].fitted.values["clock_offset"] == pytest.approx(0.11, abs=2e-3)
 
 
 def test_the_step_takes_every_effect_that_it_looks_for() -> None:

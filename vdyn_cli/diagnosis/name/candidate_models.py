@@ -8,7 +8,7 @@ effect that only improves the fit is no answer: a brake drag removes most of the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, permutations
 from math import inf, sqrt
@@ -76,15 +76,21 @@ def best_fit(models: Sequence[CandidateModel]) -> CandidateModel | None:
 
 def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
     """A candidate model for each effect that could be the whole answer and can be fitted, the strongest first."""
-    return _each_alone(lambda name: strategy, _likely_singles(found), ())
+    return _each_alone(lambda name: strategy, _likely_singles(strategy, found), ())
 
 
-def _likely_singles(found: Detection) -> list[str]:
-    """The candidates whose evidence reaches ``single_evidence`` and ``single_share``, the strongest first."""
-    evidence = found.scores.evidence
+def _likely_singles(strategy: Strategy, found: Detection) -> list[str]:
+    """The candidates whose evidence reaches ``single_evidence`` and ``single_share``, the strongest first.
+
+    Delays whose fits start away from zero are also among them: a score at zero says little about a large delay.
+    """
+    evidence, candidates = found.scores.evidence, strategy.model.setup.candidates
     most = max((evidence[n] for n in found.testable), default=0.0)
     least = max(POLICY.single_evidence, POLICY.single_share * most)
-    return sorted((n for n in found.testable if evidence[n] >= least), key=lambda n: -evidence[n])
+    likely = {n for n in found.testable if evidence[n] >= least}
+    if strategy.nonlinear:
+        likely |= {n for n in found.testable if candidates[n].shifts_clock}
+    return sorted(likely, key=lambda n: -evidence[n])
 
 
 def singles_beyond_range(
@@ -94,7 +100,7 @@ def singles_beyond_range(
 
     ``own``: each linearized about its own fit where the baseline is far off; their costs are then not comparable.
     """
-    names = [n for n in _likely_singles(found) if all(t.effects != (n,) for t in tried)]
+    names = [n for n in _likely_singles(strategy, found) if all(t.effects != (n,) for t in tried)]
     return _each_alone(lambda name: strategy.with_open_range(name if own else ""), names, tried)
 
 
@@ -156,6 +162,11 @@ def _explained(strategy: Strategy, fitted: FittedModel) -> float:
     setup = strategy.model.setup
     if setup.coarse_error is not None and fitted.effects:
         return 2 * fitted.solution.cost * (setup.coarse_error(NO_EFFECTS) / max(rms_of(fitted.runs), 1e-12)) ** 2
+    return _gained(strategy, fitted)
+
+
+def _gained(strategy: Strategy, fitted: FittedModel) -> float:
+    """Twice the log likelihood that a fit gains over the baseline's, with the same noise."""
     return 2 * (strategy.base.solution.cost - fitted.solution.cost)
 
 
@@ -183,11 +194,14 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
         beside = model.scores(one.fitted, list(model.setup.candidates))
         for name in (n for n in beside.names if is_testable(model, beside, n)):
             evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
+    delays = {n: t.fitted for t in tried for n in t.effects if strategy.nonlinear and model.by_name[n].shifts_clock}
+    evidence |= {n: max(evidence[n], sqrt(max(_gained(strategy, fit), 0.0))) for n, fit in delays.items()}
     names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
     made = [t.fitted for t in tried] + [f for n in model.setup.families if (f := strategy.fitted((n,))) is not None]
     least = min((f.solution.cost for f in made), default=inf)
     below = hopeless_cost(strategy.base.solution.cost, least)
-    models = [candidate_model(strategy, p, below) for p in _best_pairs(strategy, names[: POLICY.pair_pool])]
+    best = _best_pairs(strategy, names[: POLICY.pair_pool], delays)
+    models = [candidate_model(strategy, p, below) for p in best]
     both = [m for m in models if m is not None]
     already = {t.effects for t in tried}
     alone = dict.fromkeys(
@@ -197,32 +211,44 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
     return (*filter(None, enough), *(m for m in both if all_needed(strategy, m)))
 
 
-def _best_pairs(strategy: Strategy, names: Sequence[str]) -> list[tuple[str, str]]:
-    """The pairs that explain most to first order; only these are refitted."""
+def _best_pairs(strategy: Strategy, names: Sequence[str], delays: Mapping[str, FittedModel]) -> list[tuple[str, str]]:
+    """The pairs that explain most to first order; only these are refitted.
+
+    Those with a delay to first order about its fit in ``delays``: the baseline says little about a large one.
+    """
     model, base = strategy.model, strategy.base
-    every = list(combinations(names, 2))
     explained: dict[tuple[str, str], float] = {}
-    for first in dict.fromkeys(a for a, _ in every):
-        alone = model.scores(base, [first])
-        others = {b: model.amplitudes(b) for a, b in every if a == first}
-        beside = scores(base.system, [*model.base, *model.amplitudes(first)], others)
-        for b in others:
-            both = alone.statistic[first] + beside.statistic[b]
-            explained[first, b] = float(equivalent(both, alone.rank[first] + beside.rank[b]))
+    for first, second in combinations(names, 2):
+        about = next((n for n in (first, second) if n in delays), None)
+        one, other = (first, second) if about is None else (about, second if about == first else first)
+        alone = model.scores(base, [one])
+        at = base if about is None else delays[about]
+        gained = alone.statistic[one] if about is None else _gained(strategy, at)
+        beside = scores(at.system, [*model.base, *model.amplitudes(one)], {other: model.amplitudes(other)})
+        explained[first, second] = float(
+            equivalent(gained + beside.statistic[other], alone.rank[one] + beside.rank[other])
+        )
     return sorted(explained, key=lambda pair: -explained[pair])[: POLICY.pairs_refitted]
 
 
-def forward_selection(strategy: Strategy, found: Detection) -> CandidateModel | None:
+def forward_selection(
+    strategy: Strategy, singles_tried: Sequence[CandidateModel], found: Detection
+) -> CandidateModel | None:
     """Forward selection: add the effect with the strongest evidence in the residual until none is significant.
 
-    For logs of real cars, in which more than two effects are present. It starts with the strongest effect that can be
-    fitted alone: of several late channels, that with the largest evidence may not change the main channel. Each effect
-    must be needed beside all the others; None where that fails or the selection does not end within
-    ``POLICY.most_effects``.
+    It begins with a delay among ``singles_tried`` that fits better than all others, else with the strongest effect that
+    can be fitted alone: of several late channels, that with the largest evidence may not change the main channel.
+
+    For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the
+    others; None where that fails or the selection does not end within ``POLICY.most_effects``.
     """
     evidence = found.scores.evidence
     names = sorted((n for n in found.testable if evidence[n] > POLICY.single_evidence), key=lambda n: -evidence[n])
-    tried = next((one for n in names if (one := candidate_model(strategy, (n,)))), None)
+    best = best_fit(singles_tried)
+    if best is not None and strategy.nonlinear and strategy.model.by_name[best.effects[0]].shifts_clock:
+        tried: CandidateModel | None = best
+    else:
+        tried = next((one for n in names if (one := candidate_model(strategy, (n,)))), None)
     while tried is not None and not tried.sufficient:
         more = len(tried.effects) < POLICY.most_effects and not catalog_falls_short(strategy, tried)
         tried = with_next(strategy, tried) if more else None
@@ -296,4 +322,6 @@ def _is_needed(strategy: Strategy, tried: CandidateModel, effect: str) -> bool:
     if without is None:  # the others would have to exceed their plausible range
         solution, names = tried.fitted.solution, strategy.model.amplitudes(effect)
         return any(abs(solution.values[n]) > POLICY.needed_t * solution.std[n] for n in names)
+    if strategy.nonlinear and strategy.model.by_name[effect].shifts_clock:  # a score at zero says little about it
+        return 2 * (without.solution.cost - tried.cost) > POLICY.needed_t**2
     return strategy.model.scores(without, [effect]).statistic[effect] > POLICY.needed_t**2

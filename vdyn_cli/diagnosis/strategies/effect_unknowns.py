@@ -99,6 +99,18 @@ def coarse_starts(effect: Effect) -> tuple[float, ...]:
     return tuple(end / 1.5 / POLICY.coarse_ratio**k for end in (low, high) if end for k in range(COARSE))
 
 
+def delay_starts(effect: Effect) -> tuple[float, ...]:
+    """Amplitudes, s, from which a fit is also started because the effect shifts a clock; none for other effects.
+
+    A signal that steps is far from linear in a delay: beyond the duration of its steps, the derivative at zero says
+    nothing about the delay, and a fit from zero ends in another minimum.
+    """
+    if not effect.shifts_clock:
+        return ()
+    quantity = effect.unknowns[amplitudes_of(effect)[0]]
+    return tuple(POLICY.delay_start * 2**k * end for k in range(3) for end in (quantity.lower, quantity.upper) if end)
+
+
 def largest_plausible(effect: Effect, name: str) -> float:
     """The largest plausible magnitude of an unknown, in its unit."""
     quantity = effect.unknowns[name]

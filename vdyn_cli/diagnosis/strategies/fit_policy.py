@@ -55,6 +55,11 @@ class FitPolicy:
     """[of the smallest probe] lower bound of a fit started at a probe. Below, such a fit returns to zero, and the start
     at zero covers that; the probes cover larger amplitudes."""
 
+    delay_start: float = 0.2
+    """[share of the plausible range] least delay with which fits are started, on either side of zero; the others are 2
+    and 4 times as large. Of a range of 0.2 s they are 40, 80 and 160 ms, so that one is within 40 ms, the duration of
+    a pedal step, of any delay in the range."""
+
     shape_start: float = 0.1
     """[share of the plausible range] amplitude with which fits of another shape are started. The shape needs an
     amplitude to show; a tenth of the range is large enough for that and within it."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, shapes_of, started_at
+from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, delay_starts, shapes_of, started_at
 from vdyn_cli.diagnosis.strategies.full_model import with_open_range
 from vdyn_cli.diagnosis.strategies.nested_fits import NestedFits
 from vdyn_cli.inference import Regression
@@ -36,6 +36,9 @@ class RefitStrategy(NestedFits):
     def _starts(self, regression: Regression, effects: Sequence[str], shapes: bool) -> Iterator[Regression]:
         candidates = [self.model.setup.candidates[e] for e in effects if e in self.model.setup.candidates]
         for effect in candidates if not shapes else ():
+            for delay in delay_starts(effect):
+                start = {amplitudes_of(effect)[0]: delay}
+                yield replace(regression, unknowns=tuple(started_at(u, start) for u in regression.unknowns))
             for probe in spread_over(effect.probes, POLICY.most_probes):
                 # Bounded from below: a fit that returns to zero converges slowly, and the start at zero covers that.
                 floor = POLICY.probe_floor * min(effect.probes)

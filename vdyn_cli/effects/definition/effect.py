@@ -134,6 +134,11 @@ class Effect:
         return self.sensor and "latency" not in self.tags
 
     @property
+    def shifts_clock(self) -> bool:
+        """Whether it shifts the clock of a sensor, so that outputs are far from linear in its amplitude."""
+        return any(law.endswith("_clock") for law in self.on)
+
+    @property
     def lasts(self) -> bool:
         """Whether it belongs to the vehicle, so that later steps and exports keep it."""
         return not self.tags & {"sensor", "test_only"}
