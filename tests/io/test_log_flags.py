@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from tests.io.test_channel_quality import LEGITIMATE, drive
 from vdyn_cli.io.quality.log_flags import flags
 from vdyn_cli.io.quality.regular_segments import rounded_line
+from vdyn_cli.io.quality.spikes import spikes
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quality_flags import EVERY, Flag
 
@@ -240,3 +241,14 @@ def failed_tests(values: Array, held: int, wheel: bool) -> set[str]:
     time = np.arange(values.size * held) / held
     log = Log("run.csv", time, {"wheel_speed" if wheel else "speed": np.repeat(values, held)})
     return {fault.test for fault in flags(log).faults}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_end_of_an_acceleration_is_no_spike(seed: int) -> None:
+    """A receiver of 1 Hz shows the change to coasting as one corner; a wrong sample of that size elsewhere is found."""
+    time = np.arange(120.0)
+    speed = np.interp(time, [8.0, 26.0], [0.0, 31.0]) - 0.28 * np.maximum(time - 26.0, 0.0)
+    speed += 0.04 * np.random.default_rng(seed).standard_normal(time.size)
+    assert spikes(speed, 0.001).size == 0
+    speed[70] += 2.0
+    assert spikes(speed, 0.001).tolist() == [70]

@@ -169,6 +169,11 @@ class QualityPolicy:
     """[share of the spike] allowed difference of its two neighbors; half of it, relative to the local slope. The signal
     is the same before and after a single wrong sample, but not after a step or on a steep flank."""
 
+    spike_corner: float = 0.5
+    """[share of the spike] distance of a sample from the line through the two samples on one side, below which it is a
+    corner. A spike on a slope is away from both lines by all of its size; noise of a fifth of it changes that by
+    half."""
+
     dropout_jump: float = 6.0
     """times the 99 % quantile of steps: least jump at both ends of a dropout. Steps of a moving car have a long tail:
     in 18 trips the largest step and back is below 4 such quantiles."""

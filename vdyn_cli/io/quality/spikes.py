@@ -18,7 +18,8 @@ def spikes(values: Array, resolution: float) -> Rows:
     s_i = min(|x_i - x_(i-1)|, |x_i - x_(i+1)|) if x_i is above or below both, else 0, divided by the local median of
     |second difference| / 3. The threshold extrapolates the tail of the other samples exponentially, which bounds the
     tail of usual noise, so that one of the n samples of a healthy channel exceeds it with the probability
-    ``false_alarm``; and the smallest spike must exceed the largest other deviation by ``spike_apart``.
+    ``false_alarm``; and the smallest spike must exceed the largest other deviation by ``spike_apart``. A sample on the
+    line through the two before it, or the two behind it, is a corner of the signal: an acceleration that ends.
 
     Parameters
     ----------
@@ -42,6 +43,10 @@ def spikes(values: Array, resolution: float) -> Rows:
     trend = np.zeros(n - 2)
     trend[1:-1] = 0.5 * (values[4:] - values[:-4])  # a constant slope also separates the neighbors
     back = np.minimum(back, 2.0 * np.abs(values[2:] - values[:-2] - trend))
+    bent = np.full(n - 2, np.inf)  # distance from the nearer of the two lines
+    bent[1:] = np.abs(values[2:-1] - 2.0 * values[1:-2] + values[:-3])
+    bent[:-1] = np.minimum(bent[:-1], np.abs(values[1:-2] - 2.0 * values[2:-1] + values[3:]))
+    back = np.where(bent < QUALITY.spike_corner * alone, np.inf, back)
     size = ratio[order]
     for k in range(most, 0, -1):  # the k largest are spikes if they are much larger than all others
         excess = float(np.mean(size[k : k + tail]) - size[k + tail])
