@@ -67,12 +67,16 @@ def _bump(name: str, element: str, law: Law, axles: Sequence[str] = ("front", "r
     return LawCell(name, "bump", whole, named, write, truth, {"damper": "stroke_rate", "spring": "stroke"}[element])
 
 
-def _road_load(bump: float) -> Callable[[Vehicle, str, np.ndarray], np.ndarray]:
-    def truth(vehicle: Vehicle, place: str, at: np.ndarray) -> np.ndarray:
-        plain = vehicle.rolling_resistance * vehicle.mass * GRAVITY + 0.5 * AIR_DENSITY * vehicle.drag_area * at**2
-        return np.asarray(plain + bump * np.exp(-0.5 * ((at - 15.0) / 1.5) ** 2))
+def _plain_load(vehicle: Vehicle, at: np.ndarray) -> np.ndarray:
+    return vehicle.rolling_resistance * vehicle.mass * GRAVITY + 0.5 * AIR_DENSITY * vehicle.drag_area * at**2
 
-    return truth
+
+def _bumped(bump: float) -> Callable[[Vehicle, str, np.ndarray], np.ndarray]:
+    return lambda vehicle, place, at: _plain_load(vehicle, at) + bump * np.exp(-0.5 * ((at - 15.0) / 1.5) ** 2)
+
+
+def _rising(size: float) -> Callable[[Vehicle, str, np.ndarray], np.ndarray]:
+    return lambda vehicle, place, at: _plain_load(vehicle, at) + size * np.maximum(at - 20.0, 0.0) ** 2
 
 
 def _bearing(bump: float) -> Callable[[Vehicle, str, np.ndarray], np.ndarray]:
@@ -85,15 +89,21 @@ def _shaft(stiffening: float) -> Callable[[Vehicle, str, np.ndarray], np.ndarray
     )
 
 
-_TRUTHS = {"road_load": (_road_load, "speed"), "bearing": (_bearing, "wheel_speed"), "shaft": (_shaft, "twist")}
+_TRUTHS = {
+    ("road_load", "drag_bump"): (_bumped, "speed"),
+    ("road_load", "fast_drag"): (_rising, "speed"),
+    ("bearing", "drag_bump"): (_bearing, "wheel_speed"),
+    ("shaft", "stiffening"): (_shaft, "twist"),
+}
 
 
 def _hidden(name: str, step: str, element: str, effects: Mapping[str, float], variant: str = "") -> LawCell:
     def write(seed: int, folder: Path) -> Path:
         return make(Scenario(step, effects, seed, variant), folder).description
 
-    truth_of, coordinate = _TRUTHS[element]
-    truth = truth_of(*effects.values())
+    ((effect, size),) = effects.items()
+    truth_of, coordinate = _TRUTHS[element, effect]
+    truth = truth_of(size)
     return LawCell(name, step, element, "", write, truth, coordinate, shifted=element == "bearing")
 
 
@@ -108,6 +118,7 @@ CELLS = (
     _bump("bump stop from 20 mm, front", "spring", other_laws.bump_stop(0.02, 3e6), ("front",)),
     _bump("asymmetric damper 600 N s/m", "damper", other_laws.asymmetry(600.0), named="asymmetric_damping"),
     _hidden("drag 60 N about 15 m/s", "coastdown", "road_load", {"drag_bump": 60.0}, "wide"),
+    _hidden("drag that rises above 20 m/s, 77 N at 36 m/s", "coastdown", "road_load", {"fast_drag": 0.3}, "wide"),
     _hidden("drag 40 N about 15 m/s, powered", "coastdown", "road_load", {"drag_bump": 40.0}, "powered"),
     _hidden("bearing drag 3 N m about a speed", "inertia", "bearing", {"drag_bump": 3.0}),
     _hidden("half-shaft that stiffens, 200 N m at the end", "shaft", "shaft", {"stiffening": 200.0}),
