@@ -120,6 +120,7 @@ def test_numbers_without_zeros_at_their_end(value: float, shown: str) -> None:
         ("out/back", "out/back"),
         ("logs/report.csv (12)", "report (12)"),
         ("../a/run 3.vbo", "run 3"),
+        ("../a/ride_1.json", "ride_1"),
         ("app/recording 2/Location.csv", "recording 2/Location"),
         ("/logs/TripA12.csv.gz, 339 to 468 s", "TripA12, 339 to 468 s"),
     ],

@@ -178,8 +178,8 @@ def name(identifier: str) -> str:
 
 _SEGMENT = re.compile(r"(.+), (\S+ to \S+ s)")
 _LOG = re.compile(
-    r"(?:(?:.*[/\\])?([^/\\]+)[/\\])?([^/\\]+?)\.(?:csv|txt|dat|asc|ascii|log|mf4|mdf|vbo|lvm|mat|parquet)(?:\.gz)?"
-    r"( \([^/\\]*\))?",
+    r"(?:(?:.*[/\\])?([^/\\]+)[/\\])?([^/\\]+?)"
+    r"\.(?:csv|tsv|txt|dat|asc|ascii|log|msl|mf4|mdf|vbo|lvm|mat|tdms|jsonl?|parquet)(?:\.gz)?( \([^/\\]*\))?",
     re.IGNORECASE,
 )
 

@@ -111,7 +111,9 @@ def _runs(day: TestDay) -> Iterator[RegulationLimit]:
         (WLTP, "Annex 4, 4.3.1.4", WLTP_PAIRS),
     ):
         limit = f"at least {least} pairs of opposite runs"
-        yield _row(regulation, clause, limit, f"{day.pairs} usable pairs", day.pairs >= least)
+        yield _row(
+            regulation, clause, limit, f"{day.pairs} usable pair{'' if day.pairs == 1 else 's'}", day.pairs >= least
+        )
     yield _row(J1263, "", "number of runs", "the required number is not implemented", None)
     yield _row(J2263, "", "number of runs", "the required number is not implemented", None)
 
