@@ -24,7 +24,7 @@ from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import Given, Quantity
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.inertia import problem
-from vdyn_cli.steps.inertia.drive_checks import radius_contradiction
+from vdyn_cli.steps.inertia.drive_checks import contradicted_wheel_speed, radius_contradiction
 from vdyn_cli.steps.inertia.moment_balance import MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.problem import InertiaData
 from vdyn_cli.steps.inertia.spec import InertiaSpec
@@ -368,3 +368,14 @@ def test_each_drive_is_cut_once_for_the_result_and_once_for_the_diagnosis(
     for _ in range(2):
         prepared.regression()
     assert sorted(cuts) == sorted(2 * [log.name for log in data])
+
+
+def test_a_wheel_speed_of_twice_the_true_one_is_refused_without_a_vehicle_speed() -> None:
+    """Twice the pulses per turn halved the inertia without a word."""
+    vehicle = random_vehicle(7)
+    without = [replace(log, channels={n: log[n] for n in NAMES[:-1]}) for log in logs(vehicle, 7)]
+    twice = tuple(log.with_channels(wheel_speed=2.0 * log["wheel_speed"]) for log in without)
+    with pytest.raises(ResultError, match=r"changes 2(\.\d+)? times as fast as the acceleration states in all 3 runs"):
+        STEP.estimate(SPEC, InertiaData(twice), known(vehicle))
+    assert contradicted_wheel_speed(without, vehicle.wheel_radius) == ()
+    assert contradicted_wheel_speed(without, 2.0 * vehicle.wheel_radius) == ()  # a diameter: a candidate effect

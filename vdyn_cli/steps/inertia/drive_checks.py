@@ -8,6 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from vdyn_cli.inference import exceeds_noise
+from vdyn_cli.io.quality.acceleration_mistake import gain_over_windows
+from vdyn_cli.io.quality.quality_policy import QUALITY
 from vdyn_cli.physics.models.wheel_spin import INPUTS
 from vdyn_cli.quantities.arrays import cumulative_integral
 from vdyn_cli.quantities.errors import Finding
@@ -135,6 +137,32 @@ def radius_contradiction(logs: Sequence[Log], radius: Given) -> tuple[Given, tup
         return radius, tuple(findings)
     off = radius.value - float(np.median(list(high.values())))
     return replace(radius, std=float(np.hypot(radius.std, off))), tuple(findings)
+
+
+def contradicted_wheel_speed(logs: Sequence[Log], radius: float) -> tuple[Finding, ...]:
+    """A finding on a wheel speed whose change contradicts the acceleration in every run; empty without it.
+
+    Only of logs without ``vehicle_speed``, which is compared with the wheel speed where it is logged. A factor in the
+    wheel speed is the same factor in the inertia, and leaves no other trace. Nor where torque over force contradicts
+    the radius, which is then wrong and a candidate effect.
+
+    Parameters
+    ----------
+    radius : of the wheel, m.
+    """
+    ratios = []
+    for log in logs:
+        rim = log.with_channels(vehicle_speed=radius * log["wheel_speed"])
+        gain, _, _ = gain_over_windows(rim, "vehicle_speed")
+        if "vehicle_speed" in log or gain is None or not gain.differs(QUALITY.refused_scale):
+            return ()
+        force, torque = (log[n] - np.nanmean(log[n]) for n in ("hub_force_x", "hub_torque"))
+        if not abs(np.log(np.nansum(force * torque) / np.nansum(force**2) / radius)) < QUALITY.refused_scale:
+            return ()
+        ratios.append(1.0 / gain.value)
+    what = f"wheel_speed * wheel_radius changes {np.median(ratios):.3g} times as fast as the acceleration states"
+    remedy = "correct the unit or the pulses per turn of wheel_speed, the unit of acceleration, or wheel_radius"
+    return (Finding("wheel_speed", f"{what} in all {len(logs)} runs", remedy=remedy),)
 
 
 def _rolling_radius(log: Log) -> float | None:

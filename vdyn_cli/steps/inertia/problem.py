@@ -24,10 +24,10 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import CHANNELS, PARAMETERS
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
-from vdyn_cli.steps.failure import unpublished
+from vdyn_cli.steps.failure import UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
-from vdyn_cli.steps.inertia.drive_checks import radius_contradiction, sign_doubts, too_little
+from vdyn_cli.steps.inertia.drive_checks import contradicted_wheel_speed, radius_contradiction, sign_doubts, too_little
 from vdyn_cli.steps.inertia.moment_balance import DriveWindows, MomentBalance, drive_windows
 from vdyn_cli.steps.inertia.parts import wheel_parts
 from vdyn_cli.steps.inertia.result import inertia_result
@@ -81,6 +81,7 @@ class InertiaProblem(SimulatedProblem):
     known : wheel_mass (kg), wheel_radius (m), rolling_resistance; empty without runs.
     balance : of the runs, None without them.
     findings : about the runs' logs and the known parameters.
+    contradicted : why the runs alone cannot give an inertia.
     """
 
     spec: InertiaSpec
@@ -88,6 +89,7 @@ class InertiaProblem(SimulatedProblem):
     known: Mapping[str, Given]
     balance: MomentBalance | None
     findings: tuple[Finding, ...]
+    contradicted: tuple[Finding, ...] = ()
 
     @property
     def model(self) -> Model:
@@ -193,7 +195,10 @@ class InertiaProblem(SimulatedProblem):
                     raise unpublished(error, shown, doubts) from None
         recording = self.data.recording
         of_pendulum = (*(recording.findings if recording else ()), *(pendulum.findings if pendulum else ()))
-        return inertia_result(road, pendulum, (*self.findings, *doubts, *of_pendulum), added.unknowns)
+        result = inertia_result(road, pendulum, (*self.findings, *doubts, *of_pendulum), added.unknowns)
+        if self.contradicted and pendulum is None:
+            raise UnpublishedError(self.contradicted, result)
+        return result
 
 
 def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaProblem:
@@ -228,8 +233,9 @@ def prepare(spec: InertiaSpec, data: InertiaData, known: Parameters) -> InertiaP
         findings.append(
             Finding("rolling_resistance", what, "", "add the coast-down's result, '--known coastdown.json'")
         )
-    findings += radius_findings
-    return InertiaProblem(spec, data, given, balance, tuple(findings))
+    contradicted = contradicted_wheel_speed(data.runs, values["wheel_radius"])
+    findings += [*radius_findings, *(replace(f, doubt=True) for f in contradicted)]
+    return InertiaProblem(spec, data, given, balance, tuple(findings), contradicted)
 
 
 def _windows(logs: Sequence[Log], window: float, wheel: Mapping[str, float]) -> tuple[DriveWindows, ...]:
