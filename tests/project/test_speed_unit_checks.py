@@ -51,6 +51,14 @@ def test_a_wheel_speed_of_another_unit_is_named_where_the_position_confirms_the_
     assert found.remedy == "write 'unit: rpm' instead of 'rad/s'"
 
 
+def test_twice_the_pulses_of_a_wheel_are_not_called_knots() -> None:
+    (found,) = contradicted_speed(runs(LIVELY, speed=1.0, wheel_speed=1.998), ["out", "back"], CAR, MAPPED)
+    assert found.where == "a.yaml:3"
+    assert "half the pulses per turn" in found.what
+    (found,) = contradicted_speed(runs(LIVELY, speed=1.0, wheel_speed=1.852), ["out", "back"], CAR, MAPPED)
+    assert found.remedy.startswith("write 'unit: kn' instead of 'km/h'")
+
+
 def test_a_slope_that_resembles_a_factor_in_one_direction_contradicts_no_speed() -> None:
     logs = runs(COASTING, slope=-0.38, speed=1.0, acceleration=1.0)
     mapped = {**MAPPED, "speed": ("a.yaml:0", "mph")}

@@ -22,6 +22,7 @@ from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
 from vdyn_cli.quantities.quantity import to_si
+from vdyn_cli.quantities.unit_mistakes import usual_mistake
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
 
 SPEEDS = ("speed", "vehicle_speed")
@@ -67,9 +68,25 @@ def _speed_problem(
     others = f" (similarly {', '.join(list(gains)[1:])})" if len(gains) > 1 else ""
     what = f"{_fact(first, speed, gains[first])}{others}: the unit of '{speed}' is wrong"
     remedy = f"write 'unit: {true[first]}' instead of '{mapped[speed][1]}'"
+    if len(gains) == 1 and (pulses := _wrong_pulses(first, gains[first], mapped[speed][1], true[first])):
+        what = f"{_fact(first, speed, gains[first])}: {pulses}"
+        remedy = f"correct the scale of '{first}' or wheel_radius; if both are right, {remedy} ({mapped[speed][0]})"
+        return Finding(mapped[first][0], what, "", remedy)
     if len(gains) == 1:
         remedy += f"; if it is right, correct unit or scale of '{first}' ({mapped[first][0]})"
     return Finding(mapped[speed][0], what, "", remedy)
+
+
+def _wrong_pulses(name: str, gains: Sequence[float], stated: str, unit: str) -> str:
+    """The mistake in a wheel's pulses or radius that explains its speed better than another unit; else empty.
+
+    2 is within 8 % of the ratio of km/h to kn.
+    """
+    factor = to_si(1.0, unit, "m/s") / to_si(1.0, stated, "m/s")
+    pulses = ((2.0, "half the pulses per turn, or a diameter for the radius?"), (0.5, "twice the pulses per turn?"))
+    if name not in ("wheel_speed", *WHEEL_SPEEDS):
+        return ""
+    return usual_mistake(float(np.median(gains)), (*pulses, (factor, "")), QUALITY.near_unit_factor)
 
 
 def _fact(name: str, speed: str, gains: Sequence[float]) -> str:
