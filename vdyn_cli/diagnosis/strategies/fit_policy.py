@@ -51,6 +51,11 @@ class FitPolicy:
     lists 18 probes from 1e-4 to 0.06 rad, of which six are a factor of 600^(1/5) = 3.6 apart. Only the rows 'backlash'
     of the shaft in tests/bench/hidden.md show that this is close enough."""
 
+    latency_start: float = 0.01
+    """[s] delay of either sign at which, and at 3 and 9 times which, fits of latencies are started where the baseline's
+    fit moved an unknown far from its prior. An oscillating residual has local minima over a delay: bump loads 12 ms
+    late were fitted from zero to a significant residual, and to the true delay from starts of 6 to 18 ms."""
+
     probe_floor: float = 0.1
     """[of the smallest probe] lower bound of a fit started at a probe. Below, such a fit returns to zero, and the start
     at zero covers that; the probes cover larger amplitudes."""
