@@ -35,6 +35,10 @@ def _hat(knot: int) -> Trace:
     return lambda x, h, k: np.maximum(1 - np.abs(x * (PROFILE - 1) - knot), 0.0)
 
 
+def _bump(x: Array) -> Array:
+    return np.asarray(np.exp(-0.5 * ((x - 0.45) / 0.07) ** 2))
+
+
 TRACES: dict[str, Trace] = {
     **BASE,
     "slope": lambda x, h, k: h + 0 * x,
@@ -48,7 +52,8 @@ TRACES: dict[str, Trace] = {
     "copy_of_bend": lambda x, h, k: 3 * x**2,
     "nothing": lambda x, h, k: 0 * x,
     "hat": _hat(3),
-    "bump": lambda x, h, k: np.exp(-0.5 * ((x - 0.45) / 0.07) ** 2),
+    "mixture": lambda x, h, k: np.sin(7 * x) + (x > 0.6) + 0.5 * _bump(x),
+    "bump": lambda x, h, k: _bump(x),
     **{f"shape_{k + 1}": _hat(k) for k in range(PROFILE)},
 }
 

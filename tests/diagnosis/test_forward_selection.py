@@ -1,4 +1,4 @@
-"""Forward selection starts with the strongest effect that can be fitted alone, not only with the strongest."""
+"""Forward selection starts with the strongest effect that can be fitted alone, and drops what only imitates others."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from typing import Any
 
 import pytest
 
+from tests.diagnosis.linear import STEP, WAVE, WIND, Campaign, cause
+from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.name import candidate_models
 from vdyn_cli.diagnosis.name.candidate_models import forward_selection
+from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 
 EVIDENCE = {"speed": 50.0, "shaft": 90.0, "noise": 0.5}
 
@@ -19,19 +22,30 @@ EVIDENCE = {"speed": 50.0, "shaft": 90.0, "noise": 0.5}
 def test_an_effect_that_fails_alone_is_not_the_first(refuted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     def model(strategy: Any, effects: Sequence[str], below: float = inf) -> Any:
         alone = len(effects) == 1
-        return (
-            None if alone and effects[0] in refuted else SimpleNamespace(effects=tuple(effects), sufficient=not alone)
-        )
+        fitted = SimpleNamespace(effects=tuple(effects), sufficient=not alone, cost=-len(effects))
+        return None if alone and effects[0] in refuted else fitted
 
     stages: dict[str, Any] = {
         "candidate_model": model,
         "with_next": lambda strategy, tried: model(strategy, (*tried.effects, "next")),
         "catalog_falls_short": lambda strategy, tried: False,
         "all_needed": lambda strategy, tried: True,
+        "_is_needed": lambda strategy, tried, effect: True,
     }
     for name, stage in stages.items():
         monkeypatch.setattr(candidate_models, name, stage)
     found: Any = SimpleNamespace(scores=SimpleNamespace(evidence=EVIDENCE), testable=tuple(EVIDENCE))
-    chain = forward_selection(None, found)  # type: ignore[arg-type]
+    chain = forward_selection(None, (), found)  # type: ignore[arg-type]
     first = next((n for n in ("shaft", "speed") if n not in refuted), None)
     assert (chain and chain.effects) == (first and (first, "next"))
+
+
+def test_an_effect_that_imitates_two_others_is_dropped_beside_them() -> None:
+    """The mixture of wave and step has the strongest evidence, and is not significant beside both."""
+    campaign = Campaign(0, hidden={"wave": 4.0, "step": 4.0})
+    strategy = open_strategy(campaign.setup(WAVE, STEP, WIND, cause("mixture")))
+    found = detect(strategy, strategy.base)
+    assert found.scores.strongest(found.testable) == "mixture"
+    chain = forward_selection(strategy, (), found)
+    assert chain is not None
+    assert set(chain.effects) == {"wave", "step"}

@@ -234,10 +234,11 @@ def _best_pairs(strategy: Strategy, names: Sequence[str], delays: Mapping[str, F
 def forward_selection(
     strategy: Strategy, singles_tried: Sequence[CandidateModel], found: Detection
 ) -> CandidateModel | None:
-    """Forward selection: add the effect with the strongest evidence in the residual until none is significant.
+    """Stepwise selection: add the effect with the strongest evidence in the residual until none is significant.
 
     It begins with a delay among ``singles_tried`` that fits better than all others, else with the strongest effect that
-    can be fitted alone: of several late channels, that with the largest evidence may not change the main channel.
+    can be fitted alone: of several late channels, that with the largest evidence may not change the main channel. The
+    first effect may only imitate several others: after each addition, effects that are no longer needed are dropped.
 
     For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the
     others; None where that fails or the selection does not end within ``POLICY.most_effects``.
@@ -251,9 +252,19 @@ def forward_selection(
         tried = next((one for n in names if (one := candidate_model(strategy, (n,)))), None)
     while tried is not None and not tried.sufficient:
         more = len(tried.effects) < POLICY.most_effects and not catalog_falls_short(strategy, tried)
-        tried = with_next(strategy, tried) if more else None
+        further = with_next(strategy, tried) if more else None
+        further = _without_imitators(strategy, further) if further else None
+        tried = further if further and further.cost < tried.cost else None
     several = tried is not None and len(tried.effects) > 1
     return tried if tried and several and all_needed(strategy, tried) else None
+
+
+def _without_imitators(strategy: Strategy, tried: CandidateModel) -> CandidateModel:
+    """The candidate model without the effects before its last one that are not needed beside the others."""
+    for effect in tried.effects[:-1]:
+        if not _is_needed(strategy, tried, effect):
+            tried = candidate_model(strategy, [e for e in tried.effects if e != effect]) or tried
+    return tried
 
 
 def catalog_falls_short(strategy: Strategy, tried: CandidateModel) -> bool:
