@@ -9,8 +9,11 @@ from typing import Any
 
 import pytest
 
+from tests.diagnosis.linear import WAVE, WIND, Campaign
+from vdyn_cli.diagnosis.extend.extension import _without_baseline
 from vdyn_cli.diagnosis.extend.interval_union import OpenAnswer
 from vdyn_cli.diagnosis.extend.open_answers import _Widening, by_fit
+from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
 from vdyn_cli.quantities.parameters import BASELINE, Estimate, Parameters
 from vdyn_cli.quantities.result import FitSummary, Result
 
@@ -18,6 +21,21 @@ from vdyn_cli.quantities.result import FitSummary, Result
 def named(title: str) -> Result:
     fit = FitSummary(runs=2, rms=0.1, unit="m/s", noise_floor=0.1, unknowns=("drag_area",))
     return Result("coastdown", title, Parameters({}), fit, "")
+
+
+@pytest.mark.parametrize(("std", "excluded"), [(0.1, True), (0.3, False)])
+def test_sets_of_effects_far_from_zero_exclude_the_baseline(std: float, excluded: bool) -> None:
+    """As single effects do: one amplitude of 6 standard errors in every answer suffices."""
+    values, stds = {"wind": 1.0, "wave": 0.1}, {"wind": std, "wave": 0.1}
+    ends = {n: (v - 2 * stds[n], v + 2 * stds[n]) for n, v in values.items()}
+    fitted: Any = SimpleNamespace(solution=SimpleNamespace(values=values, std=stds, interval95=ends))
+    answers = tuple(CandidateModel(names, fitted, 0.5, None, 0.0) for names in [("wind", "wave"), ("wind",)])
+    judgment: Any = SimpleNamespace(beyond_range=None, verdict="ambiguous", answers=answers)
+    model = SimpleNamespace(setup=Campaign(1).setup(WAVE, WIND))
+    strategy: Any = SimpleNamespace(model=model, relinearized=lambda fit: fit)
+    a = Estimate(2.0, 0.05, (1.9, 2.1), "", "", "line", 2.0)
+    base = replace(named("base"), parameters=Parameters({"a": a}))
+    assert _without_baseline(strategy, judgment, base) == excluded
 
 
 class Including:

@@ -166,15 +166,13 @@ def _without_baseline(strategy: Strategy, judgment: Judgment, base: Result) -> b
     """Whether one of several answers, or an effect beyond its plausible range, replaces the baseline.
 
     It does if the baseline has no result. It also does if the data exclude the baseline: the logs contradict it (effect
-    beyond its range), or every answer is one effect with an amplitude far from zero.
+    beyond its range), or every answer has an amplitude far from zero.
     """
     if judgment.beyond_range is not None:
         return bool(base.refused) or base.contradicted
     if judgment.verdict != "ambiguous" or not (base.refused or base.parameters):
         return False
-    if base.refused or any(len(answer.effects) > 1 for answer in judgment.answers):
-        return bool(base.refused)
-    return all(_far_from_zero(strategy, answer) for answer in judgment.answers)
+    return bool(base.refused) or all(_far_from_zero(strategy, answer) for answer in judgment.answers)
 
 
 def _far_from_zero(strategy: Strategy, answer: CandidateModel) -> bool:
