@@ -22,7 +22,7 @@ EVIDENCE = {"speed": 50.0, "shaft": 90.0, "noise": 0.5}
 def test_an_effect_that_fails_alone_is_not_the_first(refuted: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     def model(strategy: Any, effects: Sequence[str], below: float = inf) -> Any:
         alone = len(effects) == 1
-        fitted = SimpleNamespace(effects=tuple(effects), sufficient=not alone, cost=-len(effects))
+        fitted = SimpleNamespace(effects=tuple(effects), sufficient=not alone, fitted=strategy)
         return None if alone and effects[0] in refuted else fitted
 
     stages: dict[str, Any] = {
@@ -31,13 +31,16 @@ def test_an_effect_that_fails_alone_is_not_the_first(refuted: tuple[str, ...], m
         "catalog_falls_short": lambda strategy, tried: False,
         "all_needed": lambda strategy, tried: True,
         "_is_needed": lambda strategy, tried, effect: True,
+        "alternatives": lambda strategy, tried, found: (),
     }
     for name, stage in stages.items():
         monkeypatch.setattr(candidate_models, name, stage)
     found: Any = SimpleNamespace(scores=SimpleNamespace(evidence=EVIDENCE), testable=tuple(EVIDENCE))
-    chain = forward_selection(None, (), found)  # type: ignore[arg-type]
+    there: Any = SimpleNamespace()  # linearized about the fit of two effects
+    strategy: Any = SimpleNamespace(about=lambda fitted: there)
+    chain = forward_selection(strategy, (), found)
     first = next((n for n in ("shaft", "speed") if n not in refuted), None)
-    assert (chain and chain.effects) == (first and (first, "next"))
+    assert [(one.effects, one.fitted) for one in chain] == ([((first, "next"), there)] if first else [])
 
 
 def test_an_effect_that_imitates_two_others_is_dropped_beside_them() -> None:
@@ -46,6 +49,5 @@ def test_an_effect_that_imitates_two_others_is_dropped_beside_them() -> None:
     strategy = open_strategy(campaign.setup(WAVE, STEP, WIND, cause("mixture")))
     found = detect(strategy, strategy.base)
     assert found.scores.strongest(found.testable) == "mixture"
-    chain = forward_selection(strategy, (), found)
-    assert chain is not None
+    (chain,) = forward_selection(strategy, (), found)
     assert set(chain.effects) == {"wave", "step"}

@@ -233,15 +233,20 @@ def _best_pairs(strategy: Strategy, names: Sequence[str], delays: Mapping[str, F
 
 def forward_selection(
     strategy: Strategy, singles_tried: Sequence[CandidateModel], found: Detection
-) -> CandidateModel | None:
+) -> tuple[CandidateModel, ...]:
     """Stepwise selection: add the effect with the strongest evidence in the residual until none is significant.
 
     It begins with a delay among ``singles_tried`` that fits better than all others, else with the strongest effect that
-    can be fitted alone: of several late channels, that with the largest evidence may not change the main channel. The
-    first effect may only imitate several others: after each addition, effects that are no longer needed are dropped.
+    can be fitted alone: of several late channels, that with the largest evidence may not change the main channel. After
+    each addition, the strategy is linearized about the fit, since a further effect may seem to explain the error of a
+    linear fit; and effects that are no longer needed are dropped, since the first may only imitate several others.
 
-    For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the
-    others; None where that fails or the selection does not end within ``POLICY.most_effects``.
+    For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the others.
+
+    Returns
+    -------
+    The selected candidate model and its ``alternatives``; empty where an effect is not needed, or the selection does
+    not end within ``POLICY.most_effects``.
     """
     evidence = found.scores.evidence
     names = sorted((n for n in found.testable if evidence[n] > POLICY.single_evidence), key=lambda n: -evidence[n])
@@ -250,19 +255,23 @@ def forward_selection(
         tried: CandidateModel | None = best
     else:
         tried = next((one for n in names if (one := candidate_model(strategy, (n,)))), None)
-    while tried is not None and not tried.sufficient:
+    before: set[frozenset[str]] = set()
+    while tried is not None and not tried.sufficient and frozenset(tried.effects) not in before:
+        before.add(frozenset(tried.effects))
         more = len(tried.effects) < POLICY.most_effects and not catalog_falls_short(strategy, tried)
         further = with_next(strategy, tried) if more else None
-        further = _without_imitators(strategy, further) if further else None
-        tried = further if further and further.cost < tried.cost else None
-    several = tried is not None and len(tried.effects) > 1
-    return tried if tried and several and all_needed(strategy, tried) else None
+        strategy = strategy.about(further.fitted) if further else strategy
+        tried = _without_imitators(strategy, further.effects) if further else None
+    if tried is None or not tried.sufficient or len(tried.effects) == 1 or not all_needed(strategy, tried):
+        return ()
+    return (tried, *alternatives(strategy, tried, found))
 
 
-def _without_imitators(strategy: Strategy, tried: CandidateModel) -> CandidateModel:
-    """The candidate model without the effects before its last one that are not needed beside the others."""
-    for effect in tried.effects[:-1]:
-        if not _is_needed(strategy, tried, effect):
+def _without_imitators(strategy: Strategy, effects: Sequence[str]) -> CandidateModel | None:
+    """The candidate model without the effects before the last one that are not needed beside the others."""
+    tried = candidate_model(strategy, effects)
+    for effect in effects[:-1]:
+        if tried is not None and not _is_needed(strategy, tried, effect):
             tried = candidate_model(strategy, [e for e in tried.effects if e != effect]) or tried
     return tried
 

@@ -40,8 +40,7 @@ def accepted_models(
     answers = tuple(a for a in answers if not worse_than_alone(strategy, a))
     if answers:
         return (*answers, *_with_equal_partners(strategy, answers, found)), tried
-    chain = forward_selection(strategy, tried, found)
-    return (() if chain is None else (chain, *alternatives(strategy, chain, found))), tried
+    return forward_selection(strategy, tried, found), tried
 
 
 def _with_rivals(

@@ -78,6 +78,12 @@ class LinearizedStrategy(NestedFits):
         there = self._linearized_about(fitted) if fitted else None
         return there.with_open_range() if there else wide
 
+    def about(self, fitted: FittedModel) -> LinearizedStrategy:
+        """See Strategy. Unchanged where the fit, relinearized, moves by less than chance, or has none there."""
+        exact = self.relinearized(fitted)
+        there = self._linearized_about(exact) if self._is_far(fitted.effects, fitted, exact) else None
+        return there if there and there.fitted(fitted.effects) else self
+
     def about_largest_effect(self, found: Detection) -> tuple[LinearizedStrategy, Detection]:
         """The strategy linearized about the effect that explains most, and the detection repeated there.
 
@@ -97,7 +103,8 @@ class LinearizedStrategy(NestedFits):
         # Nondifferentiable effects were tested in ``found`` at their likely amplitudes; ``there`` they may not show.
         kept = {n for n in found.testable if self.relinearization.nondifferentiable((n,))}
         repeated = detect(there, there.base)
-        if there is local and (self.model.setup.far_off or any(self._is_far(n, fit) for n, fit in alone.items())):
+        far = any(self._is_far((n,), self.fitted((n,)), fit) for n, fit in alone.items())
+        if there is local and (far or self.model.setup.far_off):
             there = self._with_own_fits(local, strongest, alone)
             # About a large scale, ``reachable_t`` is wrong for the others: candidates with a fit stay testable.
             kept |= {n for n, fit in alone.items() if fit is not None}
@@ -116,14 +123,14 @@ class LinearizedStrategy(NestedFits):
         best = min(made, key=made.__getitem__)
         return best if made[best] < made[strongest] - POLICY.clearly_better else None
 
-    def _is_far(self, name: str, alone: FittedModel | None) -> bool:
-        """Whether the candidate's own amplitude differs from that of this linearization by more than chance."""
-        linear = self.fitted((name,))
-        if alone is None or linear is None:
+    def _is_far(self, effects: Sequence[str], linear: FittedModel | None, exact: FittedModel | None) -> bool:
+        """Whether the amplitudes of a relinearized fit differ from those of a linear one by more than chance."""
+        if exact is None or linear is None:
             return True
         return any(
-            abs(alone.values[n] - linear.values[n]) > POLICY.needed_t * alone.solution.std[n]
-            for n in self.model.amplitudes(name)
+            abs(exact.values[n] - linear.values[n]) > POLICY.needed_t * exact.solution.std[n]
+            for e in effects
+            for n in self.model.amplitudes(e)
         )
 
     def _with_own_fits(self, local: LinearizedStrategy, strongest: str, alone: FitsAlone) -> LinearizedStrategy:

@@ -74,6 +74,10 @@ class Strategy(Protocol):
         """
         return NO_VALUES
 
+    def about(self, fitted: FittedModel) -> Strategy:
+        """The strategy linearized about a fit with effects; by default unchanged, as where its fits simulate."""
+        return self
+
     def about_largest_effect(self, found: Detection) -> tuple[Strategy, Detection]:
         """The strategy linearized about the largest effect, with the detection repeated; unchanged by default."""
         return self, found
