@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vdyn_cli.diagnosis.part.published_part import law_clause
+from vdyn_cli.diagnosis.part.published_part import elsewhere, law_clause
 from vdyn_cli.diagnosis.verdict_text import amplitude_text, is_plural, remainder_sentence, with_undetected_bias
 from vdyn_cli.effects import catalog
 from vdyn_cli.quantities.diagnosis import CurvePoint, Detectable, Diagnosis, FaultyPart, PartLaw
@@ -80,7 +80,8 @@ def test_only_where_no_effect_is_named_no_law_follows_the_curve() -> None:
     assert law_clause(deviating, None, None).endswith(f"which deviates from the model's refitted law {says}")
     both = law_clause(part, None, ("brakes that drag", "bearing drag"))
     assert both == "of the named effects, these act on it: brakes that drag, bearing drag"
-    assert law_clause(part, None, ()) == "of the named effects, these act on it: none"
+    other = elsewhere(part, "speed")
+    assert other.endswith("over speed would also explain the error; no named effect acts on that part.")
 
 
 @pytest.mark.parametrize(("bias", "half", "is_stated"), [(0.19, 0.02, True), (0.19, 0.2, False), (0.01, 0.005, False)])

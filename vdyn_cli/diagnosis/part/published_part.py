@@ -34,7 +34,11 @@ def with_published_part(diagnosis: Diagnosis, found: PartJudgment) -> Diagnosis:
         return diagnosis
     part = _faulty_part(finding, found.law)
     learned = _learned(finding, found.learned, diagnosis) if found.learned is not None else None
-    sentence = f"{_lies_in(finding, part)}; {law_clause(part, learned, _acting(finding, diagnosis))}."
+    acting = _acting(finding, diagnosis)
+    if acting == () and part.law is None and learned is None:
+        sentence = elsewhere(part, finding.parts[0].over)
+    else:
+        sentence = f"{_lies_in(finding, part)}; {law_clause(part, learned, acting)}."
     sentence = sentence if finding.explains else ""
     text = f"{diagnosis.sentence} {sentence}".strip()
     return diagnosis.model_copy(update={"part": part, "learned": learned, "sentence": text})
@@ -141,6 +145,11 @@ def _acting(finding: PartFinding, diagnosis: Diagnosis) -> tuple[str, ...] | Non
     return tuple(dict.fromkeys(e.label for e in named if finding.parts[0].concerns(e)))
 
 
+def elsewhere(part: FaultyPart, over: str) -> str:
+    """The sentence about a part on which no named effect acts; ``over``: its coordinate, in words."""
+    return f"A free curve of {part.label} over {over} would also explain the error; no named effect acts on that part."
+
+
 def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[str] | None) -> str:
     """The end of the sentence about the part: the law of its curve.
 
@@ -157,7 +166,7 @@ def law_clause(part: FaultyPart, learned: LearnedLaw | None, acting: Sequence[st
     if part.law is None and acting is None:
         return f"no law of the catalog follows the curve{_deviation(part)}"
     if part.law is None:
-        return f"of the named effects, these act on it: {', '.join(acting or ()) or 'none'}"
+        return f"of the named effects, these act on it: {', '.join(acting or ())}"
     label = part.law.label
     # A law that does not follow the whole curve may still explain all of the misfit, if few samples cover the rest.
     if not part.law.share_of_curve >= POLICY.law_share:
