@@ -48,17 +48,37 @@ HIDDEN = (
     Hidden("front_load_gain", 0.05),
     Hidden("rear_load_gain", -0.04),
     Hidden("logger_filter", 0.004),
+    Hidden("unsprung_mass_front_error", 0.2),
+    Hidden("unsprung_mass_rear_error", -0.2),
+    Hidden("pitch_inertia_error", 0.1),
 )
+STATED = {  # the number of the car that the description states too low by the effect
+    "unsprung_mass_front_error": "unsprung_mass_front",
+    "unsprung_mass_rear_error": "unsprung_mass_rear",
+    "pitch_inertia_error": "sprung_pitch_inertia",
+}
+
+
+def stated(hidden: Hidden) -> dict[str, float]:
+    """What the tester states of a car whose mass is known; one number is wrong if that is the effect."""
+    right = plant.known(VEHICLE)
+    wrong = dict(right)
+    if name := STATED.get(hidden.plant):
+        wrong[name] /= 1.0 + hidden.size
+        if name.startswith("unsprung"):
+            wrong["sprung_mass"] += right[name] - wrong[name]
+    return wrong
 
 
 @cache
 def problem(hidden: Hidden, noise: float) -> BumpProblem:
     """The crossings of a car with the effect; ``noise`` is relative to the sensors'."""
     random, runs, logs = np.random.default_rng(1), plant.runs(SEED), []
-    for k, clean in enumerate(plant.noise_free(VEHICLE, runs, {hidden.plant: hidden.size})):
+    effects = {} if hidden.plant in STATED else {hidden.plant: hidden.size}
+    for k, clean in enumerate(plant.noise_free(VEHICLE, runs, effects)):
         read = [clean[h] + random.normal(0, noise * s.noise, clean[h].size) for h, s in plant.SENSORS.items()]
         logs.append(Log(f"bump_{k}.csv", runs[k].times, dict(zip(NAMES, read, strict=True))))
-    found = prepare(SPEC, BumpData(tuple(logs)), given(plant.known(VEHICLE)))
+    found = prepare(SPEC, BumpData(tuple(logs)), given(stated(hidden)))
     if noise == 1.0:
         return found
     # The plant has no fore-aft motion. Without noise, a free lever would fit how its dry friction differs from ours.

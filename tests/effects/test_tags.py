@@ -18,8 +18,9 @@ PACKAGE = Path(__file__).resolve().parents[2] / "vdyn_cli"
 CANDIDATES = {
     "bump": """
         asymmetric_damping bump_height_error bump_stop bump_trapezoid bump_width_error clock_offset degressive_damping
-        front_load_gain logger_filter progressive_spring rear_load_delay rear_load_gain rear_tire_stiffness speed_error
-        suspension_friction tire_damping tire_enveloping wheel_circle
+        front_load_gain logger_filter pitch_inertia_error progressive_spring rear_load_delay rear_load_gain
+        rear_tire_stiffness speed_error suspension_friction tire_damping tire_enveloping unsprung_mass_front_error
+        unsprung_mass_rear_error wheel_circle
     """,
     "cg": """
         acceleration_delay accelerometer_gain accelerometer_offset accelerometer_tilt aero_lift clock_offset

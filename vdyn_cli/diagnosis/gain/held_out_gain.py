@@ -163,7 +163,7 @@ def _fold_model(
     ``answer`` is ``extended``, relinearized about its own amplitudes where the strategy does so.
     """
     effects = extended.effects
-    # Nondifferentiable effects cannot be selected at zero amplitude.
+    # Nondifferentiable effects, and latencies without evidence there, cannot be selected at zero amplitude.
     if not set(effects) <= set(selecting.candidates) or _leaves_one_way(strategy.model, folds.run(fold)):
         return answer, effects
     chosen = _selected(strategy, folds, fold, selecting, effects)

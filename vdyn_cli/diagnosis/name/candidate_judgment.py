@@ -164,7 +164,7 @@ def _with_gain(strategy: Strategy, judgment: Judgment, local: Strategy) -> Judgm
     answers, found, base = judgment.answers, judgment.detection, judgment.base
     first, gain = answers[0], None
     if len(answers) == 1 or len(first.effects) > 1:  # several answers of several effects share most of them
-        gain = held_out_gain(strategy, base, first.fitted, Selection(found.testable, local.base))
+        gain = held_out_gain(strategy, base, first.fitted, Selection(_scored(strategy, found), local.base))
     if gain is None:
         return judgment
     by_prior = all(found.scores.stated[e] > POLICY.prior_information for e in first.effects)
@@ -174,6 +174,13 @@ def _with_gain(strategy: Strategy, judgment: Judgment, local: Strategy) -> Judgm
         gain = None  # the evidence is a contradicted prior, which predicted outputs do not show
     contradicted = _contradicted(strategy.model.regression.unknowns, base) if by_prior else None
     return replace(judgment, gain=gain, contradicted=contradicted)
+
+
+def _scored(strategy: Strategy, found: Detection) -> tuple[str, ...]:
+    """The testable candidates without latencies that have no evidence at zero: only a fit of their own shows these."""
+    candidates, evidence = strategy.model.setup.candidates, found.scores.evidence
+    hidden = {n for n in found.testable if candidates[n].latency and evidence[n] < POLICY.pair_evidence}
+    return tuple(n for n in found.testable if not (strategy.nonlinear and n in hidden))
 
 
 def _contradicted(unknowns: Sequence[Unknown], base: FittedModel) -> str:

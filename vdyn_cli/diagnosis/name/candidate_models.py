@@ -82,14 +82,15 @@ def singles(strategy: Strategy, found: Detection) -> tuple[CandidateModel, ...]:
 def _likely_singles(strategy: Strategy, found: Detection) -> list[str]:
     """The candidates whose evidence reaches ``single_evidence`` and ``single_share``, the strongest first.
 
-    Delays whose fits start away from zero are also among them: a score at zero says little about a large delay.
+    Latencies are also among them: a score at zero says little about a large delay, or a lag, which a shift of the
+    whole run imitates to first order.
     """
     evidence, candidates = found.scores.evidence, strategy.model.setup.candidates
     most = max((evidence[n] for n in found.testable), default=0.0)
     least = max(POLICY.single_evidence, POLICY.single_share * most)
     likely = {n for n in found.testable if evidence[n] >= least}
     if strategy.nonlinear:
-        likely |= {n for n in found.testable if candidates[n].shifts_clock}
+        likely |= {n for n in found.testable if candidates[n].latency}
     return sorted(likely, key=lambda n: -evidence[n])
 
 
@@ -194,7 +195,7 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
         beside = model.scores(one.fitted, list(model.setup.candidates))
         for name in (n for n in beside.names if is_testable(model, beside, n)):
             evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
-    delays = {n: t.fitted for t in tried for n in t.effects if strategy.nonlinear and model.by_name[n].shifts_clock}
+    delays = {n: t.fitted for t in tried for n in t.effects if strategy.nonlinear and model.by_name[n].latency}
     evidence |= {n: max(evidence[n], sqrt(max(_gained(strategy, fit), 0.0))) for n, fit in delays.items()}
     names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
     made = [t.fitted for t in tried] + [f for n in model.setup.families if (f := strategy.fitted((n,))) is not None]
@@ -251,7 +252,7 @@ def forward_selection(
     evidence = found.scores.evidence
     names = sorted((n for n in found.testable if evidence[n] > POLICY.single_evidence), key=lambda n: -evidence[n])
     best = best_fit(singles_tried)
-    if best is not None and strategy.nonlinear and strategy.model.by_name[best.effects[0]].shifts_clock:
+    if best is not None and strategy.nonlinear and strategy.model.by_name[best.effects[0]].latency:
         tried: CandidateModel | None = best
     else:
         tried = next((one for n in names if (one := candidate_model(strategy, (n,)))), None)
@@ -342,6 +343,6 @@ def _is_needed(strategy: Strategy, tried: CandidateModel, effect: str) -> bool:
     if without is None:  # the others would have to exceed their plausible range
         solution, names = tried.fitted.solution, strategy.model.amplitudes(effect)
         return any(abs(solution.values[n]) > POLICY.needed_t * solution.std[n] for n in names)
-    if strategy.nonlinear and strategy.model.by_name[effect].shifts_clock:  # a score at zero says little about it
+    if strategy.nonlinear and strategy.model.by_name[effect].latency:  # a score at zero says little about it
         return 2 * (without.solution.cost - tried.cost) > POLICY.needed_t**2
     return strategy.model.scores(without, [effect]).statistic[effect] > POLICY.needed_t**2

@@ -46,7 +46,7 @@ class NestedFits(Strategy):
         """The regression from the step's own start, and with delays among these effects away from zero."""
         regression = restricted(self.model.regression, held)
         yield regression
-        for effect in (e for n in effects if (e := self.model.setup.candidates.get(n)) and "latency" in e.tags):
+        for effect in (e for n in effects if (e := self.model.setup.candidates.get(n)) and e.latency):
             first = amplitudes_of(effect)[0]
             low, high = bounds_of(effect, first)
             delays = (k * POLICY.latency_start for k in (-1, 1, -3, 3, -9, 9))

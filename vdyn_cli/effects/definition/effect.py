@@ -131,7 +131,12 @@ class Effect:
     @property
     def faulty(self) -> bool:
         """Whether it is the error of a sensor that is at fault; a latency is a property of every logger."""
-        return self.sensor and "latency" not in self.tags
+        return self.sensor and not self.latency
+
+    @property
+    def latency(self) -> bool:
+        """Whether it is the delay or lag of a channel."""
+        return "latency" in self.tags
 
     @property
     def shifts_clock(self) -> bool:
