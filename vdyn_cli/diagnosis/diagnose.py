@@ -12,7 +12,7 @@ from vdyn_cli.diagnosis.detect.detectability import detectable, lacking_channels
 from vdyn_cli.diagnosis.detect.worst_segments import worst_segments
 from vdyn_cli.diagnosis.diagnosis_setup import DiagnosisSetup, PreparedStep, already_included, setup_of
 from vdyn_cli.diagnosis.extend.amplitudes import fitted_amplitudes, open_amplitudes
-from vdyn_cli.diagnosis.extend.extension import Extension, extended
+from vdyn_cli.diagnosis.extend.extension import Extension, extended, publish_with
 from vdyn_cli.diagnosis.extend.open_answers import holding_free_curve, with_open_answers
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_judgment import judge
@@ -21,6 +21,7 @@ from vdyn_cli.diagnosis.next_tests.next_test import next_tests
 from vdyn_cli.diagnosis.part.part_judgment import PartJudgment, free_curve, with_part
 from vdyn_cli.diagnosis.part.published_part import part_figure, with_published_part
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.diagnosis.size.finding_size import Limits
 from vdyn_cli.diagnosis.size.materiality import limits_of
 from vdyn_cli.diagnosis.size.published_size import effect_sizes, published_size, remainder
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
@@ -84,6 +85,8 @@ def _diagnosed(
     strategy = open_strategy(setup)
     limits = limits_of(base, _metric(prepared)[1], requested.matters)
     by_part = with_part(strategy, judge(strategy, faults, limits), problem)
+    prepared, by_part = _with_free_form(prepared, by_part, level, faults, limits)
+    problem = prepared.simulated
     strategy = by_part.strategy
     judgment = _with_misfit(with_nuisance_effects(strategy, by_part.judgment, limits), base)
     judgment, extension = extended(strategy, judgment, requested.extend, prepared.problem, base)
@@ -101,6 +104,28 @@ def _diagnosed(
         figures=(*result.figures, *((part_figure(diagnosis.part),) if diagnosis.part else ())),
     )
     return result if extension.result is None else _beside_baseline(base, result, extension, by_part)
+
+
+def _with_free_form(
+    prepared: PreparedStep, found: PartJudgment, level: float, faults: Sequence[Finding], limits: Limits
+) -> tuple[PreparedStep, PartJudgment]:
+    """The step and the judgment with a free form of the main law, if only that shows an answer of the catalog.
+
+    The wrong form of a law hides every other error: no candidate is sufficient beside it, and a learned law absorbs
+    what else is wrong. An answer with which the model cannot be fitted is none.
+    """
+    free = getattr(prepared.problem, "with_free_form", None)  # a problem of a plug-in may have none
+    if free is None or not (found.judgment.verdict == "unknown" or found.learned is not None):
+        return prepared, found
+    freed = replace(prepared, problem=free)
+    try:
+        strategy = open_strategy(setup_of(freed, level))
+        judgment = judge(strategy, faults, limits)
+    except (ResultError, ArithmeticError):
+        return prepared, found
+    each = ([strategy.model.setup.candidates[e] for e in answer.effects] for answer in judgment.answers)
+    shown = any(publish_with(free, effects)[0] is not None for effects in each)
+    return (freed, PartJudgment(strategy, judgment)) if shown else (prepared, found)
 
 
 def _with_misfit(judgment: Judgment, base: Result) -> Judgment:

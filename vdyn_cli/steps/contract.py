@@ -52,6 +52,14 @@ class SimulatedProblem(Problem, Protocol):
         """The model's elements and sensors, each free over one coordinate; empty by default."""
         return ()
 
+    @property
+    def with_free_form(self) -> SimulatedProblem | None:
+        """The problem with a smooth departure of its main law, as nuisance parameters; None (default): no such form.
+
+        It shows errors that are no departure of that law where the law's form is wrong, too.
+        """
+        return None
+
     def directions(self, stated: Sequence[str | None]) -> Sequence[str | None]:
         """The directions of the used runs, from those that the description states; all by default."""
         return stated

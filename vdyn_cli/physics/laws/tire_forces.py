@@ -9,16 +9,17 @@ from vdyn_cli.engine.model_builder import Number, Signals
 def tire(s: Signals) -> Number:
     """Longitudinal force by the magic formula.
 
-    F = Fz D sin(C atan(B s - E (B s - atan(B s)))), s = om r / V - 1
+    F = Fz D (sin(C atan(B s - E (B s - atan(B s)))) + d), s = om r / V - 1
 
     with om r the rim's speed and V the hub's, m/s. Signals: ``load`` Fz, N; ``slip`` s, fraction; ``tire_B``,
-    ``tire_C``, ``tire_D``, ``tire_E``, without unit. Returns N, positive when it drives the car. Assumes pure
-    longitudinal slip in steady state, friction independent of load.
+    ``tire_C``, ``tire_D``, ``tire_E``, without unit; ``departure`` d from the formula, 0 where it is not given. Returns
+    N, positive when it drives the car. Assumes pure longitudinal slip in steady state, friction independent of load.
 
     Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.3.1; slip after SAE J670.
     """
     b = s.tire_B * s.slip
-    return s.load * s.tire_D * sin(s.tire_C * atan(b - s.tire_E * (b - atan(b))))
+    formula = sin(s.tire_C * atan(b - s.tire_E * (b - atan(b))))
+    return s.load * s.tire_D * (formula + s.__dict__.get("departure", 0.0))
 
 
 def friction(s: Signals) -> Number:

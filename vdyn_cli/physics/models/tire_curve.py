@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import atan, pi, tan
 
+from vdyn_cli.engine import maths
 from vdyn_cli.engine.maths import sqrt
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import ModelBuilder, Number, Signals
@@ -12,6 +13,7 @@ from vdyn_cli.physics.laws.tire_forces import friction, tire
 SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
 SHIFTS = ("tire_Sh", "tire_Sv")  # of slip and friction, 0 unless they are unknown
 BRAKING = ("braking_B", "braking_D")  # relative excess of B and D in braking over driving, 0 unless they are unknown
+DEPARTURE = tuple(f"tire_shape_{k}" for k in (2, 3, 4, 5, 6))  # 0 unless they are unknown
 TURN = 1e-4  # slip over which the curve changes from braking to driving
 
 
@@ -38,8 +40,22 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
     )
     stiff = p.tire_B * (1 + p.braking_B * braking)
     history = {"elapsed": u.elapsed, "returning": u.returning, "braking": braking}
+    history["departure"] = _departure(p, stiff * slip) * (1 - 2 * braking)
     force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E, **history)
     e.sensor("force_x", force + load * p.tire_Sv, 0.0, load=load)
+
+
+def _departure(p: Signals, x: Number) -> Number:
+    """A smooth departure from the magic formula, over |x| = |B s|, as a share of the peak friction.
+
+    sum_k c_k sin^2(k atan x), k = 2 to 6. Its slope at zero is 0, so that B C D remains the slope of the curve; near
+    zero it is quadratic in |s|, as the brush model is (Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 3.2)
+    and the magic formula, which is odd and analytic, is not.
+    """
+    angle, total = maths.atan(x), 0.0
+    for k, name in enumerate(DEPARTURE, 2):
+        total = total + getattr(p, name) * maths.sin(k * angle) ** 2
+    return total
 
 
 def _driven(e: ModelBuilder, u: Signals) -> None:
@@ -53,7 +69,7 @@ def _slipped(e: ModelBuilder, u: Signals) -> None:
     _force(e, u, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1, slip_rate=u.slip_rate))
 
 
-_CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, "radius_error", "static_load")
+_CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, *DEPARTURE, "radius_error", "static_load")
 
 # ``slip_gradient``, 1/m, and ``slip_rate``, 1/s, are the decrease of the slip that acts per lag in distance and in time
 # (in a slow sweep its change); ``elapsed`` is the time since the sweep began, s; ``swept`` is the same with the

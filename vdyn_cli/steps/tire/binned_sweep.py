@@ -16,6 +16,7 @@ MOST_IN_BIN = 40  # samples in one bin: noise in slip falls by six, and a sweep 
 FEWEST_SLOW = 8  # samples of a slower speed from which the level of its noise can be estimated
 SCATTERS = 3.0  # standard deviations of a variance, by which that of a varying load exceeds that of the noise
 SMOOTH = 3.0  # bins, over which the slip is smoothed for its slopes: a bin's own noise has a seventh of the weight
+REACH = 4.0  # of that standard deviation, beyond which the smoothing has no weight
 WIDEST = 0.015  # largest range of slip in a bin: a fifth of the width of the knee of a stiff tire
 
 
@@ -93,11 +94,16 @@ class SlipSamples:
         return np.asarray(np.add.reduceat(values, self.starts) / counts)
 
     def smooth(self) -> SlipSamples:
-        """The samples with a slip without most of its noise, smoothed over ``SMOOTH`` bins (standard deviation)."""
+        """The samples with a slip without most of its noise, smoothed over ``SMOOTH`` bins (standard deviation).
+
+        Beyond the ends the slip is continued by point reflection, which keeps its slope there.
+        """
         from scipy.ndimage import gaussian_filter1d
 
         width = SMOOTH * float(np.median(np.diff(self.starts))) if self.starts.size > 1 else 1.0
-        return replace(self, slip=gaussian_filter1d(self.slip, width))
+        beyond = int(REACH * width) + 1
+        continued = np.pad(self.slip, beyond, mode="reflect", reflect_type="odd")
+        return replace(self, slip=gaussian_filter1d(continued, width, truncate=REACH)[beyond:-beyond])
 
     def lagged(self, distance: float, delay: float) -> tuple[Array, Array | None]:
         """The slip that acts, (m,), and its derivative by the distance, (m,) 1/m; None for a distance of 0."""

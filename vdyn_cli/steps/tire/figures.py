@@ -20,8 +20,8 @@ def comparisons(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> tu
     )
 
 
-def friction_over_slip(curve: FittedCurve) -> Figure:
-    """Figure of the bins of all sweeps and the curve at their mean load."""
+def friction_over_slip(curve: FittedCurve, peak: float | None) -> Figure:
+    """Figure of the bins of all sweeps and the curve at their mean load; ``peak`` is the slip of its peak."""
     fit, values = curve.fit, curve.solution.values
     slip = np.concatenate([sweep.slip for sweep in fit.sweeps])
     friction = np.concatenate([sweep.force / sweep.load for sweep in fit.sweeps])
@@ -29,10 +29,10 @@ def friction_over_slip(curve: FittedCurve) -> Figure:
     grid = np.linspace(slip.min(), slip.max(), 300)
     series = [
         Series("measured, averaged", slip, friction, "points"),
-        Series("magic formula", grid, fit.force(grid, load, values) / load, role="simulated"),
+        Series("curve", grid, fit.force(grid, load, values) / load, role="simulated"),
     ]
-    if curve.peak is not None:
-        at = np.array([curve.peak])
+    if peak is not None:
+        at = np.array([peak])
         series.append(Series("peak", at, fit.force(at, load, values) / load, "points", role="accent"))
     caption = (
         "Friction over slip. Good: the points scatter evenly about the line on both sides of zero and beyond the peak. "

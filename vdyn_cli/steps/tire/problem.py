@@ -11,7 +11,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.inference import Regression, Solution, solve
 from vdyn_cli.inference.restrict import restricted
-from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS
+from vdyn_cli.physics.models.tire_curve import BRAKING, DEPARTURE, SHAPE, SHIFTS
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Parameters
@@ -28,7 +28,14 @@ from vdyn_cli.steps.tire.parts import tire_parts
 from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
-from vdyn_cli.steps.tire.tire_regression import CAR_TIRES, FittedCurve, TireCurveProblem, fitted_curve
+from vdyn_cli.steps.tire.tire_regression import (
+    CAR_TIRES,
+    FEW_TERMS,
+    FittedCurve,
+    TireCurveProblem,
+    departing,
+    fitted_curve,
+)
 
 FREE_FORCE = 300.0  # N, plausible amplitude of a free profile: a tenth of the friction of a car's wheel
 HELD = 1e-4  # relative standard deviation of a shape factor that is stated without one
@@ -43,10 +50,12 @@ class TireProblem(SimulatedProblem):
     ----------
     logs : with slip, NaN for excluded samples.
     fit : the logs averaged into bins, with the stated priors, without effects.
+    formula : the same without departure from the magic formula, where the curve of ``fit`` may depart; else None.
     """
 
     logs: tuple[Log, ...]
     fit: TireCurveProblem
+    formula: TireCurveProblem | None = None
 
     @property
     def model(self) -> Model:
@@ -70,6 +79,11 @@ class TireProblem(SimulatedProblem):
     def parts(self) -> tuple[Part, ...]:
         """Force over slip and load, peak friction over the sliding speed."""
         return tire_parts(self.logs)
+
+    @cached_property
+    def with_free_form(self) -> TireProblem:
+        """The same sweeps with a curve that may depart from the magic formula."""
+        return self if self.formula else replace(self, fit=departing(self.fit, DEPARTURE), formula=self.fit)
 
     @cached_property
     def baseline(self) -> FittedCurve:
@@ -108,9 +122,18 @@ class TireProblem(SimulatedProblem):
         ------
         ResultError : the sweeps do not determine a curve; if all but one do, that sweep is named.
         """
+        if self.formula is not None:
+            fits = (departing(self.formula, FEW_TERMS), self.formula, self.fit)
+            curve, formula, finer = (fitted_curve(replace(fit, added=added)) for fit in fits)
+            return tire_result(curve, self.formula.prior, self.logs, formula, finer)
         if added.effects:
             return tire_result(fitted_curve(replace(self.fit, added=added)), self.fit.prior, self.logs)
         try:
+            if (
+                self.baseline.peak is None and self.baseline.fit.scale == 1.0
+            ):  # the slope depends on the form of the curve
+                with suppress(ResultError):
+                    return self.with_free_form.publish()
             result = tire_result(self.baseline, self.fit.prior, self.logs)
         except ResultError as error:
             fit = replace(self.fit, prior={**CAR_TIRES, **self.fit.prior})

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS
+from vdyn_cli.quantities.constants import NORMAL95
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Result
@@ -21,39 +23,46 @@ from vdyn_cli.steps.tire.tire_regression import ZERO, FittedCurve
 STIFFNESS = "tire_longitudinal_stiffness"
 
 
-def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], logs: Sequence[Log]) -> Result:
+def tire_result(
+    curve: FittedCurve,
+    priors: Mapping[str, tuple[float, float]],
+    logs: Sequence[Log],
+    formula: FittedCurve | None = None,
+    finer: FittedCurve | None = None,
+) -> Result:
     """The published result: all shape factors where the sweeps determine them, else only the slope at zero slip.
 
     Parameters
     ----------
     priors : mean and standard deviation of the stated shape factors.
     logs : of the sweeps; their findings are included.
+    formula : the fit of the magic formula, which has the shape factors, where ``curve`` may depart from it.
+    finer : the curve with a departure of more terms: the interval of the slope at zero includes its slope.
     """
-    fit, solution = curve.fit, curve.solution
+    fit, solution, shaped = curve.fit, curve.solution, formula or curve
     sweeps = fit.lagged(solution.values)
     points = [fit.points(sweep, solution.values) for sweep in sweeps]
-    slope, doubts = _slope(solution), tuple[str, ...]()
-    if not fit.added.effects:  # effects such as a relaxation length also act at small slips
-        slope, doubts = agreeing_with_data(slope, fit.sweeps, points)
-    withheld = dict[str, str]()
-    estimates, correlation, warnings = {STIFFNESS: slope}, {}, [*doubts]
-    if curve.peak is None:
-        warnings.append(text.peak_not_reached(fit.sweeps))
-        withheld = dict.fromkeys(SHAPE, text.WITHHELD)
-    else:
+    slope, warnings = _slope(solution), tuple[str, ...]()
+    if finer is not None:
+        slope = _including(slope, *_slope(finer.solution).interval95)
+    if formula is not None:
+        warnings = text.departure(slope, _slope(formula.solution), formula.peak)
+    elif not fit.added.effects:  # effects such as a relaxation length also act at small slips
+        slope, warnings = agreeing_with_data(slope, fit.sweeps, points)
+    estimates, withheld = {STIFFNESS: slope}, dict.fromkeys(SHAPE, text.WITHHELD)
+    correlation = dict[str, dict[str, float]]()
+    if shaped.peak is not None:
         names = (*SHAPE, *(n for n in SHIFTS if n in fit.free))
-        shape = {n: _shape_factor(n, curve) for n in names}
-        estimates = {**shape, **_braking(curve), STIFFNESS: slope}
-        correlation = {a: {b: solution.correlation[a][b] for b in names} for a in names}
-        best, std = solution.values["tire_C"], solution.std["tire_C"]
-        if others := [c for c in (s.values["tire_C"] for s in curve.others) if abs(c - best) > std]:
-            warnings.append(text.other_curves([best, *others[:1]]))
-        if curve.peak > fit.reach:
-            warnings.append(text.peak_by_priors(fit.reach, curve.peak))
+        shape = {n: _shape_factor(n, shaped) for n in names}
+        if formula is not None:
+            shape["tire_D"] = _with_peak(shape["tire_D"], curve)
+        estimates, withheld = {**shape, **_braking(shaped), STIFFNESS: slope}, {}
+        correlation = {a: {b: shaped.solution.correlation[a][b] for b in names} for a in names}
     zeros = solution.per_run.get(ZERO, np.zeros(len(fit.sweeps)))
     residuals = [near.residual(sweep) + zero for near, sweep, zero in zip(points, sweeps, zeros, strict=True)]
     peaks = () if "braking_D" in fit.free else text.two_peaks_note(fit.sweeps)
-    restate = partial(text.sentence, peak=curve.peak)
+    restate = partial(text.sentence, peak=shaped.peak)
+    warnings = (*warnings, *_shape_warnings(shaped))
     return Result(
         "tire",
         restate(estimates, {}),
@@ -61,13 +70,36 @@ def tire_result(curve: FittedCurve, priors: Mapping[str, tuple[float, float]], l
         fit_summary(solution, (s.run for s in fit.sweeps), residuals, [p.deviation for p in points], "N", warnings),
         text.METHODS,
         figures.comparisons(fit.sweeps, residuals),
-        (figures.friction_over_slip(curve), figures.residual_over_slip(fit.sweeps, residuals)),
+        (figures.friction_over_slip(curve, shaped.peak), figures.residual_over_slip(fit.sweeps, residuals)),
         (text.sweeps_table(fit.sweeps),),
-        (*text.prior_notes(priors, solution), *peaks, *(f for log in logs for f in log.findings)),
+        (*text.prior_notes(priors, shaped.solution), *peaks, *(f for log in logs for f in log.findings)),
         amplitudes=effect_amplitudes(solution, fit.added.unknowns),
         withheld=withheld,
         restate=restate,
     )
+
+
+def _shape_warnings(curve: FittedCurve) -> tuple[str, ...]:
+    """Why the shape factors are not determined, or depend on priors or on the start of the fit."""
+    if curve.peak is None:
+        return (text.peak_not_reached(curve.fit.sweeps),)
+    best, std = curve.solution.values["tire_C"], curve.solution.std["tire_C"]
+    others = [c for c in (s.values["tire_C"] for s in curve.others) if abs(c - best) > std]
+    found = (text.other_curves([best, *others[:1]]),) if others else ()
+    reach = curve.fit.reach
+    return (*found, text.peak_by_priors(reach, curve.peak)) if curve.peak > reach else found
+
+
+def _with_peak(friction: Estimate, curve: FittedCurve) -> Estimate:
+    """The peak friction of the magic formula, whose interval includes that of a ``curve`` that departs from it."""
+    peak, (low, high) = curve.largest_friction, friction.interval95
+    return _including(friction, peak - (high - low) / 2, peak + (high - low) / 2)
+
+
+def _including(one: Estimate, low: float, high: float) -> Estimate:
+    """The estimate whose interval includes the one from ``low`` to ``high``."""
+    low, high = min(low, one.interval95[0]), max(high, one.interval95[1])
+    return replace(one, interval95=(low, high), std=max(one.std, (high - low) / (2 * NORMAL95)))
 
 
 def _shape_factor(name: str, curve: FittedCurve) -> Estimate:

@@ -19,7 +19,8 @@ METHODS = (
     "Slip follows from wheel speed, radius and vehicle speed; samples are averaged into bins in which slip changes by "
     "at most 1.5 %. The fit of the magic formula minimizes the distance in slip and force together, with the noise of "
     "each channel from its third differences and without the second-order effect of slip noise. The wheel radius is a "
-    "nuisance parameter with its standard deviation as prior. Intervals follow from the scatter of blocks of equal "
+    "nuisance parameter with its standard deviation as prior. Where the sweeps end before the peak, or the formula "
+    "hides another error, the curve may depart smoothly from it. Intervals follow from the scatter of blocks of equal "
     "information (Bell and McCaffrey 2002)."
 )
 
@@ -47,6 +48,22 @@ def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
         f"the sweeps do not determine the peak (largest slip {100 * slip:.1f} %, largest friction "
         f"{friction:.2f}): only the product B C D is determined, not B, C, D and E; sweep to two or three times the "
         "slip of the peak"
+    )
+
+
+def departure(slope: Estimate, formula: Estimate, peak: float | None) -> tuple[str, ...]:
+    """The warning that the curve departs from the magic formula, where its slope at zero slip differs from B C D.
+
+    Parameters
+    ----------
+    slope, formula : at zero slip, of the curve and of the magic formula. peak : its slip; None: B, C, D are withheld.
+    """
+    low, high = slope.interval95
+    if peak is None or low <= formula.value <= high:
+        return ()
+    return (
+        f"the tire departs from the magic formula, whose slope at zero slip, B C D, is {formula.value:.4g}: the "
+        f"published slope, {with_interval(slope)}, is that of a curve with a free form",
     )
 
 

@@ -14,7 +14,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, even_if_refused, solve
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.physics.models.tire_curve import BRAKING, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
+from vdyn_cli.physics.models.tire_curve import BRAKING, DEPARTURE, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
 from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
@@ -25,14 +25,20 @@ from vdyn_cli.steps.tire.noise import CurvePoints, nearest_points
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would have the wrong sign.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4.0), "braking_D": (-0.8, 2.0)}
+RANGES |= dict.fromkeys(DEPARTURE, (-1.0, 1.0))
 # Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
 CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
 EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
+# Standard deviation of a coefficient of the departure, a share of the peak friction: brush and exponential laws have up
+# to 0.15.
+DEPARTS = 0.1
+FEW_TERMS = DEPARTURE[:3]  # with which these laws are followed within 0.2 %; more make the slope at zero uncertain
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
 NEAR_SLIP, SMALL = 5e-3, 1e-5  # slip at which the curve is steep, and the step of its differences
 STARTS = (1.3, 1.6, 1.9)  # start values of C: a wrong one can lead to a local minimum
+GRID = 300  # slips, on which the peak of a curve is searched
 NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.84, chi-square's 95 % quantile
 PROJECTION_ROUNDS, SETTLED = 12, 1e-2  # onto the curve, until no unknown changes by more standard deviations
 
@@ -58,7 +64,7 @@ class TireCurveProblem:
     added : corrections of the curve.
     scale : ratio of residual to sensor noise where the curve does not follow the sweeps, so that priors keep their
         weight.
-    free : those of SHIFTS and BRAKING that are unknown.
+    free : those of SHIFTS, BRAKING and DEPARTURE that are unknown.
     force_zero : N, standard deviation of the zero of the longitudinal force from sweep to sweep; 0: exact.
     """
 
@@ -121,7 +127,17 @@ class TireCurveProblem:
         at, start : values of unknowns by name; omitted ones have the start values of this fit.
         """
         begin = {**self.first_values, **(start or at)}
-        shape = [Unknown(n, begin[n], *RANGES[n], prior=self.prior.get(n)) for n in (*SHAPE, *self.free)]
+        shape = [
+            Unknown(
+                n,
+                begin[n],
+                *RANGES[n],
+                prior=self.prior.get(n),
+                nuisance=n in DEPARTURE,
+                prior_stated=n not in DEPARTURE,
+            )
+            for n in (*SHAPE, *self.free)
+        ]
         if self.radius_std > 0:
             prior = (0.0, self.radius_std)
             shape.append(Unknown("radius_error", 0.0, -0.2, 0.2, prior=prior, nuisance=True))
@@ -245,6 +261,12 @@ class TireCurveProblem:
         return _CurveForces(simulated.outputs["force_x"], jacobian, by_slip)
 
 
+def departing(fit: TireCurveProblem, terms: Sequence[str]) -> TireCurveProblem:
+    """The same sweeps with a departure of the curve from the magic formula; ``terms`` are some of DEPARTURE."""
+    prior = {**fit.prior, **dict.fromkeys(terms, (0.0, DEPARTS))}
+    return replace(fit, free=(*fit.free, *terms), prior=prior)
+
+
 def _fits_from(fit: TireCurveProblem, first: Mapping[str, float]) -> tuple[list[Solution], list[ResultError]]:
     """Fits from the start values of C, the others as in ``first``; and why others failed."""
     found, failed = list[Solution](), list[ResultError]()
@@ -263,7 +285,7 @@ def _first_extra(free: Sequence[str], slip: Array, friction: Array) -> dict[str,
 
     Sv is the middle between the largest frictions of both signs, -Sh the slip at which the friction crosses it.
     """
-    found = dict.fromkeys((*SHIFTS, *BRAKING), 0.0)
+    found = dict.fromkeys((*SHIFTS, *BRAKING, *DEPARTURE), 0.0)
     high, low = (float(np.quantile(friction, q)) for q in (0.98, 0.02))
     if not low < 0.0 < high:
         return found
@@ -304,6 +326,14 @@ class FittedCurve:
     solution: Solution
     peak: float | None
     others: tuple[Solution, ...] = ()
+
+    @property
+    def largest_friction(self) -> float:
+        """The largest friction in driving without effects, up to the largest slip of the sweeps, at their mean load."""
+        values = {**self.solution.values, **dict.fromkeys(self.fit.added.names, 0.0)}
+        load = float(np.mean(np.concatenate([sweep.load for sweep in self.fit.sweeps])))
+        slip = np.linspace(0.0, self.fit.reach, GRID)
+        return float(np.max(self.fit.force(slip, load, values))) / load
 
 
 def fitted_curve(fit: TireCurveProblem) -> FittedCurve:

@@ -1,0 +1,62 @@
+"""A tire whose law is not the magic formula: its slope is covered, and an error beside the wrong form is named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vdyn_cli.diagnosis.diagnose import diagnosed
+from vdyn_cli.diagnosis.diagnosis_setup import PreparedStep
+from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.parameters import Parameters
+from vdyn_cli.steps.tire.binned_sweep import binned_sweep
+from vdyn_cli.steps.tire.problem import prepare
+from vdyn_cli.steps.tire.spec import TireSpec
+from vdyn_cli.steps.tire.step import STEP
+
+SPEC = TireSpec.model_validate({"test": "tire"})
+SLOPE = 22.0 * 1.05 - 0.4
+
+
+def exponential(slip: np.ndarray) -> np.ndarray:
+    """Friction after Burckhardt, steepest at zero slip on both sides."""
+    return np.sign(slip) * (1.05 * (1.0 - np.exp(-22.0 * np.abs(slip))) - 0.4 * np.abs(slip))
+
+
+def sweeps(reach: float, slip_zero: float = 0.0) -> tuple[Log, ...]:
+    rng, time, logs = np.random.default_rng(5), np.arange(0.0, 12.0, 0.01), []
+    for k in range(2):
+        slip = reach * np.sin(2 * np.pi * time / 12.0)
+        force = 4000.0 * exponential(slip) + 15.0 * rng.standard_normal(time.size)
+        read = (1.0 + slip) * (1.0 + slip_zero) - 1.0 + 1e-3 * rng.standard_normal(time.size)
+        load = 4000.0 + 15.0 * rng.standard_normal(time.size)
+        logs.append(Log(f"sweep_{k}.csv", time, {"slip": read, "force_x": force, "force_z": load}))
+    return tuple(logs)
+
+
+@pytest.mark.slow  # three fits
+def test_the_slope_of_sweeps_that_end_before_the_peak_is_covered() -> None:
+    result = prepare(SPEC, sweeps(0.03), Parameters()).publish()
+    assert set(result.parameters) == {"tire_longitudinal_stiffness"}
+    low, high = result.parameters["tire_longitudinal_stiffness"].interval95
+    assert low < SLOPE < high < low + 0.25 * SLOPE
+
+
+@pytest.mark.slow  # two diagnoses
+def test_a_wrong_zero_of_the_slip_is_named_beside_the_wrong_form() -> None:
+    problem = prepare(SPEC, sweeps(0.25, 0.02), Parameters())
+    result = diagnosed(PreparedStep(STEP, SPEC, Parameters(), problem), problem.publish())
+    assert result.diagnosis is not None
+    (cause,) = result.diagnosis.causes
+    assert cause.effect == "slip_offset"
+    assert cause.unknowns["slip_offset"].value == pytest.approx(0.02, abs=0.001)
+    low, high = result.parameters["tire_longitudinal_stiffness"].interval95
+    assert low < SLOPE < high < low + 0.25 * SLOPE
+
+
+def test_the_smoothed_slip_keeps_its_slope_at_the_ends_of_a_sweep() -> None:
+    samples = binned_sweep(sweeps(0.25)[0]).samples
+    rate = np.gradient(samples.smooth().slip, samples.time)
+    true = 0.25 * 2 * np.pi / 12.0
+    assert rate[5] == pytest.approx(true, rel=0.1)
+    assert rate[-6] == pytest.approx(true, rel=0.1)
