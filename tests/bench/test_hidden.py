@@ -19,7 +19,10 @@ FAST = [cell for cell in CASES if cell.fast]
 
 @pytest.mark.parametrize(
     "cell",
-    [pytest.param(cell, marks=pytest.mark.thorough if cell.step in ("bump", "shaft") else ()) for cell in FAST],
+    [
+        pytest.param(cell, marks=pytest.mark.thorough if cell.step in ("bump", "inertia", "shaft") else ())
+        for cell in FAST
+    ],
     ids=lambda cell: cell.name,
 )
 def test_a_hidden_effect_is_found(cell: Cell) -> None:

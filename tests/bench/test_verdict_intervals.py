@@ -11,7 +11,8 @@ LEARNED, GAIN = Row("inertia", "", {"drag_bump": 10.0}), Row("inertia", "", {"hu
 
 
 @pytest.mark.slow  # whole diagnoses
-@pytest.mark.parametrize("row", [pytest.param(LEARNED, marks=pytest.mark.thorough), GAIN], ids=lambda row: row.name)
+@pytest.mark.thorough
+@pytest.mark.parametrize("row", [LEARNED, GAIN], ids=lambda row: row.name)
 def test_what_is_claimed_covers_the_truth(row: Row) -> None:
     found = outcome(row, SEED)
     assert found.verdict in CLAIMS

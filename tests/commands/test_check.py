@@ -65,6 +65,7 @@ def frozen(first: float, last: float) -> Callable[[int, Column, Column], Column]
     return change
 
 
+@pytest.mark.slow
 def test_a_lost_signal_does_not_shorten_the_run_and_is_reported_in_the_log_s_unit(tmp_path: Path) -> None:
     def lost(run: int, time: Column, speed: Column) -> Column:
         return np.where(
@@ -77,6 +78,7 @@ def test_a_lost_signal_does_not_shorten_the_run_and_is_reported_in_the_log_s_uni
     assert "jumps to 99 km/h and back" in notes["coast_3.csv"][0]
 
 
+@pytest.mark.slow
 def test_a_part_that_the_step_leaves_out_is_a_note(tmp_path: Path) -> None:
     """A driver who holds the speed for 8 s: the fit does not use the part before."""
 
@@ -89,6 +91,7 @@ def test_a_part_that_the_step_leaves_out_is_a_note(tmp_path: Path) -> None:
     assert any("would be left out: accelerates" in why for why in notes["coast_2.csv"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "short",
     [
@@ -109,6 +112,7 @@ def test_a_coast_that_covers_part_of_the_others_speeds_is_a_note(short: dict[int
     assert noted == (["coast_2.csv"] if alone else [])
 
 
+@pytest.mark.slow
 def test_a_direction_that_the_position_contradicts_is_corrected_before_runs_are_judged(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     for k in range(RUNS):
@@ -125,6 +129,7 @@ def test_a_direction_that_the_position_contradicts_is_corrected_before_runs_are_
     assert [r["verdict"] for r in document["runs"]] == ["wrong", *["unknown"] * (RUNS - 1)]
 
 
+@pytest.mark.slow
 def test_a_direction_that_the_names_of_the_logs_contradict_is_corrected_first(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     text = path.read_text()
@@ -227,6 +232,7 @@ def test_a_run_that_lost_too_much_is_to_be_repeated(tmp_path: Path) -> None:
     assert document["sentence"].startswith("Repeat 1 of 8 runs: coast_2.csv. Not met: ")
 
 
+@pytest.mark.slow
 def test_a_run_that_decelerates_more_than_the_others_is_to_be_repeated(tmp_path: Path) -> None:
     document = checked(campaign(tmp_path, lambda k, t, v: np.where(k == 3, 85.0 - 1.12 * (85.0 - v), v)), tmp_path, 1)
     (repeat,) = (r for r in document["runs"] if r["verdict"] == "repeat")
@@ -289,6 +295,7 @@ def test_a_sign_that_the_step_refuses_is_said_at_the_track(tmp_path: Path) -> No
     assert document["findings"][0]["remedy"] == "add 'sign: -1' to its channel"
 
 
+@pytest.mark.slow
 def test_the_longest_gap_of_a_clock_has_its_times(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     rows = (tmp_path / "coast_1.csv").read_text().splitlines()
@@ -297,6 +304,7 @@ def test_the_longest_gap_of_a_clock_has_its_times(tmp_path: Path) -> None:
     assert [(f["from"], f["to"], f["segments"]) for f in flags] == [(pytest.approx(39.8), pytest.approx(43.9), 2)]
 
 
+@pytest.mark.slow
 def test_a_coast_with_a_long_gap_of_the_clock_is_to_be_repeated(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     rows = (tmp_path / "coast_1.csv").read_text().splitlines()
@@ -337,6 +345,7 @@ def test_runs_that_cannot_be_used_leave_the_others_to_be_judged(tmp_path: Path) 
     assert checked(path, tmp_path / "out2", 0)["good"]
 
 
+@pytest.mark.slow
 def test_a_clock_that_lost_samples_is_noted(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda run, time, speed: speed)
     rows = (tmp_path / "coast_1.csv").read_text().splitlines()

@@ -130,6 +130,7 @@ def test_every_file_of_the_measurements_is_mapped_right_or_not_at_all(step: str,
     assert logs > 20
 
 
+@pytest.mark.slow
 def test_the_trips_of_a_season_are_runs_although_their_headers_differ(shared_data: Path) -> None:
     paths = sorted((shared_data / "bmw_i3").glob("Trip*.csv.gz"))
     _, found = draft("validate", *paths)

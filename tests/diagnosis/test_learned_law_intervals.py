@@ -15,6 +15,7 @@ from vdyn_cli.diagnosis.part import learned_law
 from vdyn_cli.project.execute import execute
 
 
+@pytest.mark.thorough
 @pytest.mark.slow  # a diagnosis of 5 s
 def test_a_car_that_sheds_drag_at_speed_keeps_its_parameters_within_their_intervals(tmp_path: Path) -> None:
     """Grille shutters reduce the drag by a quarter above 80 km/h, so that one drag area fits the coast badly."""

@@ -18,7 +18,7 @@ from vdyn_cli.project.execute import RefusedResultError, execute
 @pytest.mark.slow  # two diagnoses of 3 s
 @pytest.mark.parametrize(
     "fault",
-    [{"torque_factor": 0.95}, {"stated_radius": 1.03}],
+    [{"torque_factor": 0.95}, pytest.param({"stated_radius": 1.03}, marks=pytest.mark.thorough)],
     ids=["gain", "radius"],
 )
 def test_a_negative_inertia_is_published_with_what_mends_it(fault: dict[str, float], tmp_path: Path) -> None:

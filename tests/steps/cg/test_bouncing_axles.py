@@ -35,6 +35,7 @@ def test_stated_masses_keep_the_pitch_inertia_unbiased() -> None:
     assert abs(unstated.value - VEHICLE.pitch_inertia) > 2 * unstated.std
 
 
+@pytest.mark.slow
 def test_tires_that_deflect_by_9_mm_leave_the_pitch_inertia_unbiased() -> None:
     hard = replace(VEHICLE, tire_vertical_stiffness=VEHICLE.mass * 9.81 / 2 / 0.009)
     found = STEP.estimate(SPEC, logs(hard, 4, effects={"own_axles": 1.0}), known(*UNSPRUNG)).parameters["pitch_inertia"]

@@ -94,6 +94,7 @@ def test_a_car_at_rest_has_no_moment_of_rolling_resistance() -> None:
     assert place.std < 0.3 * lead
 
 
+@pytest.mark.slow
 def test_a_car_that_does_not_pitch_has_height_and_position_without_inertia() -> None:
     vehicle = random_vehicle(7)
     mass, length, data = vehicle.mass, vehicle.wheelbase, []

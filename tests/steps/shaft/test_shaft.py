@@ -149,6 +149,7 @@ def test_no_effect_is_named_where_the_log_is_stiffer_than_a_wrong_drawing(root: 
     assert not stiffness.spans
 
 
+@pytest.mark.slow
 def test_backlash_shows_as_more_than_noise() -> None:
     vehicle = random_vehicle(5)
     result = STEP.estimate(spec(runs=RUN), (log(vehicle, 5, backlash=0.003),), Parameters())

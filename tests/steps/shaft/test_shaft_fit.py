@@ -230,6 +230,7 @@ def test_a_clean_log_has_no_play_within_the_noise_of_its_encoders() -> None:
     assert found.verdict == "adequate", found.sentence
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_friction_on_a_stand_is_not_named_free_play() -> None:
     """Friction of 60 N m over slow ramps was free play of 0.75 mrad with a damping of 0.3 s times the stiffness."""

@@ -161,6 +161,7 @@ def test_a_wrong_rolling_resistance_is_an_answer(tmp_path: Path, share: float) -
     assert ("brake_drag" in answers) == (share > 1.0)
 
 
+@pytest.mark.thorough
 @pytest.mark.slow  # a diagnosis of 3 s
 def test_more_drag_is_named_beside_them(tmp_path: Path) -> None:
     car = replace(CAR, drag_area=CAR.drag_area + 0.2)

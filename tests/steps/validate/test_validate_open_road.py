@@ -44,6 +44,7 @@ def lossy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, list[Made],
     return found(folder, drives, extend=["accelerometer_slope", "driveline_loss"]), drives, truth
 
 
+@pytest.mark.thorough  # a diagnosis of half a minute; tests/real has the like
 def test_hills_and_a_loss_are_found_and_a_seeming_loss_is_reported(
     lossy: tuple[Result, list[Made], Truth],
 ) -> None:
@@ -60,6 +61,7 @@ def test_hills_and_a_loss_are_found_and_a_seeming_loss_is_reported(
     assert told.gain.interval95[0] > 0
 
 
+@pytest.mark.thorough  # a diagnosis of half a minute; tests/real has the like
 def test_sizes_are_within_their_intervals(lossy: tuple[Result, list[Made], Truth]) -> None:
     result, _, truth = lossy
     sizes = result.amplitudes
@@ -72,6 +74,7 @@ def test_sizes_are_within_their_intervals(lossy: tuple[Result, list[Made], Truth
     assert zero["interval95"][1] - zero["interval95"][0] < 0.04
 
 
+@pytest.mark.thorough  # a diagnosis of half a minute; tests/real has the like
 def test_the_road_found_is_the_road_that_was_there(lossy: tuple[Result, list[Made], Truth]) -> None:
     result, drives, _ = lossy
     for entry, one in zip(result.extra["validation"]["road"]["drives"].values(), drives, strict=True):
@@ -81,6 +84,7 @@ def test_the_road_found_is_the_road_that_was_there(lossy: tuple[Result, list[Mad
         assert np.corrcoef(entry["slope"], there)[0, 1] > 0.98
 
 
+@pytest.mark.thorough  # a diagnosis of half a minute; tests/real has the like
 def test_the_force_that_holds_a_speed_is_that_of_the_true_car(lossy: tuple[Result, list[Made], Truth]) -> None:
     result, _, truth = lossy
     for entry in result.extra["validation"]["road"]["holding_force"]:
@@ -89,6 +93,7 @@ def test_the_force_that_holds_a_speed_is_that_of_the_true_car(lossy: tuple[Resul
         assert entry["value"] == pytest.approx(true, rel=0.06)
 
 
+@pytest.mark.thorough  # a diagnosis of half a minute; tests/real has the like
 def test_drives_left_out_are_predicted_better(lossy: tuple[Result, list[Made], Truth]) -> None:
     held = lossy[0].extra["validation"]["road"]["held_out"]
     assert held["rms_after"] < 0.5 * held["rms_before"]
@@ -149,6 +154,7 @@ def test_hills_explain_whole_drives_that_the_simulation_misses(tmp_path: Path) -
     assert losses <= LOSSES
 
 
+@pytest.mark.thorough
 def test_hills_alone_are_named_without_windows(tmp_path: Path) -> None:
     told = over_hills(tmp_path, Truth(loss=0.0), 11, "elevation").diagnosis
     assert told is not None
