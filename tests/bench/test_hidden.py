@@ -20,7 +20,7 @@ FAST = [cell for cell in CASES if cell.fast]
 @pytest.mark.parametrize(
     "cell",
     [
-        pytest.param(cell, marks=pytest.mark.thorough if cell.step in ("bump", "inertia", "shaft") else ())
+        pytest.param(cell, marks=pytest.mark.thorough if cell.step in ("bump", "cg", "inertia", "shaft") else ())
         for cell in FAST
     ],
     ids=lambda cell: cell.name,

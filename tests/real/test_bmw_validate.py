@@ -9,7 +9,9 @@ import pytest
 from tests.bench.bmw_windows import validated
 
 
-@pytest.mark.parametrize(("season", "windows"), [pytest.param("summer", 30, marks=pytest.mark.slow), ("winter", 20)])
+@pytest.mark.parametrize(
+    ("season", "windows"), [pytest.param("summer", 30, marks=[pytest.mark.slow, pytest.mark.thorough]), ("winter", 20)]
+)
 def test_the_simulated_car_runs_too_fast(season: str, windows: int, shared_data: Path, tmp_path: Path) -> None:
     folder = shared_data / "bmw_i3"
     if not folder.is_dir():
