@@ -296,32 +296,6 @@ def test_a_sign_that_the_step_refuses_is_said_at_the_track(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_the_longest_gap_of_a_clock_has_its_times(tmp_path: Path) -> None:
-    path = campaign(tmp_path, lambda run, time, speed: speed)
-    rows = (tmp_path / "coast_1.csv").read_text().splitlines()
-    (tmp_path / "coast_1.csv").write_text("\n".join(rows[:200] + rows[210:400] + rows[440:]))
-    flags = [f for f in checked(path, tmp_path / "out", 0)["flags"] if f["test"] == "clock_gap"]
-    assert [(f["from"], f["to"], f["segments"]) for f in flags] == [(pytest.approx(39.8), pytest.approx(43.9), 2)]
-
-
-@pytest.mark.slow
-def test_a_coast_with_a_long_gap_of_the_clock_is_to_be_repeated(tmp_path: Path) -> None:
-    path = campaign(tmp_path, lambda run, time, speed: speed)
-    rows = (tmp_path / "coast_1.csv").read_text().splitlines()
-    (tmp_path / "coast_1.csv").write_text("\n".join(rows[:300] + rows[700:]))
-    document = checked(path, tmp_path / "out", 1)
-    assert [r["run"] for r in document["runs"] if r["verdict"] == "repeat"] == ["coast_1.csv"]
-    (why,), (gap,) = document["runs"][1]["why"], [f for f in document["flags"] if f["test"] == "clock_gap"]
-    assert "are missing: time steps by 40.1 s" in why
-    assert gap["share"] == pytest.approx(40.1 / 94.9, rel=1e-3)
-    coasts = document["coasts"]
-    assert any("without the runs to repeat" in s and "coast_1" in s for s in coasts["sentences"])
-    assert (coasts["out"], coasts["back"], coasts["pairs"]) == (4, 3, 3)
-    assert [row["mean"] is None for row in coasts["runs"]] == [k == 1 for k in range(RUNS)]
-    assert coasts["runs"][1]["influence"] is not None
-
-
-@pytest.mark.slow
 def test_runs_that_cannot_be_used_leave_the_others_to_be_judged(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda k, t, v: v * (0.6214 if k == 6 else 1.0))
     text = (tmp_path / "coast_2.csv").read_text()
@@ -343,19 +317,6 @@ def test_runs_that_cannot_be_used_leave_the_others_to_be_judged(tmp_path: Path) 
     fixed = [f"{line[:-1]}, {key}}}" if key else line for line, key in zip(lines, own, strict=True)]
     path.write_text("\n".join(line for line in fixed if "coast_4" not in line and "coast_5" not in line))
     assert checked(path, tmp_path / "out2", 0)["good"]
-
-
-@pytest.mark.slow
-def test_a_clock_that_lost_samples_is_noted(tmp_path: Path) -> None:
-    path = campaign(tmp_path, lambda run, time, speed: speed)
-    rows = (tmp_path / "coast_1.csv").read_text().splitlines()
-    kept = np.random.default_rng(4).random(len(rows)) < 0.6
-    kept[0] = True
-    (tmp_path / "coast_1.csv").write_text("\n".join(r for r, k in zip(rows, kept, strict=True) if k))
-    document = checked(path, tmp_path / "out", 0)
-    noted = {run["run"]: " ".join(run["why"]) for run in document["runs"]}
-    assert "uneven clock: 90 % of the steps lie between 0.1 s and" in noted.pop("coast_1.csv")
-    assert not any("uneven clock" in why for why in noted.values())
 
 
 def test_one_error_of_many_lines_is_said_once(tmp_path: Path) -> None:
