@@ -195,13 +195,13 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
         beside = model.scores(one.fitted, list(model.setup.candidates))
         for name in (n for n in beside.names if is_testable(model, beside, n)):
             evidence[name] = max(evidence.get(name, 0.0), beside.evidence[name])
-    delays = {n: t.fitted for t in tried for n in t.effects if strategy.nonlinear and model.by_name[n].latency}
-    evidence |= {n: max(evidence[n], sqrt(max(_gained(strategy, fit), 0.0))) for n, fit in delays.items()}
+    latencies = {n: t.fitted for t in tried for n in t.effects if strategy.nonlinear and model.by_name[n].latency}
+    evidence |= {n: max(evidence[n], sqrt(max(_gained(strategy, fit), 0.0))) for n, fit in latencies.items()}
     names = sorted((n for n in evidence if evidence[n] > POLICY.pair_evidence), key=lambda n: -evidence[n])
     made = [t.fitted for t in tried] + [f for n in model.setup.families if (f := strategy.fitted((n,))) is not None]
     least = min((f.solution.cost for f in made), default=inf)
     below = hopeless_cost(strategy.base.solution.cost, least)
-    best = _best_pairs(strategy, names[: POLICY.pair_pool], delays)
+    best = _best_pairs(strategy, names[: POLICY.pair_pool], latencies)
     models = [candidate_model(strategy, p, below) for p in best]
     both = [m for m in models if m is not None]
     already = {t.effects for t in tried}
@@ -212,18 +212,20 @@ def pairs(strategy: Strategy, tried: Sequence[CandidateModel], found: Detection)
     return (*filter(None, enough), *(m for m in both if all_needed(strategy, m)))
 
 
-def _best_pairs(strategy: Strategy, names: Sequence[str], delays: Mapping[str, FittedModel]) -> list[tuple[str, str]]:
+def _best_pairs(
+    strategy: Strategy, names: Sequence[str], latencies: Mapping[str, FittedModel]
+) -> list[tuple[str, str]]:
     """The pairs that explain most to first order; only these are refitted.
 
-    Those with a delay to first order about its fit in ``delays``: the baseline says little about a large one.
+    Those with a latency to first order about its fit in ``latencies``: the baseline says little about a large one.
     """
     model, base = strategy.model, strategy.base
     explained: dict[tuple[str, str], float] = {}
     for first, second in combinations(names, 2):
-        about = next((n for n in (first, second) if n in delays), None)
+        about = next((n for n in (first, second) if n in latencies), None)
         one, other = (first, second) if about is None else (about, second if about == first else first)
         alone = model.scores(base, [one])
-        at = base if about is None else delays[about]
+        at = base if about is None else latencies[about]
         gained = alone.statistic[one] if about is None else _gained(strategy, at)
         beside = scores(at.system, [*model.base, *model.amplitudes(one)], {other: model.amplitudes(other)})
         explained[first, second] = float(
@@ -237,10 +239,10 @@ def forward_selection(
 ) -> tuple[CandidateModel, ...]:
     """Stepwise selection: add the effect with the strongest evidence in the residual until none is significant.
 
-    It begins with a delay among ``singles_tried`` that fits better than all others, else with the strongest effect that
-    can be fitted alone: of several late channels, that with the largest evidence may not change the main channel. After
-    each addition, the strategy is linearized about the fit, since a further effect may seem to explain the error of a
-    linear fit; and effects that are no longer needed are dropped, since the first may only imitate several others.
+    It begins with a latency among ``singles_tried`` that fits better than all others, else with the strongest effect
+    that can be fitted alone: of several late channels, that with the largest evidence may not change the main channel.
+    After each addition, the strategy is linearized about the fit, since a further effect may seem to explain the error
+    of a linear fit; and effects that are no longer needed are dropped, since the first may only imitate several others.
 
     For logs of real cars, in which more than two effects are present. Each effect must be needed beside all the others.
 

@@ -16,6 +16,10 @@ class TirePolicy:
     peak_slip: float = 0.15
     """[slip] by which a tire on asphalt has passed its peak. Pacejka, Tire and Vehicle Dynamics, ch. 4: 0.1 to 0.2."""
 
+    departure: float = 0.1
+    """[share of the peak friction] standard deviation of each coefficient of a curve's departure from the magic
+    formula. Coefficients fitted to brush and exponential laws reach 0.15."""
+
     two_peaks: float = 0.04
     """[share of the friction] by which the peaks in driving and braking must differ to be reported. Twice the effect of
     a force zero of 1 % of full scale."""

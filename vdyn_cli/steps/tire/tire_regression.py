@@ -21,6 +21,7 @@ from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
 from vdyn_cli.steps.tire.noise import CurvePoints, nearest_points
+from vdyn_cli.steps.tire.policy import TIRE_POLICY
 
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would have the wrong sign.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
@@ -30,9 +31,6 @@ RANGES |= dict.fromkeys(DEPARTURE, (-1.0, 1.0))
 CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
 EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
-# Standard deviation of a coefficient of the departure, a share of the peak friction: brush and exponential laws have up
-# to 0.15.
-DEPARTS = 0.1
 FEW_TERMS = DEPARTURE[:3]  # with which these laws are followed within 0.2 %; more make the slope at zero uncertain
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
@@ -263,7 +261,7 @@ class TireCurveProblem:
 
 def departing(fit: TireCurveProblem, terms: Sequence[str]) -> TireCurveProblem:
     """The same sweeps with a departure of the curve from the magic formula; ``terms`` are some of DEPARTURE."""
-    prior = {**fit.prior, **dict.fromkeys(terms, (0.0, DEPARTS))}
+    prior = {**fit.prior, **dict.fromkeys(terms, (0.0, TIRE_POLICY.departure))}
     return replace(fit, free=(*fit.free, *terms), prior=prior)
 
 
