@@ -191,6 +191,43 @@ def test_a_run_whose_file_states_another_unit_is_refused(more: str, message: str
     assert len(refused.value.findings) == 1
 
 
+def two_speeds(folder: Path, units: str) -> Path:
+    """Two coast-downs by two loggers of one speed each; the first logger's second log is in mph."""
+    names = [logged(folder, f"c{k}{n}.csv", *u) for k in (0, 1) for n, u in ((1, CAR[k]), (2, ("km/h", 3.6)))]
+    channels = "{time: {column: 'Time [s]', unit: s}, speed: {column: 'Speed [km/h]', unit: km/h}}"
+    (folder / "c.yaml").write_text(
+        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 50 kg, frontal_area: 2.2 m^2}\n"
+        "environment: {temperature: 24 degC, pressure: 99 kPa}\nloggers:\n"
+        f"  - {{channels: {channels}}}\n  - {{channels: {channels}, delay: 0 s}}\n"
+        f"runs:\n  - {{logs: [{names[0]}, {names[1]}]}}\n"
+        f"  - {{logs: [{names[2]}, {names[3]}], columns: [{{speed: 'Speed [mph]'}}, null], units: {units}}}\n"
+    )
+    return folder / "c.yaml"
+
+
+CAR = (("km/h", 3.6), ("mph", 2.236936))
+
+
+def test_a_run_has_a_unit_for_one_of_its_loggers(tmp_path: Path) -> None:
+    logs = gather(load_step("coastdown"), two_speeds(tmp_path, "[{speed: mph}, null]")).logs
+    np.testing.assert_allclose(logs[1]["speed"] - 0.1, logs[0]["speed"], atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("units", "message"),
+    [
+        ("{}", r"write 'units: \[\{speed: mph\}, null\]' at this run"),
+        ("[{speed: mph}]", r"'units' has one entry for each log of the run"),
+        ("[null, {position: m}]", r"c.yaml:9: channel 'position' is not mapped"),
+        ("[{speed: furlong}, null]", r"c.yaml:9: .*'furlong' is not a unit of speed"),
+        ("[{speed: [3]}, null]", r"c.yaml:9: 'runs.1.units.0.speed' must be a text"),
+    ],
+)
+def test_a_wrong_unit_for_one_of_the_loggers_is_refused(units: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=message):
+        gather(load_step("coastdown"), two_speeds(tmp_path, units))
+
+
 def test_a_finding_with_further_values_is_written_as_a_message() -> None:
     wrong = wrong_sign("run_1.csv", "speed", "speed is negative")
     assert Finding(**wrong.to_json()) == Finding("run_1.csv, speed", "speed is negative", "", wrong.remedy)

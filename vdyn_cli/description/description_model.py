@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import (
     BeforeValidator,
@@ -175,6 +175,20 @@ HEADING: Mapping[str | None, float] = {"out": 1.0, "back": -1.0, None: 0.0}
 
 
 RecordingNumber = Annotated[int, Field(ge=1)]
+ALL_LOGS, EACH_LOG = "all logs", "each log"  # the branches of what a run states of its channels
+_Stated = TypeVar("_Stated")
+
+
+def _list_or_mapping(value: Any) -> str:
+    return EACH_LOG if isinstance(value, list) else ALL_LOGS
+
+
+OwnKeys = Annotated[
+    Annotated[dict[str, _Stated], Tag(ALL_LOGS)] | Annotated[list[dict[str, _Stated] | None], Tag(EACH_LOG)],
+    Discriminator(_list_or_mapping),
+]
+OwnKey = Literal["columns", "signs", "units"]
+OWN: tuple[OwnKey, ...] = ("columns", "signs", "units")
 
 
 class Run(Strict):
@@ -182,14 +196,20 @@ class Run(Strict):
 
     log: str | None = Field(None, description="path of the log, from the folder of this description")
     logs: list[str] | None = Field(None, description="paths of one log per logger, in the order of 'loggers'")
-    signs: dict[str, Literal[1, -1]] = Field(
-        {}, description="channel: -1 if its sign in this run is opposite to that in the other runs"
+    signs: OwnKeys[Literal[1, -1]] = Field(
+        {},
+        description="channel: -1 if its sign in this run is opposite to that in the other runs. With 'logs': a list "
+        "with such a mapping, or null, for each log",
     )
-    columns: dict[str, str] = Field(
-        {}, description="channel: its column in this run, if one table has several runs, such as {time: t2}"
+    columns: OwnKeys[str] = Field(
+        {},
+        description="channel: its column in this run, if one table has several runs, such as {time: t2}. With "
+        "'logs': also a list, as for 'signs'",
     )
-    units: dict[str, str] = Field(
-        {}, description="channel: its unit in this run, where its log is in another unit than those of the other runs"
+    units: OwnKeys[str] = Field(
+        {},
+        description="channel: its unit in this run, where its log is in another unit than those of the other runs. "
+        "With 'logs': also a list, as for 'signs', such as [{speed: mph}, null]",
     )
     recording: RecordingNumber | list[RecordingNumber | None] | None = Field(
         None,
@@ -232,15 +252,25 @@ class Run(Strict):
     @property
     def recordings(self) -> tuple[int | None, ...]:
         """The number of the recording in each log; None for a log with a single one."""
-        count = 1 if self.logs is None else len(self.logs)
-        return tuple(self.recording) if isinstance(self.recording, list) else (self.recording,) * count
+        return tuple(self.recording) if isinstance(self.recording, list) else (self.recording,) * self._count
+
+    def own(self, key: OwnKey) -> tuple[Mapping[str, Any], ...]:
+        """What the run states of its channels' columns, signs or units, for each of its logs."""
+        stated = getattr(self, key)
+        return tuple(one or {} for one in stated) if isinstance(stated, list) else (stated,) * self._count
+
+    @property
+    def _count(self) -> int:
+        return 1 if self.logs is None else len(self.logs)
 
     @model_validator(mode="after")
     def _one_kind_of_log(self) -> Run:
         if (self.log is None) == (self.logs is None):
             raise PydanticCustomError("log", "a run has either 'log' or 'logs'")
-        if isinstance(self.recording, list) and len(self.recording) != len(self.logs or [self.log]):
-            raise PydanticCustomError("recording", "'recording' has one entry for each log of the run")
+        for key in ("recording", *OWN):
+            stated = getattr(self, key)
+            if isinstance(stated, list) and len(stated) != self._count:
+                raise PydanticCustomError("each_log", "'{key}' has one entry for each log of the run", {"key": key})
         return self
 
     @field_validator("cuts", mode="before")

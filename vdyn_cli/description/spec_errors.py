@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
-from vdyn_cli.description.description_model import KNOWN, LOGGED
+from vdyn_cli.description.description_model import ALL_LOGS, EACH_LOG, KNOWN, LOGGED
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.quantities.errors import Finding, did_you_mean
 from vdyn_cli.quantities.quantity import Quantity
@@ -73,7 +73,7 @@ def _is_branch(part: str | int) -> bool:
     """Whether a part of an error's location is the name of a union branch, which pydantic adds."""
     return isinstance(part, str) and (
         part.startswith(("literal[", "list[", "dict[", "function-", "nullable"))
-        or part in ("str", "float", "int", LOGGED, KNOWN)
+        or part in ("str", "float", "int", LOGGED, KNOWN, ALL_LOGS, EACH_LOG)
     )
 
 

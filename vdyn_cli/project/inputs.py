@@ -41,9 +41,10 @@ from vdyn_cli.project.reading.channel_sources import (
 )
 from vdyn_cli.project.reading.given_values import contradicted_values, given_air, given_parameters, read_known
 from vdyn_cli.project.reading.left_out_runs import LeftOutRun, RunProblems, WrongRunsError
+from vdyn_cli.project.reading.logger_columns import log_names
 from vdyn_cli.project.reading.road_profile import road_findings, survey_note, surveyed_road
 from vdyn_cli.project.reading.run_parts import split_runs
-from vdyn_cli.project.reading.run_reading import log_names, read_run, ready_log, within_physical_limits
+from vdyn_cli.project.reading.run_reading import read_run, ready_log, within_physical_limits
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.data_quality import DataQuality
 from vdyn_cli.quantities.errors import Finding, InputError, ResultError, attempt, in_file_order, merge_logs
@@ -244,7 +245,7 @@ def _wrong_units(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Fi
     """Problems of runs whose unit or column is another one than in the other runs; the first kind that is found."""
     if len(logs) != len(spec.runs):
         return tuple(other_units(logs))
-    stated = tuple(contradicted_units(logs, [run.units for run in spec.runs]))
+    stated = tuple(contradicted_units(logs, spec.runs))
     return stated or _exchanged(step, spec, logs) or tuple(other_units(logs))
 
 
@@ -266,7 +267,7 @@ def _exchanged(step: Step, spec: Description, logs: Sequence[Log]) -> tuple[Find
         return ()
     mapped, known = logged_channels(spec.channels), step.channels()
     columns = {n: (c.column, c.unit, known[n].unit) for n, c in mapped.items() if n in known}
-    return tuple(exchanged_columns(logs, columns, [run.columns for run in spec.runs]))
+    return tuple(exchanged_columns(logs, columns, [run.own("columns")[0] for run in spec.runs]))
 
 
 def _usable(dropped: Iterable[Location], step: Step) -> bool:

@@ -16,8 +16,7 @@ from vdyn_cli.effects import candidates
 from vdyn_cli.io.file_units import unit_problem
 from vdyn_cli.io.files import remedy_for_missing_file
 from vdyn_cli.project.reading.channel_sources import channel_maps, logged_channels, needed_channel, readable_channels
-from vdyn_cli.project.reading.logger_columns import column_of
-from vdyn_cli.project.reading.run_reading import log_names
+from vdyn_cli.project.reading.logger_columns import column_of, log_names
 from vdyn_cli.quantities.errors import Finding, InputError, did_you_mean
 from vdyn_cli.quantities.quality_flags import EVERY
 from vdyn_cli.steps import Step, names
@@ -159,7 +158,7 @@ def repeated_entries(spec: Description, source: YamlSource) -> list[Finding]:
     for i, run in enumerate(spec.runs):
         start = run.from_time.value if run.from_time else -np.inf
         stop = run.to_time.value if run.to_time else np.inf
-        columns = (f"{channel}: {column}" for channel, column in sorted(run.columns.items()))
+        columns = (f"{channel}: {column}" for each in run.own("columns") for channel, column in sorted(each.items()))
         own = (f"recordings: {[number or 1 for number in run.recordings]}", *columns)
         others = seen.setdefault((*map(os.path.normpath, log_names(run)), *own), [])
         for first, last, k in others:

@@ -18,7 +18,7 @@ from vdyn_cli.project.drafting.run_direction import (
     named_directions,
     shows_direction,
 )
-from vdyn_cli.project.reading.run_reading import log_names
+from vdyn_cli.project.reading.logger_columns import log_names
 from vdyn_cli.quantities.errors import Finding, InputError
 
 _OTHER = {"out": "back", "back": "out"}

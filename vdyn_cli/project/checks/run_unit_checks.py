@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from vdyn_cli.description.description_model import Run
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.file_units import UnitContradiction
+from vdyn_cli.project.reading.logger_columns import log_names
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.vocabulary import WHEEL_SPEEDS
@@ -71,22 +73,35 @@ def _ends_like(low: float, others: Sequence[float], ratio: float, high: float) -
     return bool(abs(np.log(low / usual)) < 0.5 * abs(np.log(ratio)))
 
 
-def contradicted_units(logs: Sequence[Log], stated: Sequence[Mapping[str, str]]) -> Iterator[Finding]:
+def contradicted_units(logs: Sequence[Log], runs: Sequence[Run]) -> Iterator[Finding]:
     """A problem for each run whose file states another unit than the description while those of other runs do not.
 
     Parameters
     ----------
-    logs : of all runs. stated : for each run, the units that the description states for it alone, which have priority.
+    logs : of all runs. runs : of the description; the units that a run states for a log have priority.
     """
-    found = [(k, f) for k, log in enumerate(logs) for f in log.findings if isinstance(f, UnitContradiction)]
-    for k, one in found:
-        runs = {i for i, other in found if other.channel == one.channel}
-        if len(runs) < len(logs) and one.channel not in stated[k]:
+    found = [
+        (k, _logger(runs[k], f), f)
+        for k, log in enumerate(logs)
+        for f in log.findings
+        if isinstance(f, UnitContradiction)
+    ]
+    for k, logger, one in found:
+        same = {i for i, other_logger, other in found if (other_logger, other.channel) == (logger, one.channel)}
+        if len(same) < len(logs) and one.channel not in runs[k].own("units")[logger]:
+            own = f"{{{one.channel}: {one.stated}}}"
+            units = ", ".join(own if i == logger else "null" for i in range(len(log_names(runs[k]))))
             remedy = (
-                f"write 'units: {{{one.channel}: {one.stated}}}' at this run, since the files of the other runs agree "
-                f"with the description; write '{one.read}' instead if its file states a wrong unit"
+                f"write 'units: {own if runs[k].logs is None else f'[{units}]'}' at this run, since the files of the "
+                f"other runs agree with the description; write '{one.read}' instead if its file states a wrong unit"
             )
             yield replace(one, remedy=remedy)
+
+
+def _logger(run: Run, finding: Finding) -> int:
+    """The index of the log of a run to which a finding on one of its columns belongs."""
+    names = log_names(run)
+    return max(range(len(names)), key=lambda i: len(names[i]) if finding.where.startswith(names[i]) else 0)
 
 
 def _confirmed_by_another(logs: Sequence[Log], k: int, channel: str, ratio: float) -> bool:

@@ -41,7 +41,7 @@ _SEVERAL_RUNS = (
     "# Each run has one log of each logger; check the pairs: the logs were matched by their times, or",
     "# by the part in which their names differ.",
 )
-_ALONE = "no matching log of the other logger, or other columns or units than the first run"
+_ALONE = "no matching log of the other logger"
 
 
 @dataclass(frozen=True)
@@ -77,18 +77,16 @@ def runs_of_loggers(step: Step, logs: Sequence[GuessedLog], found: Runs, folder:
     """
     useful = [k for k, log in enumerate(found[0]) if len(log.columns()) > 1]
     useful = _in_order(step, found[0], useful)
-    keys = [_keys_of_loggers(run, found[0], useful) for run in found]
-    runs = tuple(run for run, one in zip(found, keys, strict=True) if one is not None)
-    lines, mapped, undecided = _loggers(step, runs, useful)
-    alone = [log for log in logs if not any(log is one for run in runs for one in run)]
-    names = [", ".join(quoted(relative_path(folder, run[k].path)) for k in useful) for run in runs]
+    lines, mapped, undecided = _loggers(step, found, useful)
+    alone = [log for log in logs if not any(log is one for run in found for one in run)]
+    names = [", ".join(quoted(relative_path(folder, run[k].path)) for k in useful) for run in found]
     entries = [f"logs: [{each}]" for each in names] + [
         f"log: {quoted(relative_path(folder, log.path))}" for log in alone
     ]
-    left_out = [""] * len(runs) + [_ALONE] * len(alone)
+    left_out = [""] * len(found) + [_ALONE] * len(alone)
     shown = next((k for k in useful if "speed" in found[0][k].columns()), useful[0])
-    kept, differ = [run[shown] for run in runs], [one for one in keys if one is not None]
-    facts = [[run[k].facts for run in runs] for k in useful]
+    kept, differ = [run[shown] for run in found], [_keys_of_loggers(run, found[0], useful) for run in found]
+    facts = [[run[k].facts for run in found] for k in useful]
     return DraftedRuns(lines, mapped, undecided, entries, left_out, kept, differ, facts)
 
 
@@ -119,7 +117,7 @@ def runs_of_one_logger(
     lines, mapped, undecided = channel_lines(step, usual, kept, required=True)
     windows = [log.window if why else "" for log, why in zip(logs, left_out, strict=True)]
     entries = [f"log: {quoted(relative_path(folder, log.path))}{own}" for log, own in zip(logs, windows, strict=True)]
-    differ = [log.differing(usual, mapped) for log in kept]
+    differ = ["".join(f", {key}: {own}" for key, own in log.differing(usual, mapped).items()) for log in kept]
     return DraftedRuns(
         [*_reading(kept), "channels:", *lines, *without_coast_down(kept, falling, drive)],
         mapped,
@@ -142,16 +140,11 @@ def _reading(logs: Sequence[GuessedLog]) -> list[str]:
     return [f"reading: {{clock: drop}}    # {rows} rows have a time that steps back"] if rows else []
 
 
-def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str | None:
-    """The keys of a run for columns or units that differ from the first run's; None if a key would wrongly apply to
-    the logs of other loggers, too."""
-    found: list[str] = []
-    for k in useful:
-        others = {c for j in useful if j != k for c in run[j].columns()}
-        if run[k].differing(first[k], [c for c in run[k].columns() if c in others]):
-            return None
-        found.append(run[k].differing(first[k], [c for c in run[k].columns() if c not in others]))
-    return "".join(found) if sum(map(bool, found)) < 2 else None
+def _keys_of_loggers(run: Sequence[GuessedLog], first: Sequence[GuessedLog], useful: Sequence[int]) -> str:
+    """The keys of a run for columns, units or signs that differ from the first run's, with an entry for each logger."""
+    found = [run[k].differing(first[k], run[k].columns()) for k in useful]
+    keys = dict.fromkeys(key for each in found for key in each)
+    return "".join(f", {key}: [{', '.join(each.get(key, 'null') for each in found)}]" for key in keys)
 
 
 def _loggers(step: Step, runs: Runs, useful: Sequence[int]) -> tuple[list[str], list[str], list[str]]:

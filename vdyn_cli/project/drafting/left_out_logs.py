@@ -45,15 +45,15 @@ class GuessedLog:
         one_logger = [f.column for f in self.facts] == [f.column for f in other.facts]
         return own == others or (channel == "time" and one_logger and None not in (own, others))
 
-    def differing(self, other: GuessedLog, channels: Collection[str]) -> str:
-        """The keys of a run, as text, for ``channels`` whose columns have another name, unit or sign in ``other``."""
+    def differing(self, other: GuessedLog, channels: Collection[str]) -> dict[str, str]:
+        """The text of the keys of a run for ``channels`` whose columns have another name, unit or sign in ``other``."""
         own, others = self.guesses, other.guesses
         there = [c for c in channels if own[c].facts is not None and others[c].facts is not None]
         columns = [f'{c}: "{own[c].column}"' for c in there if own[c].column != others[c].column]
         units = [f'{c}: "{own[c].unit}"' for c in there if own[c].unit not in ("?", others[c].unit)]
         signs = [f"{c}: -1" for c in there if own[c].sign != others[c].sign]
         keys = (("columns", columns), ("units", units), ("signs", signs))
-        return "".join(f", {key}: {{{', '.join(found)}}}" for key, found in keys if found)
+        return {key: f"{{{', '.join(found)}}}" for key, found in keys if found}
 
     def columns(self) -> dict[str, tuple[str, str]]:
         """Column and group of each decided channel."""

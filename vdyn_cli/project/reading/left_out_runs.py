@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 from vdyn_cli.description.description_model import Description
 from vdyn_cli.description.yaml_source import YamlSource
 from vdyn_cli.io.column_names import MissingColumn
-from vdyn_cli.project.reading.run_reading import called, log_names
+from vdyn_cli.project.reading.logger_columns import log_names
+from vdyn_cli.project.reading.run_reading import called
 from vdyn_cli.quantities.errors import Finding, InputError
 from vdyn_cli.quantities.log import Log
 

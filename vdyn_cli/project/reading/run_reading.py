@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vdyn_cli.description.description_model import Description, Logger, Run
+from vdyn_cli.description.description_model import OWN, Description, Logger, OwnKey, Run
 from vdyn_cli.description.yaml_source import Location, YamlSource
 from vdyn_cli.io.clocks.align import AlignOn, merge
 from vdyn_cli.io.clocks.held_values import with_held_interpolated
@@ -30,7 +30,7 @@ from vdyn_cli.project.reading.channel_sources import (
     readable_channels,
     with_known_channels,
 )
-from vdyn_cli.project.reading.logger_columns import logger_columns
+from vdyn_cli.project.reading.logger_columns import at_log, log_names, logger_columns
 from vdyn_cli.project.reading.road_profile import with_grade
 from vdyn_cli.quantities.clock_difference import ClockDifference
 from vdyn_cli.quantities.errors import Finding, InputError, attempt, raise_all
@@ -39,11 +39,6 @@ from vdyn_cli.quantities.number_text import moment
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.road_survey import RoadSurvey
 from vdyn_cli.steps.step_definition import alternative_channels
-
-
-def log_names(run: Run) -> list[str]:
-    """The logs of a run as the description names them, one for each logger."""
-    return [run.log] if run.log is not None else list(run.logs or [])
 
 
 def read_run(
@@ -67,10 +62,10 @@ def read_run(
     if len(names) != len(loggers):
         remedy = "give one log per entry of 'loggers', in the same order"
         raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
-    problems = [f for key in ("columns", "signs", "units") for f in _unmapped(run, spec, source, ("runs", index, key))]
+    problems = [f for key in OWN for f in _unmapped(spec, source, index, key)]
     read, no_unit, units = [], set[str](), dict[str, str]()
-    for name, logger, channels, nth in zip(names, loggers, channel_maps(spec), run.recordings, strict=True):
-        found = logger_columns(readable_channels(step, spec), run, source, name, channels, ("runs", index))
+    for k, (name, logger, nth) in enumerate(zip(names, loggers, run.recordings, strict=True)):
+        found = logger_columns(readable_channels(step, spec), spec, source, index, k)
         problems += found.problems
         no_unit |= found.no_unit
         units |= {n: c.unit for n, c in found.columns.items()}
@@ -99,9 +94,10 @@ def read_run(
 
 def called(name: str, run: Run, spec: Description) -> str:
     """What messages and results call a run's log: with the columns or times that distinguish it from another run's."""
-    if run.columns:
-        return f"{name} ({', '.join(run.columns.values())})"
-    number = run.recordings[log_names(run).index(name)]
+    logger = log_names(run).index(name)
+    if columns := run.own("columns")[logger]:
+        return f"{name} ({', '.join(columns.values())})"
+    number = run.recordings[logger]
     if number is not None:
         name = f"{name} (recording {number})"
     window = (run.from_time, run.to_time)
@@ -168,15 +164,18 @@ def _align_on(spec: Description) -> AlignOn:
     return (spec.align_on[0], spec.align_on[1]) if isinstance(spec.align_on, list) else spec.align_on
 
 
-def _unmapped(run: Run, spec: Description, source: YamlSource, at: Location) -> list[Finding]:
-    """Findings on columns, signs or units of a run for channels that no logger maps."""
-    mapped = [n for channels, _ in channel_maps(spec) for n in logged_channels(channels)]
-    remedy = "map it, with its unit, under channels"
-    return [
-        Finding(source.where((*at, n)), f"channel '{n}' is not mapped", str(value), remedy)
-        for n, value in getattr(run, str(at[-1])).items()
-        if n not in mapped
-    ]
+def _unmapped(spec: Description, source: YamlSource, index: int, key: OwnKey) -> Iterator[Finding]:
+    """Findings on columns, signs or units of a run for channels that the logger, or none of all loggers, maps."""
+    maps = [logged_channels(channels) for channels, _ in channel_maps(spec)]
+    run = spec.runs[index]
+    listed = isinstance(getattr(run, key), list)
+    for k, own in enumerate(run.own(key) if listed else run.own(key)[:1]):
+        mapped = maps[k] if listed else {n for channels in maps for n in channels}
+        for n, value in own.items():
+            if n not in mapped:
+                where = source.where((*at_log(("runs", index, key), run, k), n))
+                what, remedy = f"channel '{n}' is not mapped", "map it, with its unit, under channels"
+                yield Finding(where, what, str(value), remedy)
 
 
 def _log_and_file(
