@@ -36,7 +36,6 @@ def read_at(
         return value, tangents
     known = rate is not None
     slope = rate if rate is not None else _slopes(time, value[:, None])[:, 0]
-    slope_tangents = rate_tangents if rate_tangents is not None else _slopes(time, tangents)
     at = time + shift
     inside = np.clip(at, time[0], time[-1])
     i = np.clip(np.searchsorted(time, inside, side="right") - 1, 0, time.size - 2)
@@ -61,9 +60,16 @@ def read_at(
     )
     if not tangents.shape[1]:
         return reading, tangents
+    live, moving = tangents.any(axis=0), shift_tangents.any(axis=0)  # most unknowns do not change most outputs
+    if rate_tangents is not None:
+        live |= rate_tangents.any(axis=0)
+    own = tangents[:, live]
+    own_slopes = _slopes(time, own) if rate_tangents is None else rate_tangents[:, live]
     c = [(wk + beyond * dk)[:, None] for wk, dk in zip(value_weights, slope_weights, strict=True)]
-    carried = c[0] * tangents[i] + c[1] * slope_tangents[i] + c[2] * tangents[i + 1] + c[3] * slope_tangents[i + 1]
-    return reading, carried + slope_there[:, None] * shift_tangents
+    carried = np.zeros_like(tangents)
+    carried[:, live] = c[0] * own[i] + c[1] * own_slopes[i] + c[2] * own[i + 1] + c[3] * own_slopes[i + 1]
+    carried[:, moving] += slope_there[:, None] * shift_tangents[:, moving]
+    return reading, carried
 
 
 def _slopes(time: Array, values: Array) -> Array:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from operator import attrgetter
 
 import numpy as np
@@ -12,10 +12,11 @@ import numpy as np
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.regression import stacked
+from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.load_transfer import (
     CARRIED,
     EXCESS_GAIN,
@@ -40,7 +41,7 @@ from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
 from vdyn_cli.steps.cg.load_windows import WINDOW, LoadWindows
 from vdyn_cli.steps.cg.local_derivative import SPAN, TRUE_SPAN, local_derivative
 from vdyn_cli.steps.cg.logged_speed import SpeedChange
-from vdyn_cli.steps.cg.noise import balance_covariance, noise_slopes, true_channels
+from vdyn_cli.steps.cg.noise import NoisyBalance, noisy_balance, true_channels
 from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.uneven_road import uneven_road
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE, heave_autocovariance, with_heave
@@ -219,61 +220,67 @@ class LoadFit:
         linearly from them, such as derivatives, are uncorrelated with the balances of the measured ones (hence no
         bias), and smoothed, because their noise only adds scatter.
         """
-        noise = self.heave_noise(at) if heave is None else heave
+        noisy = self._noisy_balances(at)
+        noise = self._heave_of(noisy, at) if heave is None else heave
         lever = self.known["antenna_height"] - float(at[0])  # the height comes first
         driven = driven_responses(self.runs, lever) if noise.size else [NO_RESPONSES] * len(self.runs)
-        whitened_runs = [self._whitened_run(k, _local(self, at, k), noise, one) for k, one in enumerate(driven)]
+        whitened_runs = [
+            self._whitened_run(k, _local(self, at, k), one, noise, responses)
+            for k, (one, responses) in enumerate(zip(noisy, driven, strict=True))
+        ]
         rows = BalanceRows(self, at, tuple(whitened_runs), noise)
         regression = Regression(self.unknowns, tuple(w.run for w in self.runs), rows)
-        return regression.started(at if start is None else start)
+        started = regression.started(at if start is None else start)
+        neutral = {n: e.nominal.get(n, 0.0) for e in self.added.effects for n in e.unknowns}
+        absent = all(u.start == neutral.get(u.name, u.start) for u in started.shared)
+        return replace(started, narrow=partial(_narrowed, started)) if absent else started
 
     def heave_noise(self, at: Array) -> Array:
         """Autocovariance (m,), N^2, of the imbalance that an uneven road causes, as front load, estimated at ``at``.
 
         Through the body's heave; with rear loads through the axles, and (0,) on a smooth road.
         """
-        found = [self._imbalance(k, _local(self, at, k), NO_HEAVE) for k in range(len(self.runs))]
-        balances, bands = [e for e, _ in found], [band for _, band in found]
+        return self._heave_of(self._noisy_balances(at), at)
+
+    def _heave_of(self, noisy: Sequence[NoisyBalance], at: Array) -> Array:
+        """``heave_noise`` from the balances at ``at``."""
+        balances, bands = [one.imbalance for one in noisy], [one.imbalance_band() for one in noisy]
         if self.both_axles:
             ways = without_driven(self.runs, balances, self.known["antenna_height"] - float(at[0]))
             return uneven_road(ways, bands, WINDOW, self.known["mass"])
         return heave_autocovariance(balances, bands, WINDOW)
 
-    def mean_imbalance(self, solution: Solution, run: int) -> tuple[Array, Array]:
-        """Each window's mean imbalance as front axle load (k,), N, and its standard deviation by the noise, (k,) N."""
+    def mean_imbalances(self, solution: Solution) -> list[tuple[Array, Array]]:
+        """Of each run, the windows' mean imbalance as front axle load (k,), N, and its standard deviation, (k,) N."""
         at = self.unknowns_at(solution)
-        imbalance, band = self._imbalance(run, _local(self, at, run), self.heave_noise(at))
-        return imbalance, np.sqrt(band[0])
+        noisy = self._noisy_balances(at)
+        heave = self._heave_of(noisy, at)
+        return [(one.imbalance, np.sqrt(one.imbalance_band(heave)[0])) for one in noisy]
 
-    def _imbalance(self, run: int, theta: Array, heave: Array) -> tuple[Array, Array]:
-        """Each window's mean imbalance as front axle load (k,), N, and the lower band (b, k) of its covariance."""
-        windows = self.runs[run]
-        balance, slopes = self.balance(windows, self.measured[run], theta)
-        partial = self._partials(slopes, windows)
-        scale = partial["front_load"] * windows.width
-        band = with_heave(balance_covariance(windows, noise_slopes(windows, partial)), heave, scale)
-        for j in range(len(band)):
-            band[j, : scale.size - j] /= scale[: scale.size - j] * scale[j:]
-        return balance / scale, band
+    def _noisy_balances(self, at: Array) -> list[NoisyBalance]:
+        """Each run's balances of the measured channels at these unknowns, with the sensors' noise."""
+        found = []
+        for k, windows in enumerate(self.runs):
+            balance, slopes = self.balance(windows, self.measured[k], _local(self, at, k))
+            found.append(noisy_balance(windows, balance, _partials(self, slopes, windows)))
+        return found
 
-    def _whitened_run(self, run: int, theta: Array, heave: Array, responses: Mapping[str, Array]) -> WhitenedRun:
+    def _whitened_run(
+        self, run: int, theta: Array, noisy: NoisyBalance, heave: Array, responses: Mapping[str, Array]
+    ) -> WhitenedRun:
         """One run's noise and true channels at its local unknowns.
 
         On an uneven road the parts that the driver causes replace the most probable channels.
         """
         windows = self.runs[run]
-        balance, slopes = self.balance(windows, self.measured[run], theta)
-        partial = self._partials(slopes, windows)
-        by_sample = noise_slopes(windows, partial)
-        band = with_heave(balance_covariance(windows, by_sample), heave, partial["front_load"] * windows.width)
-        factor = factored(band)
-        residual = whitened(factor, balance)
-        channels = true_channels(windows, by_sample, weighed(factor, residual), _delays(self, theta))
+        factor = factored(with_heave(noisy.band, heave, noisy.scale))
+        residual = whitened(factor, noisy.balance)
+        channels = true_channels(windows, noisy.by_sample, weighed(factor, residual), _delays(self, theta))
         if heave.size:
             lever = self.known["antenna_height"] - float(theta[0])  # the height comes first
             channels |= driven_channels(windows, channels, lever, responses)
         true = _balance_inputs(windows, channels, TRUE_SPAN, _lever(self))
-        return WhitenedRun(true, factor, residual, self.balance(windows, true, theta)[0])
+        return WhitenedRun(true, factor, residual, theta, *self.balance(windows, true, theta))
 
     def balance(self, windows: LoadWindows, inputs: BalanceInputs, theta: Array) -> tuple[Array, Array]:
         """Integrated balances (k,), and derivatives (k, j) by the simulators' unknowns and the pitch acceleration.
@@ -301,11 +308,24 @@ class LoadFit:
         slopes = slopes - np.outer(balance, still.sensitivities[UNIT][0] / unit)
         return balance / unit, np.column_stack([slopes, per_rate]) / unit
 
-    def _partials(self, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
-        """Derivatives (k,) of the mean balance by each channel, and by the pitch acceleration."""
-        at = self.simulators[0].unknowns.index
-        channels = (*windows.loads, "acceleration", *(f"{n}_bend" for n in windows.loads))
-        return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
+
+def _narrowed(whole: Regression, names: Sequence[str]) -> Callable[[int, Array], Rows]:
+    """Rows of a regression for these shared unknowns, without the effects of the others (``Regression.narrow``)."""
+    rows = whole.rows
+    assert isinstance(rows, BalanceRows)
+    added = rows.fit.added
+    unknowns = tuple(u for u in added.unknowns if u.name in names)
+    effects = tuple(e for e in added.effects if any(u.name in e.unknowns for u in unknowns))
+    rows = replace(rows, fit=replace(rows.fit, added=AddedEffects(effects, unknowns)))
+    held = {u.name: u.start for u in whole.shared if u.name not in (*names, *added.names)}
+    return restricted(replace(whole, unknowns=rows.fit.unknowns, rows=rows, narrow=None), held).rows
+
+
+def _partials(fit: LoadFit, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
+    """Derivatives (k,) of the mean balance by each channel, and by the pitch acceleration."""
+    at = fit.simulators[0].unknowns.index
+    channels = (*windows.loads, "acceleration", *(f"{n}_bend" for n in windows.loads))
+    return {n: -slopes[:, at(f"{n}_zero")] / windows.width for n in channels} | {"pitch_rate": slopes[:, -1]}
 
 
 def _plausible(prior: tuple[float, float]) -> tuple[float, float]:

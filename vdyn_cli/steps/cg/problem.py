@@ -262,6 +262,8 @@ def _with_plausible_tires(fit: LoadFit) -> LoadFit:
     doubtful = _implausible_tires(fit, even_if_refused(lambda: fit.first_solution))
     if doubtful:
         doubtful = _implausible_tires(fit, even_if_refused(fit.solve))
+    if not doubtful:
+        return fit
     held = {n for first in doubtful for n in (SLIP if first == SLIP[0] else (first,))}
     return replace(
         fit, nuisances={n: (m, EXACT * m) if n in held else (m, std) for n, (m, std) in fit.nuisances.items()}

@@ -34,7 +34,7 @@ def cg_result(fit: LoadFit, solution: Solution, vehicle: KnownVehicle, findings:
     estimates = _estimates(solution, moved, vehicle)
     if fit.pitch_inertia is not None:
         del estimates["pitch_inertia"]
-    balances = [fit.mean_imbalance(solution, run) for run in range(len(fit.runs))]
+    balances = fit.mean_imbalances(solution)
     compared = figures.comparisons(fit, [imbalance for imbalance, _ in balances])
     held = fit.pitch_inertia
     withheld = {} if held is None else {"pitch_inertia": text.withheld(held, vehicle.pitch_inertia_std)}
