@@ -150,7 +150,7 @@ def test_a_doubt_is_reported_before_anything_else(root: Path, tmp_path: Path) ->
     description.write_text(f"{text}diagnose: {{effects: [headwind, road_grade]}}\n")
     outcome = write_step("coastdown", description, (), tmp_path, POLICY.level)
     (warning,) = [w for w in outcome.result.fit.warnings if "contradict" in w]
-    assert "coast_1.csv, similarly 7 more" in warning
+    assert "coast_1.csv and 7 more" in warning
     assert outcome.document["diagnosis"]["doubt"]
     page = (tmp_path / "coastdown.html").read_text(encoding="utf-8")
     assert 'class="verdict good"' not in page

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from vdyn_cli.quantities.errors import Finding, in_file_order, merge_alike, merge_logs, merge_similar
 
 
@@ -9,9 +11,23 @@ def test_findings_that_differ_in_numbers_alone_are_reported_once() -> None:
     uneven = [Finding(f"slip_{i}.csv, column 'Time'", f"uneven clock: {80 + i} % of steps", "", "r") for i in range(5)]
     other = Finding("slip_1.csv, column 'Fx'", "clipped", "", "r")
     told = merge_similar([*uneven, other])
-    assert [f.where for f in told] == ["slip_0.csv, similarly 4 more, column 'Time'", "slip_1.csv, column 'Fx'"]
+    assert [f.where for f in told] == ["slip_0.csv and 4 more, column 'Time'", "slip_1.csv, column 'Fx'"]
+    assert told[0].what == "uneven clock: 80 to 84 % of steps"
     equal = [Finding(f"slip_{i}.csv", "speed 73 km/h") for i in (0, 1, 1)]
     assert [f.where for f in merge_similar(equal)] == ["slip_0.csv and 1 more"]
+
+
+@pytest.mark.parametrize(
+    ("whats", "where", "what"),
+    [
+        (("delay -0.19 s +- 0.1 s", "delay +0.12 s +- 0.1 s"), "a_1.csv and 1 more", "delay -0.19 to +0.12 s +- 0.1 s"),
+        (("2 s late on a_1.csv", "3 s late on a_2.csv"), "a_1.csv, similarly 1 more", "2 to 3 s late on a_1.csv"),
+        (("12 s to 15 s cut", "31 s to 38 s cut"), "a_1.csv, similarly 1 more", "12 s to 15 s cut"),
+    ],
+)
+def test_numbers_that_differ_are_stated_as_a_range(whats: tuple[str, str], where: str, what: str) -> None:
+    (told,) = merge_similar([Finding(f"a_{i}.csv", each) for i, each in enumerate(whats, 1)])
+    assert (told.where, told.what) == (where, what)
 
 
 def test_a_wrong_column_of_many_logs_is_reported_once_with_their_names() -> None:
@@ -41,5 +57,5 @@ def test_findings_of_a_description_are_reported_by_line() -> None:
 
 def test_similar_errors_of_many_logs_are_shown_as_one() -> None:
     found = [Finding(f"{k}.csv", f"speed is {k} times as large", "", "check units") for k in range(4)]
-    assert [f.where for f in merge_alike(found)] == ["0.csv, similarly 3 more"]
+    assert [f.where for f in merge_alike(found)] == ["0.csv and 3 more"]
     assert merge_alike(found[:3]) == tuple(found[:3])

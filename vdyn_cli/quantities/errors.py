@@ -15,7 +15,8 @@ MOST_COMPARED = 2000  # names that are compared, in about 0.1 s
 BEFORE_REMEDY = "\n    -> "  # between the fact and the remedy of a printed finding
 MERGED = 4  # smallest number of similar errors that a terminal shows as one
 MOST_LOGS = 3  # logs that one message names; of the others it states the number
-
+_NUMBER = re.compile(r"(?<![\w.:/-])([+-]?\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)(?![\w:/]|[.,]\d)")
+_DIGITS = re.compile(r"\d+")  # within names, such as those of files
 
 # Control characters, line ends, marks of writing direction, and lone surrogates.
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -160,32 +161,53 @@ def merge_lines(findings: Sequence[Finding], least: int) -> tuple[Finding, ...]:
 
 
 def merge_similar(findings: Sequence[Finding], least: int = 2) -> tuple[Finding, ...]:
-    """Merge findings of several logs that differ only in numbers: the first log's finding, with the number of others.
+    """Merge findings of several logs that differ only in numbers: one finding with the range of each number.
 
-    ``a.csv and 7 more`` have the same numbers; ``a.csv, similarly 7 more`` have others than those that are stated.
+    ``a.csv and 7 more`` states what is in all logs; ``a.csv, similarly 7 more`` what is in the first one, where other
+    numbers than those with a range differ, such as those of names and of remedies.
 
     Parameters
     ----------
     findings : in the order in which they are reported.
     least : smallest number of similar findings that are merged.
     """
-    groups: dict[tuple[str, str, str], list[Finding]] = {}
+    groups: dict[tuple[str | bool, ...], list[Finding]] = {}
     for found in dict.fromkeys(findings):
         place = found.where.partition(", ")[2]
-        groups.setdefault((place, re.sub(r"\d+(?:[.,]\d+)?", "#", found.what), found.remedy), []).append(found)
+        texts = (_DIGITS.sub("#", _NUMBER.sub("\0", text)) for text in (found.what, found.remedy))
+        line = found.remedy if re.search(r":\d+$", found.where) else ""  # a remedy for one line of a description
+        groups.setdefault((place, *texts, line, found.minor, found.doubt), []).append(found)
     merged: list[Finding] = []
-    for (place, _, _), same in groups.items():
+    for same in groups.values():
         first = same[0]
         if len(same) < least:
             merged += same
             continue
         if len(same) > 1:
-            log = first.where.partition(", ")[0]
-            others = " and" if all(f.what == first.what for f in same) else ", similarly"
+            log, _, place = first.where.partition(", ")
+            what, whole = _with_ranges([f.what for f in same])
+            others = " and" if whole and len({(f.remedy, f.got) for f in same}) == 1 else ", similarly"
             where = f"{log}{others} {len(same) - 1} more" + (f", {place}" if place else "")
-            first = replace(first, where=where)
+            first = replace(first, where=where, what=what)
         merged.append(first)
     return tuple(merged)
+
+
+def _with_ranges(texts: Sequence[str]) -> tuple[str, bool]:
+    """The first of several texts with the range of each number that differs, and whether it then states all of them.
+
+    A text with a range of its own, such as ``12 s to 15 s``, is the first one, unchanged.
+    """
+    first, *others = (_NUMBER.split(text) for text in texts)
+    shown = [sorted(set(each), key=_value) for each in zip(*(one[1::2] for one in (first, *others)), strict=True)]
+    if any(re.search(r"\bto $", between) for between in first[2::2][:-1]) and any(len(each) > 1 for each in shown):
+        return texts[0], False
+    first[1::2] = [each[0] if len(each) == 1 else f"{each[0]} to {each[-1]}" for each in shown]
+    return "".join(first), all(one[::2] == first[::2] for one in others)
+
+
+def _value(number: str) -> float:
+    return float(number.replace(",", "."))
 
 
 def merge_alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
