@@ -6,6 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
@@ -13,7 +14,7 @@ from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name import nuisance_effects
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel
-from vdyn_cli.diagnosis.name.nuisance_effects import _expected, with_nuisance_effects
+from vdyn_cli.diagnosis.name.nuisance_effects import _changes_main_channel, _expected, with_nuisance_effects
 from vdyn_cli.diagnosis.size.finding_size import FindingSize, Limits, finding_size
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 from vdyn_cli.inference import Unknown
@@ -27,6 +28,16 @@ def test_an_error_within_three_standard_errors_of_the_expected_range_is_expected
     )
     without: Any = SimpleNamespace(solution=SimpleNamespace(values={"latency": value}, std={"latency": 0.01}))
     assert _expected(model, cast(Any, SimpleNamespace(effects=("delay",))), without) == most
+
+
+def test_a_delay_of_another_channel_leaves_the_main_channel_as_it_is() -> None:
+    """Columns of the main channel's derivatives: speed delay, acceleration delay."""
+    names = ("speed_delay", "acceleration_delay")
+    row = SimpleNamespace(plain=(np.zeros(2), np.array([[1.0, 0.0], [2.0, 0.0]])))
+    regression = SimpleNamespace(shared=[SimpleNamespace(name=n) for n in names])
+    fitted: Any = SimpleNamespace(runs=SimpleNamespace(regression=regression, rows=[row]))
+    model: Any = SimpleNamespace(amplitudes=lambda name: (name,))
+    assert [_changes_main_channel(model, fitted, n) for n in names] == [True, False]
 
 
 @pytest.mark.parametrize(("beside", "named"), [(0.001, "wave"), (2.0, "slope")])

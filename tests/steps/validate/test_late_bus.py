@@ -33,10 +33,11 @@ def delayed(folder: Path, seed: int, late: Mapping[str, float]) -> Path:
     return path
 
 
-def test_late_wheel_speeds_are_named_with_their_delay(tmp_path: Path) -> None:
-    diagnosis = execute("validate", delayed(tmp_path, 63, {"wheel_speed": 0.02})).document["diagnosis"]
+@pytest.mark.parametrize("channel", ["wheel_speed", "acceleration"])
+def test_a_late_device_is_named_with_its_delay(tmp_path: Path, channel: str) -> None:
+    diagnosis = execute("validate", delayed(tmp_path, 63, {channel: 0.02})).document["diagnosis"]
     assert diagnosis["verdict"] == "named"
-    assert delays(diagnosis) == {"wheel_speed_delay": pytest.approx(0.02, abs=0.001)}
+    assert delays(diagnosis) == {f"{channel}_delay": pytest.approx(0.02, abs=0.001)}
 
 
 def test_three_late_channels_of_a_bus_are_named_together(tmp_path: Path) -> None:

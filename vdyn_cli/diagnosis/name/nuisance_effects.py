@@ -89,15 +89,29 @@ def _is_idle_beside(strategy: Strategy, answer: CandidateModel, error: str, limi
 
 
 def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
-    """The models with one more sensor effect that stands for nuisance parameters and is significant in their place."""
+    """The models with one more sensor effect that stands for nuisance parameters and is significant in their place.
+
+    Without effects that leave the predicted main channel as it is, such as the delay of another channel.
+    """
     model = strategy.model
     nuisances = model.nuisances & set(model.base)
-    names = [e.name for e in model.setup.effects if e.sensor and nuisances & set(e.covers)]
+    names = [
+        e.name
+        for e in model.setup.effects
+        if e.sensor and nuisances & set(e.covers) and _changes_main_channel(model, fitted, e.name)
+    ]
     models = [candidate_model(strategy, (*fitted.effects, n)) for n in names if n not in fitted.effects]
     likely = [m for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
     # Each about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it.
     solutions = [strategy.relinearized(m.fitted).solution for m in likely]
     return [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
+
+
+def _changes_main_channel(model: FullModel, fitted: FittedModel, effect: str) -> bool:
+    """Whether the main channel, as predicted, depends on an effect's amplitudes; True where it is not known apart."""
+    shared = [u.name for u in fitted.runs.regression.shared]
+    columns = [shared.index(n) for n in model.amplitudes(effect) if n in shared]
+    return any(r.plain is None or bool(r.plain[1][:, columns].any()) for r in fitted.runs.rows)
 
 
 def _expected(model: FullModel, one: CandidateModel, without: FittedModel) -> float:
