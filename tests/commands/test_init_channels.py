@@ -242,8 +242,10 @@ def test_the_power_of_a_rider_is_a_drive_and_that_of_a_battery_is_not(tmp_path: 
     assert description["channels"]["drive_power"]["column"] == "watts"
     assert description["vehicle"]["driveline_efficiency"] == "?"
     falls = 60.0 - 40.0 * time / 600.0
-    car = table(tmp_path / "car.csv", time_s=time, speed_kmperh=falls, **{"Battery Power_kW": WAVE})
-    assert "drive_power" not in draft("coastdown", car)[1]["channels"]
+    battery = {"Battery Power_kW": WAVE, "Battery Voltage_V": 380.0 - WAVE, "Battery Current_A": 90.0 * WAVE}
+    found, description = draft("coastdown", table(tmp_path / "car.csv", time_s=time, speed_kmperh=falls, **battery))
+    assert "drive_power" not in description["channels"]
+    assert '"Battery Voltage [V]" times "Battery Current [A]" is the battery\'s power' in found.text
 
 
 def test_a_torque_and_a_wheel_speed_alone_are_those_of_a_stand(tmp_path: Path) -> None:

@@ -129,6 +129,13 @@ def columns_by_unit(quantity: Quantity, facts: Iterable[ChannelFacts]) -> list[s
     return fitting
 
 
+def battery_columns(facts: Iterable[ChannelFacts]) -> tuple[str, str] | None:
+    """The columns of a battery's voltage and current, whose product is its power; None without both."""
+    own = [f for f in facts if f.state in ("varies", "constant") and _words(f.column)[0] & OF_BATTERY]
+    voltage, current = (next((f.column for f in own if is_unit_of(f.info.unit, unit)), "") for unit in ("V", "A"))
+    return (voltage, current) if voltage and current else None
+
+
 def _time(facts: Sequence[ChannelFacts]) -> ChannelGuess:
     clocks = [f for f in facts if f.state == "clock"]
     if not clocks:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Sequence
 
-from vdyn_cli.project.drafting.channel_guess import NO_NAME, ChannelGuess, columns_by_unit
+from vdyn_cli.project.drafting.channel_guess import NO_NAME, ChannelGuess, battery_columns, columns_by_unit
 from vdyn_cli.project.drafting.left_out_logs import GuessedLog
 from vdyn_cli.steps import Step
 from vdyn_cli.steps.step_definition import alternative_channels, named_channels
@@ -56,7 +56,21 @@ def channel_lines(
             left.append(channel)
     if left:
         lines.append(f"  # optional, and {NO_NAME}: {', '.join(left)}")
+    lines += _battery_power(step, log, mapped)
     return [*lines, *unused_columns(log, lines)], mapped, undecided
+
+
+def _battery_power(step: Step, log: GuessedLog, mapped: Collection[str]) -> list[str]:
+    """How the power of a battery can drive the car, in a step that uses a power; none where another drive is logged."""
+    drives = {name for one in step.scaled if one.source == "drive_power" for name in (one.source, one.target)}
+    found = battery_columns(log.facts)
+    if not drives or found is None or drives & set(mapped) or {"drive_torque", "motor_current"} & set(mapped):
+        return []
+    return [
+        f"  # {quoted(found[0])} times {quoted(found[1])} is the battery's power, not that of the wheels. To use it,",
+        "  # write the product into the logs, in W, positive when it drives, without heating and other loads; map it",
+        "  # as drive_power, with driveline_efficiency of inverter, motor and gear under vehicle (0.85 +- 0.05).",
+    ]
 
 
 def unused_columns(log: GuessedLog, lines: Sequence[str]) -> list[str]:
