@@ -24,7 +24,6 @@ WATCH = 0.3  # s, interval at which a process checks that the pipeline still run
 SHARED = (
     "pandas",
     "scipy.optimize",
-    "scipy.stats",
     "jinja2",
     "llvmlite.binding",
     "vdyn_cli.engine.native",

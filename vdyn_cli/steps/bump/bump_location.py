@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.quantities.arrays import Array
@@ -171,9 +172,9 @@ def _best_place(
 
 def _correlation(change: Array, response: Array) -> Array:
     """Sum of change x response for every shift; at the first, the response's last sample meets the log's first."""
-    from scipy.signal import correlate
-
-    return np.asarray(correlate(change, response, method="fft"))
+    shifts = change.size + response.size - 1
+    size = next_fast_len(shifts, real=True)
+    return np.asarray(irfft(rfft(change, size) * rfft(response[::-1], size), size)[:shifts])
 
 
 def _gains(changes: Mapping[str, Array], response: Mapping[str, Array]) -> tuple[dict[str, float], float]:
