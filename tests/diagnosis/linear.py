@@ -81,7 +81,7 @@ def cause(
     tags["turns_with_heading"] = turns
     low = -reach if least is None else least
     return effect(
-        on="line",
+        on="line_clock" if late else "line",
         unknowns=tuple(Quantity(n, "m", n, n, low, reach) for n in (unknowns or (name,))),
         reference="made up",
         label=f"a {name}",

@@ -13,6 +13,7 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.inference import Unknown
 
 COARSE = 3  # starts on either side of zero
+DELAYS = 4  # likewise, of delays
 LOG_STEP = 2.0  # of a scale's logarithm in one step: a factor of 7
 
 
@@ -102,13 +103,14 @@ def coarse_starts(effect: Effect) -> tuple[float, ...]:
 def delay_starts(effect: Effect) -> tuple[float, ...]:
     """Amplitudes, s, from which a fit is also started because the effect shifts a clock; none for other effects.
 
-    A signal that steps is far from linear in a delay: beyond the duration of its steps, the derivative at zero says
-    nothing about the delay, and a fit from zero ends in another minimum.
+    The misfit over a delay has several minima where signals oscillate or step: beyond the duration of a step or half a
+    period, the derivative at zero says nothing about the delay, and a fit from zero ends in another minimum.
     """
     if not effect.shifts_clock:
         return ()
-    quantity = effect.unknowns[amplitudes_of(effect)[0]]
-    return tuple(POLICY.delay_start * 2**k * end for k in range(3) for end in (quantity.lower, quantity.upper) if end)
+    low, high = bounds_of(effect, amplitudes_of(effect)[0])
+    starts = (POLICY.delay_start * POLICY.delay_factor**k for k in range(DELAYS))
+    return tuple(delay for start in starts for delay in (-start, start) if low < delay < high)
 
 
 def largest_plausible(effect: Effect, name: str) -> float:

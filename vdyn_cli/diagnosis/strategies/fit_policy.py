@@ -51,19 +51,18 @@ class FitPolicy:
     lists 18 probes from 1e-4 to 0.06 rad, of which six are a factor of 600^(1/5) = 3.6 apart. Only the rows 'backlash'
     of the shaft in tests/bench/hidden.md show that this is close enough."""
 
-    latency_start: float = 0.01
-    """[s] delay of either sign at which, and at 3 and 9 times which, fits of latencies are started where the baseline's
-    fit moved an unknown far from its prior. An oscillating residual has local minima over a delay: bump loads 12 ms
-    late were fitted from zero to a significant residual, and to the true delay from starts of 6 to 18 ms."""
-
     probe_floor: float = 0.1
     """[of the smallest probe] lower bound of a fit started at a probe. Below, such a fit returns to zero, and the start
     at zero covers that; the probes cover larger amplitudes."""
 
-    delay_start: float = 0.2
-    """[share of the plausible range] least delay with which fits are started, on either side of zero; the others are 2
-    and 4 times as large. Of a range of 0.2 s they are 40, 80 and 160 ms, so that one is within 40 ms, the duration of
-    a pedal step, of any delay in the range."""
+    delay_start: float = 0.01
+    """[s] least delay of either sign at which fits of delays are started, besides zero. Suspensions and tires oscillate
+    at up to 15 Hz: a residual has its next minimum half a period, 33 ms, away. Bump loads 12 ms late were fitted from
+    zero to a significant residual, and to the true delay from starts of 6 to 18 ms."""
+
+    delay_factor: float = 2.5
+    """between the delays at which fits are started: 10, 25, 63 and 156 ms. The nearest is off by at most 40 ms, the
+    duration of a pedal step, for delays up to 0.2 s."""
 
     shape_start: float = 0.1
     """[share of the plausible range] amplitude with which fits of another shape are started. The shape needs an

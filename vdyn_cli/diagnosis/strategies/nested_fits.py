@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 
-from vdyn_cli.diagnosis.policy import POLICY
-from vdyn_cli.diagnosis.strategies.effect_unknowns import amplitudes_of, bounds_of, started_at
 from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, FullModel
 from vdyn_cli.diagnosis.strategies.linearized_system import linearize, linearized_system
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
@@ -42,18 +40,6 @@ class NestedFits(Strategy):
         """The regression with further starts of these effects (by default none); ``shapes``: these are free."""
         return ()
 
-    def _afresh(self, held: Mapping[str, float], effects: Sequence[str]) -> Iterator[Regression]:
-        """The regression from the step's own start, and with delays among these effects away from zero."""
-        regression = restricted(self.model.regression, held)
-        yield regression
-        for effect in (e for n in effects if (e := self.model.setup.candidates.get(n)) and e.latency):
-            first = amplitudes_of(effect)[0]
-            low, high = bounds_of(effect, first)
-            delays = (k * POLICY.latency_start for k in (-1, 1, -3, 3, -9, 9))
-            for delay in (d for d in delays if low < d < high):
-                unknowns = tuple(started_at(u, {first: delay}) for u in regression.unknowns)
-                yield replace(regression, unknowns=unknowns)
-
     def fitted(self, effects: Sequence[str], below: float = inf) -> FittedModel | None:
         """See Strategy. A fit that ends early is not kept."""
         key = tuple(sorted(effects))
@@ -78,7 +64,8 @@ class NestedFits(Strategy):
         """The best of the fits from every start; shapes stay at nominal where the data do not determine them.
 
         The fit starts from the best known fit of a subset of these effects (``_strained``: and from the step's own
-        start), and from further starts of the other effects. Shapes are freed from the best fit with nominal shapes.
+        start), and from there with further starts of the other effects. Shapes are freed from the best fit with
+        nominal shapes.
         """
         full = self.model.regression
         subsets = [f for k, f in self._made.items() if f is not None and set(k) < set(effects)]
@@ -93,8 +80,10 @@ class NestedFits(Strategy):
         for held in (nominal, free) if shapes else (free,):
             regression = restricted(full, held, best[0] if best else before.solution if before else None)
             found: list[Solution] = []
-            afresh = self._afresh(held, effects) if self.nonlinear and not best and _strained(full, before) else ()
-            for start in (regression, *afresh, *self._starts(regression, others, bool(shapes) and held is free)):
+            first = [regression]
+            if self.nonlinear and not best and _strained(full, before):
+                first.append(restricted(full, held))
+            for start in (*first, *self._starts(first[-1], others, bool(shapes) and held is free)):
                 start = replace(start, reached=min((below, *(s.cost for s in found))))
                 try:
                     found.append(solve(start, tolerance=LEAST_STEP, most_iterations=most, unconverged=not effects))
