@@ -323,8 +323,11 @@ def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -
         if without is None:
             continue
         beside = strategy.model.scores(without, [*found.testable, effect]).statistic
+        latent, gained = _latencies(strategy), 2 * (without.solution.cost - answer.cost)
         for rival in found.testable:
-            if rival in answer.effects or beside[effect] - beside[rival] > POLICY.needed_t**2:
+            at_zero = effect not in latent or rival in latent  # a score at zero says little about a latency
+            most = beside[effect] if at_zero else gained
+            if rival in answer.effects or most - beside[rival] > POLICY.needed_t**2:
                 continue
             tried = candidate_model(strategy, (*others, rival))
             if tried is None or tried.unphysical or not all_needed(strategy, tried):
@@ -332,6 +335,12 @@ def alternatives(strategy: Strategy, answer: CandidateModel, found: Detection) -
             if 2 * (tried.cost - answer.cost) <= POLICY.needed_t**2:
                 result.append(tried)
     return tuple(result)
+
+
+def _latencies(strategy: Strategy) -> frozenset[str]:
+    """The candidates about which a score at zero says little: latencies, where a fit simulates."""
+    candidates = strategy.model.setup.candidates
+    return frozenset(n for n, e in candidates.items() if strategy.nonlinear and e.latency)
 
 
 def all_needed(strategy: Strategy, tried: CandidateModel) -> bool:
@@ -345,6 +354,6 @@ def _is_needed(strategy: Strategy, tried: CandidateModel, effect: str) -> bool:
     if without is None:  # the others would have to exceed their plausible range
         solution, names = tried.fitted.solution, strategy.model.amplitudes(effect)
         return any(abs(solution.values[n]) > POLICY.needed_t * solution.std[n] for n in names)
-    if strategy.nonlinear and strategy.model.by_name[effect].latency:  # a score at zero says little about it
+    if effect in _latencies(strategy):
         return 2 * (without.solution.cost - tried.cost) > POLICY.needed_t**2
     return strategy.model.scores(without, [effect]).statistic[effect] > POLICY.needed_t**2

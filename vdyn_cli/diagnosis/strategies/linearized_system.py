@@ -19,7 +19,7 @@ from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.inference.intervals import effective_number
 from vdyn_cli.inference.linearized_regression import BLOCKS, blocks_of, blocks_within
 from vdyn_cli.inference.qr_factors import orthonormal, qr_factor
-from vdyn_cli.inference.regression import prior_rows
+from vdyn_cli.inference.regression import Residuals, prior_rows
 from vdyn_cli.quantities.arrays import Array
 
 
@@ -91,11 +91,15 @@ def _with_secant(
     if regression.narrow is not None:
         used = [i for i, u in enumerate(regression.shared) if i == place or u.start != 0.0 or moved[i] != 0.0]
         simulate, moved = regression.narrow([regression.shared[i].name for i in used]), moved[used]
+    at = [np.concatenate([moved, each]) for each in own]
     try:
-        there = tuple(simulate(k, np.concatenate([moved, own[k]])) for k in range(len(rows)))
+        if isinstance(simulate, Residuals):
+            there = [simulate.residual(k, x) for k, x in enumerate(at)]
+        else:
+            there = [simulate(k, x).residual for k, x in enumerate(at)]
     except ArithmeticError:
         return rows
-    secant = [(a.residual - b.residual) / size for a, b in zip(there, rows, strict=True)]
+    secant = [(a - b.residual) / size for a, b in zip(there, rows, strict=True)]
     slope = sum(float(np.sum(r.jacobian[:, place] ** 2)) for r in rows)
     if not slope < POLICY.secant_ratio**2 * sum(float(t @ t) for t in secant):
         return rows
