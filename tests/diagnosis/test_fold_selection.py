@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from tests.diagnosis.linear import Campaign, cause
+from vdyn_cli.diagnosis.detect.detection import detect
 from vdyn_cli.diagnosis.gain.fold_selection import Information, information, sufficient
+from vdyn_cli.diagnosis.name.candidate_judgment import _scored
 from vdyn_cli.diagnosis.strategies.strategy_choice import open_strategy
 
 NAMES = ("slope", "wind", "wave", "step")
@@ -23,6 +27,15 @@ def found(campaign: Campaign) -> Information:
         assert made.statistic(name)[0] == pytest.approx(scored.statistic[name], rel=1e-4, abs=1e-6)
         assert made.statistic(name)[1] == scored.rank[name]
     return made
+
+
+@pytest.mark.parametrize(("wave", "tested"), [(0.0, ("slope",)), (3.0, ("slope", "wave"))])
+def test_a_delay_without_evidence_at_zero_is_not_selected_there(wave: float, tested: tuple[str, ...]) -> None:
+    """Only a fit of its own shows a delay beyond the duration of a step, and folds select by scores at zero."""
+    hidden = {"slope": 3.0, "wave": wave}
+    strategy = open_strategy(Campaign(31, hidden=hidden).setup(cause("slope"), cause("wave", late=True), cause("wind")))
+    found = replace(detect(strategy, strategy.base), testable=("slope", "wave"))
+    assert _scored(strategy, found) == tested
 
 
 def test_nothing_is_chosen_where_nothing_is() -> None:

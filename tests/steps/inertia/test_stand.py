@@ -84,6 +84,17 @@ def test_the_gain_of_the_torque_is_a_scale_of_the_inertia() -> None:
     assert found.std == pytest.approx(0.01 * found.value, rel=0.02)
 
 
+def test_the_sentence_states_what_a_stand_cannot_tell() -> None:
+    """A torque constant 5 % off, a speed read twice as large and a zero of 0.9 N m were published without a word."""
+    one_way = logs()
+    said = estimated(one_way, stand_inertia="0.1 kg m^2")
+    whole = said.parameters["wheel_inertia"].value + 0.1
+    assert f"(pulses per turn) changes it by {0.01 * whole:.3f} kg m^2" in said.sentence
+    assert "includes the zero of the torque, assumed as 0 +- 0.3 N m" in said.sentence
+    turned = {n: -values for n, values in one_way[1].channels.items()}
+    assert "includes the zero" not in estimated((one_way[0], one_way[1].with_channels(**turned))).sentence
+
+
 def test_a_drag_below_the_zero_of_the_torque_is_said_to_be_open() -> None:
     """A bearing of 0.12 +- 4.5 N m was published without a word."""
     found = estimated(logs(), torque_zero="20 N m")

@@ -10,6 +10,7 @@ from vdyn_cli.inference import Solution, Unknown
 from vdyn_cli.inference.uncertainty_budget import Budget, Contribution
 from vdyn_cli.physics.models.free_wheel import DRAG
 from vdyn_cli.quantities.errors import Finding
+from vdyn_cli.quantities.number_text import two_digits
 from vdyn_cli.quantities.parameters import Estimate, Parameters
 from vdyn_cli.quantities.result import Comparison, Figure, Result, Series
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
@@ -60,7 +61,7 @@ def stand_result(
     assumed = (*_assumed_gain(settings), *open_drag)
     result = Result(
         "inertia",
-        _sentence(estimates, settings),
+        _sentence(estimates, settings, balance),
         Parameters(estimates),
         summary,
         METHODS,
@@ -96,15 +97,31 @@ def _with_gain(name: str, solution: Solution, settings: InertiaSettings) -> Esti
     return Estimate.of(name, value, whole, (value + half[0], value + half[1]), "inertia")
 
 
-def _sentence(estimates: dict[str, Estimate], settings: InertiaSettings) -> str:
+def _sentence(estimates: dict[str, Estimate], settings: InertiaSettings, balance: MomentBalance) -> str:
     shown = {n: with_interval(e, e.unit) for n, e in estimates.items()}
     inertia, viscous = shown["wheel_inertia"], shown["bearing_viscous"]
     whole = "" if settings.stand_inertia.value else " of the wheel with the rotating parts of the stand"
+    change = two_digits(0.01 * (estimates["wheel_inertia"].value + settings.stand_inertia.value))
+    gains = (
+        "A stand measures only the ratio of torque to angular acceleration: 1 % of the torque's gain (torque constant, "
+        f"gear ratio) or of the wheel speed's gain (pulses per turn) changes it by {change} {UNIT}."
+    )
     if dry := shown.get("bearing_torque"):
-        drag = f"The bearing drag is {dry} at standstill plus {viscous} times the speed."
+        drag = f"The bearing drag is {dry} at standstill plus {viscous} times the speed.{_zero_in_drag(balance)}"
     else:
         drag = f"The bearing drag grows by {viscous} times the speed; at standstill it is not determined."
-    return f"The moment of inertia{whole} is {inertia}. {drag}"
+    return f"The moment of inertia{whole} is {inertia}. {gains} {drag}"
+
+
+def _zero_in_drag(balance: MomentBalance) -> str:
+    """Sentence on the torque's zero, which is collinear with the dry drag where the wheel turns in one direction."""
+    ends = np.concatenate([run.log["wheel_speed"][index] for run in balance.runs for index in (run.first, run.last)])
+    if ends.min() < 0.0 < ends.max():
+        return ""
+    return (
+        " All spins turn in one direction, so that the drag at standstill includes the zero of the torque, assumed "
+        f"as 0 +- {balance.torque_zero:g} N m (setting torque_zero); spins in both directions separate them."
+    )
 
 
 def _without_stand_inertia(settings: InertiaSettings) -> list[Finding]:
