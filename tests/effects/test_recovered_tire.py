@@ -30,6 +30,7 @@ HIDDEN = (
     Hidden("load_sensitivity", 2e-5),
     Hidden("slip_offset", 0.004),
     Hidden("force_offset", 80.0),
+    Hidden("load_offset", 120.0),
     Hidden("rolling_force", 0.013),
     Hidden("tire_relaxation", 0.3),
     Hidden("friction_fade", 0.01),
@@ -100,5 +101,5 @@ def test_the_step_takes_every_effect_that_it_looks_for_and_without_a_speed_what_
     )
     names = {e.name for e in applicable(prepare(SPEC, slips, KNOWN).model, wanted)}
     expected = {"load_sensitivity", "slip_offset", "force_offset", "rolling_force", "friction_drift", "slip_lag"}
-    expected |= {"braking_friction", "tread_wear"}
+    expected |= {"braking_friction", "tread_wear", "load_offset"}
     assert names == expected

@@ -194,6 +194,7 @@ SLIPPED: Mapping[str, float] = {
     "load_sensitivity": 1e-5,
     "slip_offset": 0.001,
     "force_offset": 20.0,
+    "load_offset": 40.0,
     "rolling_force": 0.005,
     "tire_relaxation": 0.2,
     "friction_fade": 0.005,

@@ -21,6 +21,7 @@ EFFECTS = {
     "load_sensitivity": "1/N: friction falls by this share per newton above the static front wheel load",
     "slip_offset": "1: the slip read is larger by this",
     "force_offset": "N on the force channel",
+    "load_offset": "N on the load channel",
     "rolling_force": "1: rolling resistance per load, which the force channel contains at no slip",
     "vertical_shift": "1: friction that is there at no slip, as a tire with ply steer or a conical tread has; an input",
     "tire_relaxation": "m over which slip builds up",
@@ -32,6 +33,7 @@ SMALL = {
     "load_sensitivity": 1e-6,
     "slip_offset": 1e-5,
     "force_offset": 1.0,
+    "load_offset": 1.0,
     "vertical_shift": 1e-4,
     "rolling_force": 1e-4,
     "tire_relaxation": 0.2,
@@ -111,7 +113,8 @@ def noise_free(vehicle: Vehicle, sweep: Sweep, effects: Mapping[str, float] | No
     turning = sweep.speed * (1.0 + sweep.slip + effects.get("slip_offset", 0.0)) / vehicle.wheel_radius
     grip -= effects.get("rolling_force", 0.0)
     force = grip * sweep.load + effects.get("force_offset", 0.0)
-    return dict(zip(SENSORS, (turning, sweep.speed, force, sweep.load), strict=True))
+    load = sweep.load + effects.get("load_offset", 0.0)
+    return dict(zip(SENSORS, (turning, sweep.speed, force, load), strict=True))
 
 
 def campaign(

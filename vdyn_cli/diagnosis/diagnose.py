@@ -112,10 +112,13 @@ def _with_free_form(
     """The step and the judgment with a free form of the main law, if only that shows an answer of the catalog.
 
     The wrong form of a law hides every other error: no candidate is sufficient beside it, and a learned law absorbs
-    what else is wrong. An answer with which the model cannot be fitted is none.
+    what else is wrong. An answer that leaves more than noise leaves the error of the form in the parameters. An answer
+    with which the model cannot be fitted is none.
     """
     free = getattr(prepared.problem, "with_free_form", None)  # a problem of a plug-in may have none
-    if free is None or not (found.judgment.verdict == "unknown" or found.learned is not None):
+    unexplained = found.judgment.verdict in ("named", "data_fault", "ambiguous", "unknown")
+    sufficient = found.learned is None and any(a.sufficient for a in found.judgment.answers)
+    if free is None or not unexplained or sufficient:
         return prepared, found
     freed = replace(prepared, problem=free)
     try:

@@ -14,6 +14,8 @@ SHAPE = ("tire_B", "tire_C", "tire_D", "tire_E")
 SHIFTS = ("tire_Sh", "tire_Sv")  # of slip and friction, 0 unless they are unknown
 BRAKING = ("braking_B", "braking_D")  # relative excess of B and D in braking over driving, 0 unless they are unknown
 DEPARTURE = tuple(f"tire_shape_{k}" for k in (2, 3, 4, 5, 6))  # 0 unless they are unknown
+KEPT_SLOPE = "tire_kept_slope"  # 0 unless it is unknown
+LEAST_GRIP = 0.1  # share of D, below which the curve keeps its shape
 TURN = 1e-4  # slip over which the curve changes from braking to driving
 
 
@@ -22,9 +24,11 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
 
     Fx = Fz (D' sin(C atan(B' s - E (B' s - atan(B' s)))) + Sv),  s = slip + Sh,  B' and D' by the sign of s
 
-    ``static_load`` is the load to which D refers.
+    ``static_load`` is the load to which D refers. Where the friction changes from D' to D'', B' becomes
+    B' (1 + k (D' / D'' - 1)): with k = 0 the slope at zero slip changes as the friction does, with k = 1 it stays
+    (similarity method, Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012, section 4.2), as in the brush model.
     """
-    p, load = e.p, u.load
+    p, load = e.p, e("force_z", value=u.load)
     slip = read + p.tire_Sh
     braking = (1 - slip / sqrt(slip * slip + TURN**2)) / 2
     peak = p.tire_D * (1 + p.braking_D * braking)
@@ -39,6 +43,7 @@ def _force(e: ModelBuilder, u: Signals, read: Number, **sliding: Number) -> None
         **sliding,
     )
     stiff = p.tire_B * (1 + p.braking_B * braking)
+    stiff = stiff * (1 + p.tire_kept_slope * (peak / maths.fmax(grip, LEAST_GRIP * peak) - 1))
     history = {"elapsed": u.elapsed, "returning": u.returning, "braking": braking}
     history["departure"] = _departure(p, stiff * slip) * (1 - 2 * braking)
     force = e(tire, slip=slip, load=load, tire_B=stiff, tire_C=p.tire_C, tire_D=grip, tire_E=p.tire_E, **history)
@@ -69,7 +74,7 @@ def _slipped(e: ModelBuilder, u: Signals) -> None:
     _force(e, u, e("slip", value=(1 + u.slip) * (1 + e.p.radius_error) - 1, slip_rate=u.slip_rate))
 
 
-_CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, *DEPARTURE, "radius_error", "static_load")
+_CONSTANTS = (*SHAPE, *SHIFTS, *BRAKING, *DEPARTURE, KEPT_SLOPE, "radius_error", "static_load")
 
 # ``slip_gradient``, 1/m, and ``slip_rate``, 1/s, are the decrease of the slip that acts per lag in distance and in time
 # (in a slow sweep its change); ``elapsed`` is the time since the sweep began, s; ``swept`` is the same with the

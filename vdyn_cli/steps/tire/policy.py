@@ -20,6 +20,12 @@ class TirePolicy:
     """[share of the peak friction] standard deviation of each coefficient of a curve's departure from the magic
     formula. Coefficients fitted to brush and exponential laws reach 0.15."""
 
+    kept_slope: float = 0.5
+    """[share] of a change in friction by which the slope at zero slip does not change: mean and standard deviation for
+    a curve that may depart from the magic formula. 0: the whole curve is scaled (load sensitivity of the contact); 1:
+    the slope of the tread's stiffness stays, as in the brush model (Pacejka, section 4.2). The middle is one standard
+    deviation from both."""
+
     two_peaks: float = 0.04
     """[share of the friction] by which the peaks in driving and braking must differ to be reported. Twice the effect of
     a force zero of 1 % of full scale."""

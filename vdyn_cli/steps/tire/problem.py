@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
-from vdyn_cli.inference import Regression, Solution, solve
+from vdyn_cli.inference import Regression, Solution, even_if_refused, solve
 from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.tire_curve import BRAKING, DEPARTURE, SHAPE, SHIFTS
 from vdyn_cli.quantities.errors import Finding, ResultError
@@ -93,8 +93,8 @@ class TireProblem(SimulatedProblem):
     def regression(self, added: AddedEffects = NO_EFFECTS, start: Mapping[str, float] = NO_VALUES) -> Regression:
         """The regression over all bins of all sweeps, with effects on the curve.
 
-        Slips are projected onto the curve of the fit with all effects except profiles, where the sweeps determine it
-        (with priors on the unknowns of ``added`` they always do), else onto the curve without effects.
+        Slips are projected onto the curve of the fit with all effects except profiles, also where that is refused, such
+        as with an unknown at its bound; without a fit, onto the curve without effects.
         """
         try:
             prior, values = self.baseline.fit.prior, self.baseline.solution.values
@@ -104,10 +104,10 @@ class TireProblem(SimulatedProblem):
         begin = {**fit.first_values, **values, **start}
         at: Mapping[str, float] = begin
         if added.unknowns:
-            with suppress(ResultError):  # not determined: the slips stay on the curve without effects
+            with suppress(ResultError):  # no fit: the slips stay on the curve without effects
                 profiles = unknowns_of_profiles(added.effects)
-                whole = replace(fit, added=unbounded(added)).regression(begin)
-                at = {**profiles, **solve(restricted(whole, profiles)).values}
+                whole = restricted(replace(fit, added=unbounded(added)).regression(begin), profiles)
+                at = {**profiles, **even_if_refused(partial(solve, whole)).values}
         return fit.regression(at, begin)
 
     def derived(self, values: Mapping[str, float]) -> Mapping[str, float]:

@@ -14,7 +14,16 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulator
 from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, even_if_refused, solve
 from vdyn_cli.inference.iterate import until_settled
-from vdyn_cli.physics.models.tire_curve import BRAKING, DEPARTURE, SHAPE, SHIFTS, SLIP_CURVE, TIRE_CURVE, peak_slip
+from vdyn_cli.physics.models.tire_curve import (
+    BRAKING,
+    DEPARTURE,
+    KEPT_SLOPE,
+    SHAPE,
+    SHIFTS,
+    SLIP_CURVE,
+    TIRE_CURVE,
+    peak_slip,
+)
 from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
@@ -26,11 +35,12 @@ from vdyn_cli.steps.tire.policy import TIRE_POLICY
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would have the wrong sign.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4.0), "braking_D": (-0.8, 2.0)}
-RANGES |= dict.fromkeys(DEPARTURE, (-1.0, 1.0))
+RANGES |= {**dict.fromkeys(DEPARTURE, (-1.0, 1.0)), KEPT_SLOPE: (-5.0, 6.0)}
 # Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
 CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
 SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
 EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
+FREE_FORM = {*DEPARTURE, KEPT_SLOPE}
 FEW_TERMS = DEPARTURE[:3]  # with which these laws are followed within 0.2 %; more make the slope at zero uncertain
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
@@ -131,8 +141,8 @@ class TireCurveProblem:
                 begin[n],
                 *RANGES[n],
                 prior=self.prior.get(n),
-                nuisance=n in DEPARTURE,
-                prior_stated=n not in DEPARTURE,
+                nuisance=n in FREE_FORM,
+                prior_stated=n not in FREE_FORM,
             )
             for n in (*SHAPE, *self.free)
         ]
@@ -260,9 +270,16 @@ class TireCurveProblem:
 
 
 def departing(fit: TireCurveProblem, terms: Sequence[str]) -> TireCurveProblem:
-    """The same sweeps with a departure of the curve from the magic formula; ``terms`` are some of DEPARTURE."""
-    prior = {**fit.prior, **dict.fromkeys(terms, (0.0, TIRE_POLICY.departure))}
-    return replace(fit, free=(*fit.free, *terms), prior=prior)
+    """The same sweeps with a departure of the curve from the magic formula; ``terms`` are some of DEPARTURE.
+
+    Whether a change of the friction also changes the slope at zero slip is then unknown, too.
+    """
+    prior = {
+        **fit.prior,
+        **dict.fromkeys(terms, (0.0, TIRE_POLICY.departure)),
+        KEPT_SLOPE: (TIRE_POLICY.kept_slope, TIRE_POLICY.kept_slope),
+    }
+    return replace(fit, free=(*fit.free, *terms, KEPT_SLOPE), prior=prior)
 
 
 def _fits_from(fit: TireCurveProblem, first: Mapping[str, float]) -> tuple[list[Solution], list[ResultError]]:
@@ -283,7 +300,10 @@ def _first_extra(free: Sequence[str], slip: Array, friction: Array) -> dict[str,
 
     Sv is the middle between the largest frictions of both signs, -Sh the slip at which the friction crosses it.
     """
-    found = dict.fromkeys((*SHIFTS, *BRAKING, *DEPARTURE), 0.0)
+    found = {
+        **dict.fromkeys((*SHIFTS, *BRAKING, *DEPARTURE), 0.0),
+        KEPT_SLOPE: TIRE_POLICY.kept_slope if KEPT_SLOPE in free else 0.0,
+    }
     high, low = (float(np.quantile(friction, q)) for q in (0.98, 0.02))
     if not low < 0.0 < high:
         return found
@@ -374,4 +394,4 @@ def _misfit(fit: TireCurveProblem) -> float:
     ResultError : the sweeps do not determine slope and height of that curve either.
     """
     exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
-    return max(rms(*replace(fit, prior=exact).minima()[0].residuals), 1.0)
+    return max(rms(*replace(fit, prior={**fit.prior, **exact}).minima()[0].residuals), 1.0)
