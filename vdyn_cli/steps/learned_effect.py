@@ -121,6 +121,7 @@ def learned_effect(name: str, law: LawDefinition, starts: Mapping[str, tuple[flo
         reference="learned from the logs, no physics assumed",
         nominal=nominal,
         label=law.label,
+        confirm=f"Cover the range of {law.curves[0].coordinate.replace('_', ' ')} again from another starting value.",
         tags=set(law.tags),
     )
     return made(correction)

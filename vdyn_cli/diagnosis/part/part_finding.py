@@ -84,8 +84,12 @@ class PartFinding:
         A sensor error as a rival is allowed, since it can imitate any force over the same signal; it is reported.
         """
         sensors = {p.group for p in self.search.parts if p.sensor}
-        apart = all(rival in sensors for rival in self.rivals)
-        return bool(self.curves) and apart and self.share_of_rms >= rms_share(POLICY.part_squares)
+        return self.explains_most and all(rival in sensors for rival in self.rivals)
+
+    @property
+    def explains_most(self) -> bool:
+        """Whether the part explains ``part_squares``; another element may explain as much."""
+        return bool(self.curves) and self.share_of_rms >= rms_share(POLICY.part_squares)
 
 
 def part_finding(strategy: Strategy, problem: SimulatedProblem) -> PartFinding | None:

@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.judgment import Judgment
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, all_needed, candidate_model, with_next
 from vdyn_cli.diagnosis.part.learned_law import Learned, fitted_forms, learned
 from vdyn_cli.diagnosis.part.part_finding import LawWithin, PartFinding, part_finding
-from vdyn_cli.diagnosis.part.part_search import FittedParts, rms_share
+from vdyn_cli.diagnosis.part.part_search import rms_share
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import finding_size
 from vdyn_cli.diagnosis.strategies.strategy import Strategy
@@ -58,25 +58,72 @@ def free_curve(found: PartJudgment, judgment: Judgment, extended: Sequence[str])
         return ()
     if learned_law is not None:
         return (learned_law.free,) if learned_law.free is not None and named == (learned_law.name,) else ()
-    if judgment.verdict != "unknown" and (law is None or law.effect not in named or _exceeds_curve(finding, law)):
+    if judgment.verdict != "unknown" and (
+        law is None or law.effect not in named or _beyond_curve(finding, (law.effect,))
+    ):
         return ()
     curve = learned(finding, None, (), label_of(finding.parts)).effect
     candidates = found.strategy.model.setup.candidates
     return (*(candidates[e] for e in named if law is None or e != law.effect), curve) if curve.lasts else ()
 
 
-def _exceeds_curve(finding: PartFinding, law: LawWithin) -> bool:
-    """Whether a law explains clearly more than the free curve of its part: it then depends on something else."""
-    fitted = finding.search.with_effects((law.effect,))
-    return fitted is None or _more_than_curve(finding, fitted)
+def _beyond_curve(finding: PartFinding, effects: Sequence[str]) -> bool:
+    """Whether effects explain clearly more than the free curve of the part: they then depend on something else."""
+    more = _more_by_curve(finding, effects)
+    return more is not None and more < -2 * POLICY.clearly_better
 
 
-def _more_than_curve(finding: PartFinding, fitted: FittedParts) -> bool:
-    search = finding.search
-    return search.explained(fitted) > search.explained(finding.fitted) + 2 * POLICY.clearly_better * search.floor
+def _more_by_curve(finding: PartFinding, effects: Sequence[str]) -> float | None:
+    """Twice the log likelihood by which the part's free curve explains more than effects, each beyond chance.
+
+    The difference of Akaike's criterion with the effective numbers of coefficients; None where the effects' fit fails.
+    """
+    search, fitted = finding.search, finding.search.with_effects(effects)
+    return None if fitted is None else (search.explained(finding.fitted) - search.explained(fitted)) / search.floor
 
 
 def with_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
+    """The judgment by the part of the model at fault; see _by_part and _beside_its_curve.
+
+    A part that does not suffice changes nothing.
+    """
+    return _beside_its_curve(_by_part(strategy, judgment, problem))
+
+
+def _beside_its_curve(found: PartJudgment) -> PartJudgment:
+    """The judgment with the part's curve as an answer beside a law of the test that explains no more than the curve.
+
+    Where all runs begin at one speed, a brake that fades with time and a force over speed are collinear, and neither is
+    the only answer. Where the starts differ, one of them explains clearly more. The curve is the first answer where it
+    does. It is no further answer where one of them is a law of the vehicle, which is one shape of the curve.
+    """
+    finding, judgment, candidates = found.finding, found.judgment, found.strategy.model.setup.candidates
+    if finding is None or found.learned is not None or not finding.explains_most:
+        return found
+    named = {e for a in judgment.answers for e in a.effects}
+    law = next((w.effect for w in finding.laws if w.effect in named and not candidates[w.effect].lasts), None)
+    if law is None or any(all(candidates[e].lasts for e in a.effects) for a in judgment.answers):
+        return found
+    curve, more = learned(finding, None, (), label_of(finding.parts)), _more_by_curve(finding, (law,))
+    if not curve.effect.lasts or more is None or more < -2 * POLICY.clearly_better:
+        return found
+    opened = _with_candidate(found.strategy, curve)
+    if opened is None:
+        return found
+    effects = next(a.effects for a in judgment.answers if law in a.effects)
+    other = candidate_model(opened, (*(e for e in effects if e != law), curve.name))
+    same = [m for a in judgment.answers if (m := candidate_model(opened, a.effects)) is not None]
+    if other is None or not same or other.unphysical or not other.explains_most:
+        return found
+    judgment, answers = _about(opened, judgment), (*same, other)
+    if more > 2 * POLICY.clearly_better:
+        answers = (other, *same)
+        judgment = replace(judgment, gain=held_out_gain(opened, judgment.base, other.fitted))
+    tried = (*(t for t in judgment.tried if all(t.effects != a.effects for a in answers)), *answers)
+    return replace(found, strategy=opened, judgment=replace(judgment, tried=tried, accepted=answers))
+
+
+def _by_part(strategy: Strategy, judgment: Judgment, problem: SimulatedProblem) -> PartJudgment:
     """The judgment, with another answer if a part of the model at fault explains more than the candidates.
 
     The part is used if no candidate suffices, if the part explains much more than each answer, or if each answer is a
@@ -167,13 +214,7 @@ def _beside_a_law(strategy: Strategy, judgment: Judgment, finding: PartFinding) 
     laws = {w.effect for w in finding.laws if w.follows and len(model.amplitudes(w.effect)) <= POLICY.simple_unknowns}
     answers = judgment.answers
     corrected = bool(answers) and all(len(a.effects) > 1 and laws & set(a.effects) for a in answers)
-    return corrected and not any(_explains_more(finding, a) for a in answers)
-
-
-def _explains_more(finding: PartFinding, answer: CandidateModel) -> bool:
-    """Whether an answer explains more than the free curve of the part."""
-    fitted = finding.search.with_effects(answer.effects)
-    return fitted is not None and _more_than_curve(finding, fitted)
+    return corrected and not any(_beyond_curve(finding, a.effects) for a in answers)
 
 
 def _with_law(strategy: Strategy, judgment: Judgment, law: LawWithin) -> Judgment | None:
@@ -259,19 +300,29 @@ def _with_learned_law(
 
 
 def _naming_law(strategy: Strategy, judgment: Judgment, law: Learned, least: float) -> tuple[Strategy, Judgment] | None:
+    extended = _with_candidate(strategy, law)
+    answer = candidate_model(extended, (law.name,)) if extended is not None else None
+    if extended is None or answer is None or answer.unphysical or not answer.explains_most:
+        return None
+    gain = held_out_gain(extended, extended.base, answer.fitted)
+    if gain is None or gain.after >= min(gain.before, least):
+        return None
+    found = _about(extended, judgment)
+    return extended, replace(found, tried=(*judgment.tried, answer)).naming(answer, gain)
+
+
+def _with_candidate(strategy: Strategy, law: Learned) -> Strategy | None:
+    """The strategy with a learned law as a further candidate; None where its baseline cannot be fitted."""
     setup = strategy.model.setup
     try:
         extended = open_strategy(replace(setup, effects=(*setup.effects, law.effect), learned=frozenset({law.name})))
-        base = extended.base
+        return extended if extended.base else None
     except (ResultError, ArithmeticError):
         return None
-    answer = candidate_model(extended, (law.name,))
-    if answer is None or answer.unphysical or not answer.explains_most:
-        return None
-    found = detect(extended, base)
-    gain = held_out_gain(extended, base, answer.fitted)
-    if gain is None or gain.after >= min(gain.before, least):
-        return None
+
+
+def _about(extended: Strategy, judgment: Judgment) -> Judgment:
+    """The judgment with the baseline's fit and the scores of a strategy with a further candidate."""
+    found = detect(extended, extended.base)
     detection = replace(judgment.detection, scores=found.scores, testable=found.testable)
-    named = replace(judgment, base=base, detection=detection, tried=(*judgment.tried, answer))
-    return extended, named.naming(answer, gain)
+    return replace(judgment, base=extended.base, detection=detection)
