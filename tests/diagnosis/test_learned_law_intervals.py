@@ -28,11 +28,18 @@ def test_a_car_that_sheds_drag_at_speed_keeps_its_parameters_within_their_interv
         assert low < truth < high
 
 
+@pytest.mark.parametrize(
+    ("odd", "order"),
+    [(False, ["even_power", "power", "saturation", "knee"]), (True, ["power", "saturation", "even_power", "knee"])],
+)
 def test_of_equally_good_formulas_the_one_that_the_own_law_follows_least_is_used(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, odd: bool, order: list[str]
 ) -> None:
-    """A wide saturation is nearly a line: a stiffness of 8 200 N m/rad became 29 000 [5 000, 49 000]."""
-    found = {"saturation": (1.0, 0.03), "power": (2.0, 0.3), "knee": (1e9, 0.9)}  # distance, own
+    """A wide saturation is nearly a line: a stiffness of 8 200 N m/rad became 29 000 [5 000, 49 000].
+
+    A part that is alike in both directions has an odd law: a shaft with a cubic term turned one way had an even power.
+    """
+    found = {"saturation": (1.0, 0.03), "power": (2.0, 0.3), "even_power": (2.0, 0.4), "knee": (1e9, 0.9)}
 
     def fit(curve: object, form: str, finding: object) -> tuple[object, ...] | None:
         return ((1.0, 1.0), found[form][0], np.zeros(2), found[form][1]) if form in found else None
@@ -40,5 +47,5 @@ def test_of_equally_good_formulas_the_one_that_the_own_law_follows_least_is_used
     monkeypatch.setattr(learned_law, "_fit", fit)
     monkeypatch.setattr(learned_law, "share_of_curve", lambda curves, values: 0.0)
     fitted = SimpleNamespace(freedom=8.0, solution=SimpleNamespace(values={}))
-    forms = learned_law.fitted_forms(cast(Any, SimpleNamespace(fitted=fitted, curves=[None])))
-    assert [f.form for f in forms] == ["power", "saturation", "knee"]
+    finding = SimpleNamespace(fitted=fitted, curves=[None], parts=[SimpleNamespace(odd=odd)])
+    assert [f.form for f in learned_law.fitted_forms(cast(Any, finding))] == order

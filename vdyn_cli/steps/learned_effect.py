@@ -29,12 +29,14 @@ class LawForm:
     units : of each: "value", "value/x", "x" or "".
     text : the formula.
     law : (x, shapes, definition) -> the addition for an amplitude of one.
+    odd : whether it changes only its sign with that of x.
     """
 
     coefficients: tuple[str, ...]
     units: tuple[str, ...]
     text: str
     law: Callable[[Any, Sequence[Any], CurveDefinition], Any]
+    odd: bool = True
 
 
 def _sense(x: Any, d: CurveDefinition) -> Any:
@@ -64,25 +66,29 @@ LAW_FORMS: Mapping[str, LawForm] = {
     ),
     "even_power": LawForm(
         ("amplitude", "exponent"), ("value", ""), "amplitude * |x / reference|^exponent",
-        lambda x, s, d: _power(x, s[0], d),
+        lambda x, s, d: _power(x, s[0], d), odd=False,
     ),
     "knee": LawForm(
         ("slope", "onset"), ("value/x", "x"), "slope * sign(x) * max(|x| - onset, 0)",
         lambda x, s, d: _sense(x, d) * fmax(fabs(x) - s[0], 0.0),
     ),
     "hinge_up": LawForm(
-        ("slope", "onset"), ("value/x", "x"), "slope * max(x - onset, 0)", lambda x, s, d: fmax(x - s[0], 0.0)
+        ("slope", "onset"), ("value/x", "x"), "slope * max(x - onset, 0)", lambda x, s, d: fmax(x - s[0], 0.0),
+        odd=False,
     ),
     "hinge_down": LawForm(
-        ("slope", "onset"), ("value/x", "x"), "slope * min(x - onset, 0)", lambda x, s, d: -fmax(s[0] - x, 0.0)
+        ("slope", "onset"), ("value/x", "x"), "slope * min(x - onset, 0)", lambda x, s, d: -fmax(s[0] - x, 0.0),
+        odd=False,
     ),
     "bump": LawForm(
         ("amplitude", "center", "width"), ("value", "x", "x"), "amplitude * exp(-((x - center) / width)^2)",
         lambda x, s, d: _bell(x, s[0], s[1]) - (_bell(0.0, s[0], s[1]) if d.anchored else 0.0),
+        odd=False,
     ),
     "periodic": LawForm(
         ("amplitude", "length", "shift"), ("value", "x", "x"), "amplitude * sin(2 pi (x - shift) / length)",
         lambda x, s, d: sin(2 * np.pi * (x - s[1]) / s[0]) - (sin(-2 * np.pi * s[1] / s[0]) if d.anchored else 0.0),
+        odd=False,
     ),
 }  # fmt: skip
 

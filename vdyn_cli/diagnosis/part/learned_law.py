@@ -73,9 +73,16 @@ class Learned:
 def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
     """Every form fitted to the part's curves, first the sufficient ones, by number of coefficients.
 
-    Of these with equally many, the first is the one that the part's own law can follow least: with a wide saturation,
-    for example, which is nearly a line, the data would not determine a stiffness.
+    Of these with equally many, odd ones are first for a part that is alike in both directions, then the one that the
+    part's own law can follow least: with a wide saturation, which is nearly a line, the data would not determine a
+    stiffness.
     """
+
+    def order(one: FittedForm) -> tuple[bool, float, bool, float]:
+        if not one.sufficient:
+            return True, one.distance, False, 0.0
+        return False, one.size, finding.parts[0].odd and not LAW_FORMS[one.form].odd, -one.own
+
     found = []
     enough = float(chdtri(max(finding.fitted.freedom, 1.0), 1.0 - POLICY.formula_level))
     for form in LAW_FORMS:
@@ -86,7 +93,7 @@ def fitted_forms(finding: PartFinding) -> tuple[FittedForm, ...]:
         share = share_of_curve(list(zip(finding.curves, laws, strict=True)), finding.fitted.solution.values)
         share = max(share, POLICY.formula_share) if sum(distance) <= enough else share
         found.append(FittedForm(form, values, sum(distance), share, min(own)))
-    return tuple(sorted(found, key=lambda f: (not f.sufficient, (f.size, -f.own) if f.sufficient else (0, f.distance))))
+    return tuple(sorted(found, key=order))
 
 
 def _fit(curve: Curve, form: str, finding: PartFinding) -> tuple[tuple[float, ...], float, Array, float] | None:

@@ -27,7 +27,7 @@ def shaft_parts(sides: Sequence[str], twist: tuple[float, float], rate: tuple[fl
     def part(coordinate: str, span: tuple[float, float], unit: str, over: str, own: str) -> Part:
         return Part(
             "shaft", "", coordinate, span, TORQUE, "N m", unit, "the half-shaft's torque", over, law=shaft,
-            arguments=arguments, own=(own,),
+            arguments=arguments, own=(own,), odd=True,
         )  # fmt: skip
 
     over_twist = part("twist", twist, "rad", "twist", stiffness)
