@@ -24,6 +24,7 @@ def clock_of(path: Path) -> ChannelFacts:
     [
         ("time_ms", "ms"), ("timestampMs", "ms"), ("ms_today", "ms"), ("time_s", "s"), ("SECONDS", "s"), ("t_us", "us"),
         ("seconds_elapsed", "s"), ("timestamp", ""), ("GPS Time", ""), ("t", ""), ("Timestamps", ""),
+        ("TimeUS", "us"), ("iTOW", "ms"),
     ],
 )  # fmt: skip
 def test_a_clock_states_its_unit_at_an_end_of_its_name(name: str, unit: str) -> None:

@@ -13,6 +13,7 @@ from tests.io.text_logs import read_csv
 from vdyn_cli.io.csv import csv_source
 from vdyn_cli.io.csv.csv_reader import CSV
 from vdyn_cli.io.reader import Column, ReadOptions
+from vdyn_cli.quantities.errors import InputError
 from vdyn_cli.quantities.log import Log
 
 N = 50
@@ -105,6 +106,15 @@ def test_thousands_separators_are_removed_and_said(tmp_path: Path, mark: str, se
     log = read(tmp_path, "\n".join(lines), {"time": Column("t", "s", "s"), "v": Column("v", "m", "m")})
     np.testing.assert_allclose(log["v"], 900 + np.arange(50) * 5.5)
     assert "thousands separators removed from 31 numbers" in said(log)
+
+
+def test_whole_numbers_with_thousands_separators_are_read_where_other_numbers_show_the_mark(tmp_path: Path) -> None:
+    lines = ["t,v"] + [f'"{100 * i:,}",{i / 4}' for i in range(50)]
+    log = read(tmp_path, "\n".join(lines), {"time": Column("t", "ms", "s"), "v": Column("v", "m", "m")})
+    np.testing.assert_allclose(log.time, 0.1 * np.arange(50))
+    lines = ["t,v"] + [f'{100 * i},"{990 + 7 * i:,}"' for i in range(90)]  # 1.004 or 1004
+    with pytest.raises(InputError, match="without thousands separators; if the comma"):
+        read(tmp_path, "\n".join(lines), {"time": Column("t", "ms", "s"), "v": Column("v", "m", "m")})
 
 
 def test_a_units_row_is_read_and_agrees(tmp_path: Path) -> None:

@@ -105,7 +105,9 @@ def test_a_clock_of_hours_is_passed_over_for_one_of_a_usual_rate(tmp_path: Path)
 
 @pytest.mark.parametrize(
     "cell", ["10:23:11", "10:23:11,5", "2026-05-01T10:23:11.123456Z", "1.5.2026 10:23:11", "01-May-2026 10:23:11.023",
-             "2026/05/01 10:23:11+02:00", "5/1/2026 10:23:11 PM"]
+             "2026/05/01 10:23:11+02:00", "5/1/2026 10:23:11 PM", "1/5/2026, 10:23:11,5 CEST", "20260501 10:23:11.5",
+             "2026-05-01 10:23:11 Europe/Berlin", "2026-05-01T10:23:11+02:00[Europe/Berlin]", "10:23:11 UTC+2",
+             "5/1/2026, 10:23:11\u202fPM", "2026/05/01-10:23:11.5"]
 )  # fmt: skip
 def test_a_time_of_day_is_distinguished_from_a_number(cell: str) -> None:
     assert is_instant(cell)
@@ -114,7 +116,7 @@ def test_a_time_of_day_is_distinguished_from_a_number(cell: str) -> None:
     )
 
 
-@pytest.mark.parametrize("cell", ["1.5", "12:30", "1e5", "", "Time", "10:23", "1:2:3", "x 10:23:11"])
+@pytest.mark.parametrize("cell", ["1.5", "12:30", "1e5", "", "Time", "10:23", "1:2:3", "x 10:23:11", "10:23:11 lap"])
 def test_other_cells_are_no_time_of_day(cell: str) -> None:
     assert not is_instant(cell)
 

@@ -11,6 +11,7 @@ import pytest
 from vdyn_cli.project.drafting.description_draft import draft_description
 from vdyn_cli.steps import load_step
 
+SEMICIRCLES = 2.0**31 / 180.0
 METERS = 6_371_000.0 * np.pi / 180.0  # per degree of latitude
 
 
@@ -30,10 +31,11 @@ def drafted(
     course = 0.5 + 0.8 * np.sin(way / 400.0)
     north, east = (np.cumsum(speed * f(course)) + noise.normal(0.0, 0.5, time.size) for f in (np.cos, np.sin))
     time[150:] += 90.0
+    place = "position_" if per_degree == SEMICIRCLES else ""
     columns = {
         "time_s": time,
-        "lat": per_degree * (48.0 + north / METERS),
-        "lon": per_degree * (9.0 + east / METERS / np.cos(np.radians(48.0))),
+        f"{place}lat": per_degree * (48.0 + north / METERS),
+        f"{place}lon": per_degree * (9.0 + east / METERS / np.cos(np.radians(48.0))),
         str(log.get("name", "Speed")): np.round(speed / factor, 2),
         "Distance": np.round(way / meters, 3),
     }
@@ -49,7 +51,8 @@ def units(text: str) -> tuple[str, ...]:
 @pytest.mark.parametrize(
     ("factor", "meters", "per_degree", "expected"),
     [
-        (1.0, 1.0, 2.0**31 / 180.0, ("m/s", "m")),
+        (1.0, 1.0, SEMICIRCLES, ("m/s", "m")),
+        (0.5144, 1.0, 1e7, ("kn", "m")),
         (1.0 / 3.6, 1000.0, 1.0, ("km/h", "km")),
         (0.44704, 1609.344, 60.0, ("mph", "mile")),
         (0.514444, 0.3048, 1.0, ("kn", "ft")),

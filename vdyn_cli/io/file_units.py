@@ -27,6 +27,7 @@ _NAME_ENDS = {  # units as the last word of a name
     **{"knm": "kN m", "dan": "daN", "danm": "daN m", "cn": "cN", "cnm": "cN m", "mv": "mV", "pct": "%", "percent": "%"},
     **{"kg": "kg", "lbs": "lbs", "n": "N", "m": "m", "mm": "mm", "km": "km", "ft": "ft", "s": "s", "ms": "ms"},
     **dict.fromkeys(("mile", "miles"), "mile"),
+    **dict.fromkeys(("knot", "knots", "kts"), "knot"),
 }
 # Units in words at the end of a name, such as speed_meters_per_sec and vel_m_s.
 _IN_WORDS = (
@@ -47,6 +48,7 @@ _COMPOUND = re.compile(
     r"(?=geschw|beschl|drehzahl|drehmoment|moment|kraft|druck|strecke)",
     re.IGNORECASE,
 )
+_DEVICE = re.compile(r"(?<![A-Za-z])(GPS|GNSS|CAN|OBD|IMU)(?=[a-z]{3})")  # GPSvel
 # At the end of a name, or before the mark of a device: "Vehicle Speed (km/h) *OBD".
 BRACKET = re.compile(r"([\[({])([^\[\](){}]*)[\])}]\s*(?:\*\w+\s*)?$")
 
@@ -104,6 +106,7 @@ def words_and_unit(name: str) -> tuple[tuple[str, ...], str]:
     before, _, last = plain.rpartition(" ")
     if before and "/" in last and is_unit(unit_text(last)):
         return words_and_unit(before)[0], unit_text(last)
+    plain = _DEVICE.sub(r"\1 ", plain)
     plain = _COMPOUND.sub(r"\1 ", plain)
     split = re.findall(r"[A-Z]{2,}(?![a-zäöü])\d*|[A-Z](?=[A-Z][a-zäöü])|[A-ZÄÖÜ]?[a-zäöü]+\d*|[A-Z]+\d*", plain)
     lower = tuple(w.lower() for w in split)

@@ -16,11 +16,12 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
 _CLOCK = re.compile(
-    r"((elapsed|log|sample|device|gps|utc|local|system|recording|epoch|unix|posix|(log[ _]?)?mono(tonic)?)[ _]?time|"
-    r"time|epoch(?=\W*$|[ _]*[\[(]|[ _][mun]?s\b)|"
+    r"_{0,2}("
+    r"(elapsed|log|sample|device|gps|utc|local|system|recording|epoch|unix|posix|(log[ _]?)?mono(tonic)?)[ _]?time|"
+    r"time([mun]s(?=\W*$))?|(gps[ _]?)?i?tow(?=\W*$|_[mun]?s\b)|epoch(?=\W*$|[ _]*[\[(]|[ _][mun]?s\b)|"
     r"(seconds[ _])?elapsed(?=\W*$|[ _]*[\[(]|[ _]m?s\b)|"
     r"(\w+[ _.])?time[ _]?stamps?|stamp(?=_[mun]?s\b)|date[ /_-]?time|"
-    r"(uhr)?zeit|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
+    r"(uhr)?zeit(stempel|punkt)?|temps|tiempo|tempo|时间|時間|時刻|시간|время|"
     r"x_value|utc|(ms|seconds)_today|"
     r"(milli|micro)s(econds)?|(minutes|seconds|secs?|ms)(?=\W*$)|t(?=_[mun]?s\b|[^\w]|$)|t_?(gps|can|utc)(?=_[mun]?s\b|$))(?![a-z])",
     re.IGNORECASE,

@@ -75,6 +75,8 @@ _UNIT_BEHIND = r"[ *x·]{0,3}((?:[^\W\d_⁰¹²³⁴-⁹]|[%°]).*)"
 _RAW = re.compile(rf"\s*(\d{{0,3}}\.\d{{1,12}}){_UNIT_BEHIND}", re.DOTALL)
 _GAIN = re.compile(rf"\s*(\d{{1,6}}(?:\.\d{{1,12}})?|\.\d{{1,12}}){_UNIT_BEHIND}", re.DOTALL)  # in a description
 
+_CASE_MATTERS = frozenset(("kN",))  # not the knot
+
 _KINDS = {
     "m": "length",
     "m^2": "area",
@@ -149,6 +151,7 @@ def _read_scale(unit: str, si_unit: str) -> tuple[float, float]:
         raise UnitError(f"'{unit[:40]}' {wrong}")
     # "kgm2" is a defined name, "m/s2" is not; loggers write RPM, KM/H and MPH, which are units in lower case.
     spellings = dict.fromkeys((text, unit_grammar.written_powers(text), unit_grammar.written_powers(text).lower()))
+    spellings = {s: None for s in spellings if s == text or text not in _CASE_MATTERS}
     is_unit = False  # of another dimension: "N" is one, "n" is not
     for spelling in spellings:
         try:

@@ -12,11 +12,11 @@ from vdyn_cli.quantities.arrays import Array
 _WORDS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), "s"),
     **dict.fromkeys(("minute", "minutes"), "min"),
-    **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("itow", "ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), "ms"),
     **dict.fromkeys(("us", "usec", "usecs", "micros", "microsecond", "microseconds"), "us"),
     **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanosecond", "nanoseconds"), "ns"),
 }
-_BREAK = re.compile(r"[\W_]+|(?<=[a-z])(?=[A-Z])")
+_BREAK = re.compile(r"[\W_]+|(?<=[a-z]{2})(?=[A-Z])")  # TimeUS, but not iTOW, ms of the GPS week
 
 
 def unit_of_name(name: str) -> str:

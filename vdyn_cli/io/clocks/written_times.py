@@ -20,15 +20,18 @@ _LONGEST_DAY = 30 * _DAY  # s since midnight; a later time counts from 1970
 _CHUNK = 100_000
 _LONGEST_STEP = 1.0  # s; a clock in s with longer steps may skip 60 to 99
 _MOST_STEPS = 5.0  # median steps, largest step at a full minute or hour
-_ZONE = r"\s*(?:Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
+_PLACE = r"[A-Z][A-Za-z]+(?:/[A-Z][A-Za-z_]+)+"  # Europe/Berlin
+# Z, CEST, UTC+2, +02:00, +02:00[Europe/Berlin]
+_ZONE = rf"\s*(?:Z|(?:[A-Z]{{3,5}})?(?:[+-]\d{{1,2}}(?::?\d{{2}})?)?(?:\[{_PLACE}\])?|{_PLACE})"
+_BLANK = r"(?:\s|\u202f|\xe2\x80\xaf)*"  # also the narrow blank before AM and PM, as cells in Latin-1 show it
 _DATE = (
     r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][^\d\s:;,-]{3,12}[- ]\d{2,4}|\d+ days?"
 )
 # Without seconds only after a date or before AM or PM: 10:23 alone may be minutes and seconds.
 _INSTANT = re.compile(
-    rf"(?:({_DATE})[ T]+)?"
-    r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?)|(?=\s*[AaPp][Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
-    r"\s*([AaPp][Mm])?" + _ZONE
+    rf"(?:({_DATE})(?:,?[ T]+|[-_]))?"
+    r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?)|(?=\s*[AaPp]\.?\s?[Mm])|(?<=[ T]\d:\d{2})|(?<=[ T]\d{2}:\d{2}))"
+    rf"{_BLANK}([AaPp]\.?\s?[Mm]\.?)?" + _ZONE
 )
 # Tue Mar 04 09:12:05 GMT+01:00 2025, as programs in Java and C write it
 _YEAR_LAST = re.compile(
@@ -43,7 +46,7 @@ _MONTHS = {
 }
 # 20260501T102311.5, 2026_05_01_10_23_11_500
 _COMPACT = re.compile(
-    r"(\d{4})[_-]?([01]\d)[_-]?([0-3]\d)[ T_-]([0-2]\d)[_-]?([0-5]\d)[_-]?([0-6]\d)(?:[.,_-](\d+))?" + _ZONE
+    r"(\d{4})[_-]?([01]\d)[_-]?([0-3]\d)[ T_-]([0-2]\d)[_:-]?([0-5]\d)[_:-]?([0-6]\d)(?:[.,_-](\d+))?" + _ZONE
 )
 _MINUTES = re.compile(r"(\d{1,4}):([0-5]?\d[.,]\d+)")  # minutes and fractional seconds; hours:minutes has no fraction
 _START = re.compile(r"begin|(?<![a-z])(start|recorded|d.{1,2}but|inicio|inizio)", re.IGNORECASE)
@@ -100,7 +103,7 @@ def written_seconds(cells: NDArray[np.object_]) -> Array:
     parts = text.str.extract(f"^{_INSTANT.pattern}$")
     hours, minutes = (pd.to_numeric(parts[i], errors="coerce").to_numpy(float) for i in (1, 2))
     seconds = pd.to_numeric(parts[3].str.replace("[,:]", ".", regex=True), errors="coerce").fillna(0.0).to_numpy(float)
-    half = parts[4].str.lower()
+    half = parts[4].str.lower().str.replace(r"[\s.]", "", regex=True)
     hours = np.where(half.notna(), hours % 12 + 12 * (half == "pm"), hours)
     counted: Array = _days(parts[0]) * _DAY + 3600.0 * hours + 60.0 * minutes + seconds
     if np.isnan(counted).any():

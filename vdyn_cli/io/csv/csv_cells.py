@@ -27,6 +27,10 @@ _GROUPED = {
     ".": re.compile(r"[+-]?\d{1,3}(,\d{3})+\.\d*"),  # 1,234.5
     ",": re.compile(r"[+-]?\d{1,3}(\.\d{3})+,\d*"),  # 1.234,5
 }
+_WHOLE_GROUPS = {  # in a file with the other mark as the decimal one: 12,345
+    ".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+"),
+    ",": re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+"),
+}
 _BEFORE_UNIT = re.compile(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\W\d_][^\s,;]*|[%°][^\s,;]*)")
 _SIGN_APART = re.compile(r"(?<=^[+-])\s+")  # + 0.51, as strip-chart recorders write it
 _TRUTH = {"true": 1.0, "false": 0.0}
@@ -64,16 +68,22 @@ def decimal_mark(text: str) -> str:
     return "." if match["dot"] else "," if match["comma"] else ""
 
 
+def may_be_thousands(text: str) -> bool:
+    """Whether the commas of a number may be thousands separators of a whole number: ``1,234`` is 1234 or 1.234."""
+    return len(text) <= LONGEST_NUMBER and _WHOLE_GROUPS["."].fullmatch(text.strip()) is not None
+
+
 def number_of(text: str, decimal: str) -> tuple[float | None, bool]:
     """The number in a cell (None if it is not one) with the mark ``decimal``, and whether it had thousands separators.
-    True and false are 1 and 0. Thousands separators are accepted only in a number with both marks: ``1.234`` is
-    ambiguous.
+    True and false are 1 and 0. A whole number with thousands separators, ``1,234``, is one only if other numbers show
+    the mark; without a ``decimal`` (empty: a point is the mark) it is ambiguous and no number.
     """
+    shown, decimal = bool(decimal), decimal or "."
     text = _SIGN_APART.sub("", text.strip())
     if len(text) > LONGEST_NUMBER:
         return None, False
     separator = "," if decimal == "." else "."
-    grouped = _GROUPED[decimal].fullmatch(text) is not None
+    grouped = any(form[decimal].fullmatch(text) for form in (_GROUPED, *([_WHOLE_GROUPS] if shown else [])))
     if grouped:
         text = text.replace(separator, "")
     if separator in text or "_" in text:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from vdyn_cli.io.clocks.written_times import is_instant, stated_start
-from vdyn_cli.io.csv.csv_cells import decimal_mark, is_written, tidy
+from vdyn_cli.io.csv.csv_cells import decimal_mark, is_written, may_be_thousands, tidy
 from vdyn_cli.io.csv.csv_table import (
     EXAMINED_ROWS,
     CsvRow,
@@ -207,7 +207,8 @@ def _decimal(table: CsvTable) -> str:
     for record in table.numbers[:EXAMINED_ROWS]:
         for i in table.mapped or range(len(record.fields)):
             if i < len(record.fields):
-                counts[decimal_mark(record.fields[i])] += 1
+                ambiguous = table.delimiter == "," and may_be_thousands(record.fields[i])
+                counts["" if ambiguous else decimal_mark(record.fields[i])] += 1
     if not counts["."] and not counts[","]:
         return ""
     return "," if counts[","] > counts["."] else "."

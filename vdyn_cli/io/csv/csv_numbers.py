@@ -198,7 +198,7 @@ def _parse(
     with_units = _frame(text, layout, measured, np.object_, where) if measured else {}
     for position, cells in with_units.items():
         bare = np.array([_without_unit(cell, layout.behind[position]) for cell in cells], dtype=object)
-        columns[position], wrong, n = _converted(bare, layout.decimal or ".")
+        columns[position], wrong, n = _converted(bare, layout.decimal)
         bad += [BadCell(i, position, _shown(cells[i], encoding)) for i in wrong]
         grouped += n
     beside = [layout.milliseconds[p] for p in times if p in layout.milliseconds]
@@ -207,7 +207,7 @@ def _parse(
         cells = written[position]
         columns[position] = written_seconds(cells)
         if position in layout.milliseconds:
-            milliseconds = _converted(written[layout.milliseconds[position]], layout.decimal or ".")[0]
+            milliseconds = _converted(written[layout.milliseconds[position]], layout.decimal)[0]
             columns[position] = columns[position] + 1e-3 * milliseconds
         unread = np.flatnonzero(np.isnan(columns[position]))
         bad += [BadCell(int(i), position, _shown(cells[i], encoding)) for i in unread if _holds(cells[i])]
@@ -221,7 +221,7 @@ def _parse(
         pass
     found = _frame(text, layout, [*numbers, extra], np.object_, where)
     for position in numbers:
-        columns[position], wrong, n = _converted(found[position], layout.decimal or ".")
+        columns[position], wrong, n = _converted(found[position], layout.decimal)
         bad += [BadCell(i, position, _shown(found[position][i], encoding)) for i in wrong]
         grouped += n
     bad += [BadCell(i, -1, _shown(c, encoding)) for i, c in enumerate(found[extra]) if _holds(c)]

@@ -120,8 +120,8 @@ class CsvReader:
         """The mapped columns in the file's units; see ``vdyn_cli.io.reader.Reader``.
 
         Rows without any value and a summary below the data are left out. A decimal comma is recognized. Thousands
-        separators are removed from numbers with both marks, ``1.234,5`` or ``1,234.5``, and reported. Units in headers
-        and units rows are compared with those of the mapping.
+        separators are removed and reported where the decimal mark is certain: from ``1.234,5`` or ``1,234.5``, and
+        from ``1,234`` beside numbers with a point. Units in headers and units rows are compared with the mapping's.
 
         Raises
         ------
@@ -234,7 +234,7 @@ def _read(
         raise_all(match.problems)
         positions = list(match.position.values())
         numbers = read_numbers(chain([first], source.blocks), layout, positions, source.encoding, name)
-    if not layout.decimal and has_decimal_commas(numbers):
+    if not layout.decimal and has_decimal_commas(numbers, layout.delimiter):
         return _read(path, columns, replace(options, decimal=","), name)
     return layout, numbers, match.position, [*layout.findings, *match.findings]
 

@@ -12,7 +12,7 @@ import numpy as np
 from vdyn_cli.io.clocks.appended_recordings import restarts
 from vdyn_cli.io.clocks.sample_times import lines_of
 from vdyn_cli.io.clocks.written_times import FORMS
-from vdyn_cli.io.csv.csv_cells import tidy
+from vdyn_cli.io.csv.csv_cells import may_be_thousands, tidy
 from vdyn_cli.io.csv.csv_layout import Layout
 from vdyn_cli.io.csv.csv_numbers import MOST_BAD, BadCell, Numbers
 from vdyn_cli.io.file_units import unit_text
@@ -131,9 +131,11 @@ def _named(text: str, name: str, unit: str) -> bool:
     return tidy(text) == name or bool(unit and unit_text(text) == unit)
 
 
-def has_decimal_commas(numbers: Numbers) -> bool:
-    """Whether some of the cells that are not numbers are numbers with a decimal comma."""
-    return any(_EITHER_MARK.fullmatch(c.text) and "," in c.text for c in numbers.bad)
+def has_decimal_commas(numbers: Numbers, delimiter: str) -> bool:
+    """Whether some of the cells that are not numbers are numbers with a decimal comma, which is ambiguous in a file
+    with commas between the cells where it may separate thousands."""
+    commas = (c.text for c in numbers.bad if _EITHER_MARK.fullmatch(c.text) and "," in c.text)
+    return any(not (delimiter == "," and may_be_thousands(text)) for text in commas)
 
 
 def _blank_rows(numbers: Numbers, bad_rows: Rows) -> Mask:
@@ -186,5 +188,8 @@ def _remedy(channel: str, text: str, header: str, layout: Layout, recordings: in
         return f"export the time as {FORMS}"
     if _EITHER_MARK.fullmatch(text):
         mark = "," if (layout.decimal or ".") == "." else "."
+        if may_be_thousands(text) and not layout.decimal:
+            remedy = "export whole numbers without thousands separators; if the comma is the decimal mark"
+            return f"{remedy}, add 'reading: {{decimal: \",\"}}'"
         return f"if all numbers have this format, add 'reading: {{decimal: \"{mark}\"}}'"
     return "correct or remove these cells; an empty cell means no value"

@@ -78,7 +78,7 @@ class _JsonTables:
 def _number(cell: object) -> float:
     if isinstance(cell, (bool, int, float)):
         return float(cell)
-    value = number_of(cell, ".")[0] if isinstance(cell, str) else None
+    value = number_of(cell, "")[0] if isinstance(cell, str) else None
     return np.nan if value is None else value
 
 

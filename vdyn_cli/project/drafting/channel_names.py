@@ -14,6 +14,7 @@ _SPELLINGS = {
     "accel": "acceleration accelerometer acc beschleunigung beschl specificforce aceleracion aceleracao accelerazione "
     "versnelling przyspieszenie",
     "long": "longitudinal lon inline forward laengs längs longitudinale",
+    **{"ax": "accx", "ay": "accy", "az": "accz"},  # of Bosch loggers
     "vert": "vertical vertikal verticale",
     "lat": "lateral quer laterale transversale transversal",
     "drive": "antrieb antriebs",
@@ -27,7 +28,7 @@ _SPELLINGS = {
     "angle": "winkel angulo angolo",
     "wheel": "whl rad roue rueda ruota roda",
     "elevation": "altitude alt height elev höhe hoehe altitud altitudine",
-    "position": "distance dist pos odometer weg strecke distancia distanza",
+    "position": "distance dist xdist pos odometer weg strecke distancia distanza",
     "n": "rotation rpm drehzahl varvtal regime giri rotacao",
     "grade": "slope incline gradient steigung pente pendiente pendenza",
     "wind": "viento vento",

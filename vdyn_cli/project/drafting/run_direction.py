@@ -12,7 +12,7 @@ from vdyn_cli.io.channel_survey import ChannelFacts
 from vdyn_cli.io.file_units import words_and_unit
 from vdyn_cli.quantities.quantity import UnitError, to_si
 
-_DEVICE = r"(?:(?:gps|gnss|ins|true|position)[ _.]*)*"
+_DEVICE = r"(?:\S*/)?(?:(?:gps|gnss|ins|true|position)[ _.]*)*"
 _IN_DEGREES = r"(?:[ _.]*deg(?:ree)?s?)?"  # LatitudeDegrees
 _NO_MOTION = r"(?![a-z])(?![ _.]*(?:acc|g\b|vel|speed|rate|force|offset|error|std))"
 _HEADING = re.compile(f"{_DEVICE}(?:heading|hdg|course|cog|bearing|kurs|track angle){_NO_MOTION}", re.IGNORECASE)
@@ -35,7 +35,9 @@ _WITHIN = 30.0  # degrees about one direction, or the opposite one, for all runs
 _SHORTEST_WAY = 100.0  # m between the ends of a run, below which positions give no direction
 _TRACK = 50_000.0  # m between the ends of a run, above which two columns are not positions
 METERS_PER_DEGREE = 111_200.0  # m per degree of latitude
-_MOST_MINUTES = 180.0 * 60.0  # of arc, which VBOX writes; FIT files write semicircles, 2^31 to 180 degrees
+_MOST_MINUTES = 180.0 * 60.0  # of arc, which VBOX writes
+_SEMICIRCLE = 180.0 / 2.0**31  # degrees, of FIT files, whose columns are position_lat and position_long
+_SCALED = 1e-7  # degrees, of u-blox receivers, MAVLink and PX4
 
 
 @dataclass(frozen=True)
@@ -62,14 +64,18 @@ def shows_direction(name: str) -> bool:
 
 
 def place_columns(facts: Sequence[ChannelFacts]) -> PlaceColumns | None:
-    """The columns of latitude and longitude by their names, in degrees, minutes or semicircles by their values."""
+    """The columns of latitude and longitude by their names; by their values in degrees or minutes, else, by name and
+    unit, in semicircles or 1e-7 degrees."""
     north, east = _named(_LATITUDE, facts), _named(_LONGITUDE, facts)
     if north is None or east is None:
         return None
     most = max(abs(x) for f in (north, east) for x in (f.lowest, f.highest))
     if most <= 180.0 and max(abs(north.lowest), abs(north.highest)) <= 90.0:
         return PlaceColumns(north, east, 1.0)
-    return PlaceColumns(north, east, 1.0 / 60.0 if most <= _MOST_MINUTES else 180.0 / 2.0**31)
+    if most <= _MOST_MINUTES:
+        return PlaceColumns(north, east, 1.0 / 60.0)
+    of_fit = "position" in north.column.lower() or "semicircle" in north.info.unit.lower()
+    return PlaceColumns(north, east, _SEMICIRCLE if of_fit else _SCALED)
 
 
 def logged_directions(logs: Sequence[Sequence[ChannelFacts]]) -> tuple[LoggedDirection, ...]:

@@ -26,7 +26,7 @@ _FEWEST = 8  # windows of the faster half
 _SHORTEST = 30.0  # m, median way of a window, below which noise of the places decides
 _NEAR = 0.06  # relative difference from a unit's factor: mph and knots, the closest two, differ by 15 %
 _SCATTER = 0.1  # relative median deviation of the windows, above which the columns are not of one motion
-_SPEEDS = ("m/s", "km/h", "mph", "kn")
+_SPEEDS = ("m/s", "km/h", "mph", "kn", "cm/s", "mm/s")
 _DISTANCES = ("m", "km", "mile", "ft")
 
 
