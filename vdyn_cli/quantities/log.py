@@ -52,6 +52,7 @@ class Log:
         channels replaced since. Of a part of a log, those of the whole log.
     begin : zero of a clock recorded as times of day: s since 1970, or since midnight if no date is stated; NaN for
         other clocks.
+    clock_std : by channel of another logger, standard error of its clock's estimated delay over this run, s.
     held : by channel whose values the logger held for several rows, the time of one row, s: a value may have been
         sampled anywhere in the row before it appears.
 
@@ -73,6 +74,7 @@ class Log:
     source: LogSource | None = None
     samples: Mapping[str, Samples] = field(default_factory=dict)
     begin: float = math.nan
+    clock_std: Mapping[str, float] = field(default_factory=dict)
     held: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -99,6 +99,8 @@ class Step:
     run_keys : which of a run's direction, start, temperature and wind it reads; None: any of them.
     scaled : channels that may be computed from another one, times constants of the vehicle.
     any_gain : factors by which channels may exceed their physical range, because the diagnosis finds their gain.
+    fits_clocks : channels whose clocks' delay its fit estimates within the standard error (``Log.clock_std``), so that
+        the intervals contain that already.
     longest_step : s, typical step of a log's clock above which it is refused; None: as for any log.
     rate : (spec) -> Hz, to which logs that are sampled at least twice as fast are averaged, because the model has no
         faster dynamics; None: as sampled.
@@ -128,6 +130,7 @@ class Step:
     run_keys: tuple[str, ...] | None = None
     scaled: tuple[ScaledChannel, ...] = ()
     any_gain: Mapping[str, float] = field(default_factory=dict, compare=False)
+    fits_clocks: tuple[str, ...] = ()
     longest_step: float | None = None
     rate: Callable[[Any], float | None] = lambda spec: None
     track_check: Callable[[Any, tuple[Log, ...], Any, Parameters, tuple[int, ...]], TrackCheck] | None = None

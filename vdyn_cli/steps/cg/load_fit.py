@@ -9,6 +9,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
@@ -75,6 +76,7 @@ class LoadFit:
     carried : for each run, the load of both axles; None where that or the speed is not logged.
     load_zero : standard deviation of the zero of one wheel's load, N.
     pitch_inertia : kg m^2, held at this value where the runs do not determine it.
+    clocks : the delay of each run's loggers relative to each other, where it is estimated (``run_clocks``).
     added : corrections of the balance.
     """
 
@@ -82,6 +84,7 @@ class LoadFit:
     known: Mapping[str, float]
     load_zero: float
     nuisances: Mapping[str, tuple[float, float]]
+    clocks: AddedEffects = NO_EFFECTS
     added: AddedEffects = NO_EFFECTS
     speeds: tuple[SpeedChange | None, ...] = ()
     carried: tuple[CarriedWeight | None, ...] = ()
@@ -115,7 +118,13 @@ class LoadFit:
             *(gain if any(self.carried) else ()),
             *self.added.unknowns,
             *(Unknown(n, 0.0, prior=(0.0, std), per_run=True, nuisance=True) for n in zeros),
+            *self.clocks.unknowns,
         )
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Of the loggers' clocks, and those that are added."""
+        return *self.clocks.effects, *self.added.effects
 
     @property
     def both_axles(self) -> bool:
@@ -135,7 +144,7 @@ class LoadFit:
         names = tuple(dict.fromkeys([*(u.name for u in self.unknowns), *zeros]))
 
         def of(*outputs: str) -> Simulator:
-            return Simulator(replace(self.model, outputs=outputs), values, names, self.added.effects)
+            return Simulator(replace(self.model, outputs=outputs), values, names, self.effects)
 
         if self.both_axles:
             return of(*MOMENTS, UNIT), of(*MOMENTS[:2]), of(SPEED_RATE, CARRIED)
@@ -221,7 +230,7 @@ class LoadFit:
         bias), and smoothed, because their noise only adds scatter.
         """
         noisy = self._noisy_balances(at)
-        noise = self._heave_of(noisy, at) if heave is None else heave
+        noise = _heave_of(self, noisy, at) if heave is None else heave
         lever = self.known["antenna_height"] - float(at[0])  # the height comes first
         driven = driven_responses(self.runs, lever) if noise.size else [NO_RESPONSES] * len(self.runs)
         whitened_runs = [
@@ -229,8 +238,9 @@ class LoadFit:
             for k, (one, responses) in enumerate(zip(noisy, driven, strict=True))
         ]
         rows = BalanceRows(self, at, tuple(whitened_runs), noise)
-        regression = Regression(self.unknowns, tuple(w.run for w in self.runs), rows)
-        started = regression.started(at if start is None else start)
+        started = Regression(self.unknowns, tuple(w.run for w in self.runs), rows).started(
+            at if start is None else start
+        )
         neutral = {n: e.nominal.get(n, 0.0) for e in self.added.effects for n in e.unknowns}
         absent = all(u.start == neutral.get(u.name, u.start) for u in started.shared)
         return replace(started, narrow=partial(_narrowed, started)) if absent else started
@@ -240,21 +250,13 @@ class LoadFit:
 
         Through the body's heave; with rear loads through the axles, and (0,) on a smooth road.
         """
-        return self._heave_of(self._noisy_balances(at), at)
-
-    def _heave_of(self, noisy: Sequence[NoisyBalance], at: Array) -> Array:
-        """``heave_noise`` from the balances at ``at``."""
-        balances, bands = [one.imbalance for one in noisy], [one.imbalance_band() for one in noisy]
-        if self.both_axles:
-            ways = without_driven(self.runs, balances, self.known["antenna_height"] - float(at[0]))
-            return uneven_road(ways, bands, WINDOW, self.known["mass"])
-        return heave_autocovariance(balances, bands, WINDOW)
+        return _heave_of(self, self._noisy_balances(at), at)
 
     def mean_imbalances(self, solution: Solution) -> list[tuple[Array, Array]]:
         """Of each run, the windows' mean imbalance as front axle load (k,), N, and its standard deviation, (k,) N."""
         at = self.unknowns_at(solution)
         noisy = self._noisy_balances(at)
-        heave = self._heave_of(noisy, at)
+        heave = _heave_of(self, noisy, at)
         return [(one.imbalance, np.sqrt(one.imbalance_band(heave)[0])) for one in noisy]
 
     def _noisy_balances(self, at: Array) -> list[NoisyBalance]:
@@ -309,6 +311,15 @@ class LoadFit:
         return balance / unit, np.column_stack([slopes, per_rate]) / unit
 
 
+def _heave_of(fit: LoadFit, noisy: Sequence[NoisyBalance], at: Array) -> Array:
+    """``LoadFit.heave_noise`` from the balances of all runs at ``at``."""
+    balances, bands = [one.imbalance for one in noisy], [one.imbalance_band() for one in noisy]
+    if fit.both_axles:
+        ways = without_driven(fit.runs, balances, fit.known["antenna_height"] - float(at[0]))
+        return uneven_road(ways, bands, WINDOW, fit.known["mass"])
+    return heave_autocovariance(balances, bands, WINDOW)
+
+
 def _narrowed(whole: Regression, names: Sequence[str]) -> Callable[[int, Array], Rows]:
     """Rows of a regression for these shared unknowns, without the effects of the others (``Regression.narrow``)."""
     rows = whole.rows
@@ -356,7 +367,7 @@ def _delays(fit: LoadFit, theta: Array) -> dict[str, float]:
 def _delay(fit: LoadFit, clock_law: str, values: Mapping[str, float]) -> float:
     """The time shift of a moment's clock with the effects of the fit, s."""
     clock: Law = attrgetter("value")
-    for effect in fit.added.effects:
+    for effect in fit.effects:
         if (law := effect.laws.get(clock_law)) is not None:
             own = {n: values.get(n, effect.nominal.get(n, 0.0)) for n in effect.unknowns}
             clock = _corrected(law, clock, Signals(**own))

@@ -30,6 +30,7 @@ from vdyn_cli.steps.cg.logged_speed import gps_zero, read_gravity, speed_change
 from vdyn_cli.steps.cg.parts import balance_parts
 from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.result import cg_result
+from vdyn_cli.steps.cg.run_clocks import run_clocks
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.cg.unmeasured_heave import NO_HEAVE
 from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
@@ -247,7 +248,7 @@ def prepare(spec: CgSpec, logs: Sequence[Log], known: Parameters) -> CgProblem:
     findings += [SPEED_INTEGRATED] if not all("speed" in log for log in ready) else []
     findings += [f for log in logs for f in log.findings]
     fit = _with_plausible_tires(
-        LoadFit(runs, vehicle.values, load_zero, vehicle.nuisances, speeds=speeds, carried=carried)
+        LoadFit(runs, vehicle.values, load_zero, vehicle.nuisances, run_clocks(logs), speeds=speeds, carried=carried)
     )
     return _holding_inertia(CgProblem(tuple(logs), vehicle, fit, tuple(findings)))
 

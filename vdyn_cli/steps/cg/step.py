@@ -5,6 +5,7 @@ from __future__ import annotations
 from vdyn_cli.steps.cg.planned_logs import PLANNED
 from vdyn_cli.steps.cg.policy import CG_POLICY
 from vdyn_cli.steps.cg.problem import prepare
+from vdyn_cli.steps.cg.run_clocks import CLOCKED
 from vdyn_cli.steps.cg.spec import CgSpec
 from vdyn_cli.steps.step_definition import Diagnosable, Step
 from vdyn_cli.steps.step_policy import STEP_POLICY
@@ -31,6 +32,7 @@ STEP = Step(
         "brake_share_front",
         "wheels",
     ),
+    fits_clocks=CLOCKED,
     longest_step=STEP_POLICY.sparse_samples,
     run_keys=("direction",),
     prepare=prepare,
