@@ -183,6 +183,7 @@ SPUN: Mapping[str, float] = {
     "bearing_drag": 0.1,
     "hub_torque_gain": 0.01,
     "hub_torque_offset": 3.0,
+    "hub_torque_crosstalk": 2e-3,
     "torque_zero_drift": 0.2,
     "clock_offset": 0.002,
     "hub_torque_delay": 0.005,

@@ -38,6 +38,7 @@ EFFECTS = {
     "bearing_drag": "N m s/rad",
     "hub_torque_gain": "1: the torque channel reads (1 + q) times the torque",
     "hub_torque_offset": "N m on the torque channel",
+    "hub_torque_crosstalk": "N m on the torque channel per N of the vertical force at the hub",
     "torque_zero_drift": "N m/s by which the torque channel drifts from the start of each run",
     "clock_offset": "s by which torque and forces are read late",
     "hub_torque_delay": "s by which the torque alone is read late",
@@ -132,6 +133,7 @@ def noise_free(vehicle: Vehicle, drive: Drive, effects: Mapping[str, float] | No
     torque += effects.get("brake_drag_fading", 0.0) * np.exp(-(clock - drive.times[0]) / 15.0)
     torque += effects.get("drag_bump", 0.0) * np.exp(-0.5 * ((turning - 45.0) / 3.0) ** 2)
     torque = torque * (1.0 + effects.get("hub_torque_gain", 0.0)) + effects.get("hub_torque_offset", 0.0)
+    torque += effects.get("hub_torque_crosstalk", 0.0) * (load - heavy * GRAVITY)
     torque += effects.get("torque_zero_drift", 0.0) * (clock - drive.times[0])
     if lag := effects.get("hub_torque_lag", 0.0):
         torque = _filtered(torque, lag)

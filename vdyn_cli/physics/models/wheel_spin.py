@@ -29,12 +29,13 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     pads = e(brake, brake_force=0.0, speed=rim, sense=turned(rim), share=1.0, run_time=run_time)
     rubbing = pads * p.wheel_radius
     acceleration = e("acceleration", value=u.acceleration)
-    torque = e("hub_torque", value=u.hub_torque, run_time=run_time) - p.hub_torque_zero
+    load = e("hub_force_z", value=u.hub_force_z)
+    torque = e("hub_torque", value=u.hub_torque, run_time=run_time, vertical_force=load) - p.hub_torque_zero
     turning = e(
         wheel_spin,
         hub_torque=torque,
         hub_force_x=e("hub_force_x", value=u.hub_force_x),
-        hub_force_z=e("hub_force_z", value=u.hub_force_z),
+        hub_force_z=load,
         acceleration=acceleration,
         bearing_torque=e(bearing, bearing_torque=0.0, wheel_speed=speed) + rubbing,
         wheel_mass=p.wheel_mass,
