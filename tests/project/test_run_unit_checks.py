@@ -36,6 +36,16 @@ def test_a_run_in_another_unit_is_named_with_both_units() -> None:
     assert not list(other_units([*coasts(1.0, 1.0, 1.0), late]))
 
 
+@pytest.mark.parametrize(("in_other_unit", "reported"), [(False, 0), (True, 1)])
+def test_an_acceleration_shows_whether_a_slow_run_has_another_unit(in_other_unit: bool, reported: int) -> None:
+    time, logs = np.arange(0.0, 30.0, 0.1), []
+    for k, factor in enumerate((1.0, 1.05, 1 / 1.609344, 0.97)):
+        rate = 4.0 * np.sin(0.5 * time) * (1.0 if in_other_unit and k == 2 else factor)
+        speed = factor * (5.0 + 8.0 * (1.0 - np.cos(0.5 * time)))
+        logs.append(Log(f"run_{k}.csv", time, {"speed": speed, "acceleration": rate}))
+    assert len(list(other_units(logs))) == reported
+
+
 @pytest.mark.parametrize(
     ("text", "one_of_two", "every"),
     [

@@ -26,7 +26,8 @@ NEAR = 0.04  # relative distance from a factor; factors differ by 1.6 and more
 FEWEST_OTHERS = 3  # other runs
 # Channels that measure the same motion with another sensor.
 SPEED_CHANNELS = ("wheel_speed", *WHEEL_SPEEDS, "position")
-DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current")  # these change the speed
+# These change the speed, or are its rate.
+DRIVES = ("drive_torque", "drive_torque_left", "drive_force", "motor_current", "acceleration")
 BIN = 1.0  # s over which rates of the speed and drives are averaged: below, a quantized speed gives no rate
 
 
