@@ -232,6 +232,8 @@ def test_logs_without_a_clock_are_drafted_with_an_open_rate(tmp_path: Path) -> N
     assert description["reading"] == {"rate": "?"}
     assert "time" not in description["channels"]
     assert "rate" in found.undecided
+    counted = table(tmp_path / "tick.csv", **{"Tick_10ms": np.arange(600.0), "SR_%": 9 * WAVE, "FX_N": 900 * WAVE})
+    assert "if 'Tick [10ms]', which increases, is the time" in draft("tire", counted)[0].text
     assert found.mapped == ("force_x", "force_z", "slip")
 
 

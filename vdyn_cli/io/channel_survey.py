@@ -185,7 +185,7 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named is None:
         texts = ", ".join(f"'{f.column}'" for f in facts if f.state == "text")
         remedy = f"if the text of {texts} is the time, export it as {FORMS}" if texts else "export it with its time"
-        if other := _increasing(facts):
+        if other := remedy_of_increasing(facts):
             remedy = f"{other}; {remedy}"
         remedy += "; if its rate is fixed, describe it without 'time', but with its rate, as in 'reading: {rate: 1 Hz}'"
         if facts and max(f.samples for f in facts) <= MOST_LEVELS:
@@ -198,7 +198,7 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     if named.decreases is not None:
         count, before, behind = named.decreases
         what += f": {before:.10g} is followed by {behind:.10g}" + (f", and {count - 1} more" if count > 1 else "")
-    if other := _increasing(facts):
+    if other := remedy_of_increasing(facts):
         return what, f"{other}; or correct the header if it exchanges two names"
     if facts[-1].state == "empty":
         return what, f"the last column, '{facts[-1].column}', is empty: if the header has a name too many, remove it"
@@ -206,7 +206,7 @@ def without_clock(facts: Sequence[ChannelFacts]) -> tuple[str, str]:
     return what, remedy
 
 
-def _increasing(facts: Sequence[ChannelFacts]) -> str:
+def remedy_of_increasing(facts: Sequence[ChannelFacts]) -> str:
     """The remedy that maps the only column that increases as the time; empty if there is none, or several."""
     found = [f.column for f in facts if f.state == "varies" and f.info.rate != f.info.rate and f.decreases is None]
     return (

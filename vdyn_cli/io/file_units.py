@@ -42,6 +42,7 @@ _IN_WORDS = (
     (re.compile(r"met(er|re)s?[ _]?per[ _]?s(ec(ond)?)?$", re.IGNORECASE), "mps"),
     (re.compile(r"miles?[ _]?per[ _]?h(ou)?r?$", re.IGNORECASE), "mph"),
 )
+_NUMBER = re.compile(r"\d[\d.]*\s*(?=[^\W\d])")  # before a unit: of Tick[10ms], ms is not the unit
 # German compounds are split; others, such as Winkelgeschwindigkeit, name other quantities.
 _COMPOUND = re.compile(
     r"(?<![a-zäöü])(fahrzeug|fahr|laengs|längs|quer|vertikal|rad|motor|wind|antriebs|brems|weg)"
@@ -97,7 +98,7 @@ def words_and_unit(name: str) -> tuple[tuple[str, ...], str]:
     """The words of a name in lower case, and the unit stated by its last word, which is not among them; or empty."""
     plain = re.sub(
         r"[\[({]([^\[\](){}]*)[\])}]",
-        lambda bracket: " " if is_unit(unit_text(bracket[1])) else f" {bracket[1]} ",
+        lambda bracket: " " if is_unit(_NUMBER.sub("", unit_text(bracket[1]))) else f" {bracket[1]} ",
         name,
     )
     plain = re.sub(r"#\d+\s*$", "", plain).strip()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vdyn_cli.io.channel_survey import ChannelFacts
+from vdyn_cli.io.channel_survey import ChannelFacts, remedy_of_increasing
 from vdyn_cli.io.clocks.tied_channels import ties
 from vdyn_cli.project.drafting.channel_guess import ChannelGuess, guess_channels
 from vdyn_cli.project.drafting.drafted_channels import (
@@ -134,7 +134,9 @@ def _reading(logs: Sequence[GuessedLog]) -> list[str]:
     """The line that states the rate of logs without a clock, or leaves out rows whose time does not increase; none if
     neither is needed."""
     if logs and logs[0].guesses["time"].facts is None:
-        return ['reading: {rate: "?"}        # the logs have no times: write the rate of their rows, such as 10 Hz']
+        line = 'reading: {rate: "?"}        # no clock by its name: write the rate of the rows, such as 10 Hz'
+        other = remedy_of_increasing(logs[0].facts)
+        return [line, *([f"# {other}, without 'reading'"] if other else [])]
     late = {log.path: facts.info.late for log in logs if (facts := log.guesses["time"].facts) is not None}
     rows = sum(late.values())
     return [f"reading: {{clock: drop}}    # {rows} rows have a time that steps back"] if rows else []
