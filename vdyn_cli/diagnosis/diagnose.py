@@ -126,8 +126,9 @@ def _with_free_form(
         judgment = judge(strategy, faults, limits)
     except (ResultError, ArithmeticError):
         return prepared, found
-    each = ([strategy.model.setup.candidates[e] for e in answer.effects] for answer in judgment.answers)
-    shown = any(publish_with(free, effects)[0] is not None for effects in each)
+    candidates = strategy.model.setup.candidates
+    each = (([candidates[e] for e in a.effects], strategy.relinearized(a.fitted).values) for a in judgment.answers)
+    shown = any(publish_with(free, effects, start)[0] is not None for effects, start in each)
     return (freed, PartJudgment(strategy, judgment)) if shown else (prepared, found)
 
 

@@ -19,9 +19,9 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import AddedEffects
 from vdyn_cli.steps.tire import problem
+from vdyn_cli.steps.tire.fitted_curve import fitted_curve
 from vdyn_cli.steps.tire.spec import TireSpec
 from vdyn_cli.steps.tire.step import STEP
-from vdyn_cli.steps.tire.tire_regression import fitted_curve
 
 SPEC = TireSpec(test="tire")
 

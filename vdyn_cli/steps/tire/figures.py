@@ -9,7 +9,7 @@ import numpy as np
 from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.result import Comparison, Figure, Series
 from vdyn_cli.steps.tire.binned_sweep import BinnedSweep
-from vdyn_cli.steps.tire.tire_regression import FittedCurve
+from vdyn_cli.steps.tire.fitted_curve import FittedCurve
 
 
 def comparisons(sweeps: Sequence[BinnedSweep], residuals: Sequence[Array]) -> tuple[Comparison, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -24,18 +24,12 @@ from vdyn_cli.steps.failure import UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
+from vdyn_cli.steps.tire.fitted_curve import CAR_TIRES, FittedCurve, fitted_curve
 from vdyn_cli.steps.tire.parts import tire_parts
 from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
-from vdyn_cli.steps.tire.tire_regression import (
-    CAR_TIRES,
-    FEW_TERMS,
-    FittedCurve,
-    TireCurveProblem,
-    departing,
-    fitted_curve,
-)
+from vdyn_cli.steps.tire.tire_regression import FEW_TERMS, TireCurveProblem, departing
 
 FREE_FORCE = 300.0  # N, plausible amplitude of a free profile: a tenth of the friction of a car's wheel
 HELD = 1e-4  # relative standard deviation of a shape factor that is stated without one
@@ -122,6 +116,17 @@ class TireProblem(SimulatedProblem):
         ------
         ResultError : the sweeps do not determine a curve; if all but one do, that sweep is named.
         """
+        key = (added.effects, *((u.name, u.start) for u in added.unknowns))
+        if key not in self._published:
+            self._published[key] = self._fitted(added)
+        return self._published[key]
+
+    @cached_property
+    def _published(self) -> dict[Hashable, Result]:
+        """The results so far: a diagnosis requests that with its answer more than once."""
+        return {}
+
+    def _fitted(self, added: AddedEffects) -> Result:
         if self.formula is not None:
             fits = (departing(self.formula, FEW_TERMS), self.formula, self.fit)
             curve, formula, finer = (fitted_curve(replace(fit, added=added)) for fit in fits)

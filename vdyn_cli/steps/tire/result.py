@@ -17,8 +17,9 @@ from vdyn_cli.quantities.result import Result
 from vdyn_cli.steps.effect_estimates import effect_amplitudes
 from vdyn_cli.steps.fit_outcome import fit_summary
 from vdyn_cli.steps.tire import figures, text
+from vdyn_cli.steps.tire.fitted_curve import FittedCurve
 from vdyn_cli.steps.tire.initial_slope import agreeing_with_data
-from vdyn_cli.steps.tire.tire_regression import ZERO, FittedCurve
+from vdyn_cli.steps.tire.tire_regression import ZERO
 
 STIFFNESS = "tire_longitudinal_stiffness"
 

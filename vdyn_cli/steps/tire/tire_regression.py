@@ -22,9 +22,8 @@ from vdyn_cli.physics.models.tire_curve import (
     SHIFTS,
     SLIP_CURVE,
     TIRE_CURVE,
-    peak_slip,
 )
-from vdyn_cli.quantities.arrays import Array, rms
+from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding, ResultError
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 from vdyn_cli.steps.contract import NO_VALUES
@@ -36,17 +35,12 @@ from vdyn_cli.steps.tire.policy import TIRE_POLICY
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4.0), "braking_D": (-0.8, 2.0)}
 RANGES |= {**dict.fromkeys(DEPARTURE, (-1.0, 1.0)), KEPT_SLOPE: (-5.0, 6.0)}
-# Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
-CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
-SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
-EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
 FREE_FORM = {*DEPARTURE, KEPT_SLOPE}
 FEW_TERMS = DEPARTURE[:3]  # with which these laws are followed within 0.2 %; more make the slope at zero uncertain
 ZERO = "force_zero"  # N, of the longitudinal force in one sweep
 NEAR_ZERO = 0.4  # share of the largest friction below which the curve is nearly straight
 NEAR_SLIP, SMALL = 5e-3, 1e-5  # slip at which the curve is steep, and the step of its differences
 STARTS = (1.3, 1.6, 1.9)  # start values of C: a wrong one can lead to a local minimum
-GRID = 300  # slips, on which the peak of a curve is searched
 NOT_REJECTED = 1.92  # of the cost, per mean square of the residuals: half of 3.84, chi-square's 95 % quantile
 PROJECTION_ROUNDS, SETTLED = 12, 1e-2  # onto the curve, until no unknown changes by more standard deviations
 
@@ -154,10 +148,11 @@ class TireCurveProblem:
         columns = [self._names.index(n) for n in names]
         sweeps = self.lagged(at)
         points = [self.points(sweep, at) for sweep in sweeps]
+        drives = [_drive(self.sweeps, sweep, near.slip) for sweep, near in zip(sweeps, points, strict=True)]
 
         def rows(run: int, theta: Array) -> Rows:
             sweep, near = sweeps[run], points[run]
-            curve = self._forces(sweep, near.slip, self._theta(dict(zip(names, theta, strict=False))))
+            curve = self._forces(drives[run], self._theta(dict(zip(names, theta, strict=False))))
             zero = theta[len(names) :]
             residual = curve.force + zero.sum() + near.slope * (sweep.slip - near.slip) + near.mean - sweep.force
             deviation = self.scale * near.deviation
@@ -186,7 +181,7 @@ class TireCurveProblem:
         theta = self._theta(values)
 
         def curve(slip: Array) -> tuple[Array, Array]:
-            at = self._forces(sweep, slip, theta)
+            at = self._forces(_drive(self.sweeps, sweep, slip), theta)
             return at.force, at.by_slip
 
         return nearest_points(sweep, curve)
@@ -249,22 +244,12 @@ class TireCurveProblem:
     def _theta(self, values: Mapping[str, float]) -> Array:
         return np.array([values.get(n, self.first_values[n]) for n in self._names])
 
-    def _forces(self, sweep: BinnedSweep, slip: Array, theta: Array) -> _CurveForces:
-        """The forces of the curve at the bins of a sweep with other slips (n,)."""
-        inputs: dict[str, ArrayLike] = {
-            "slip": slip,
-            "load": sweep.load,
-            "elapsed": sweep.time - sweep.time[0],
-            "swept": _swept(self.sweeps, sweep),
-            "returning": sweep.returning,
-            "slip_rate": sweep.slip_rate,
-        }
-        if sweep.speed is not None:
-            inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
-        simulated = self._simulator(Drive(sweep.time, inputs), theta)
+    def _forces(self, drive: Drive, theta: Array) -> _CurveForces:
+        """The forces of the curve along a drive."""
+        simulated = self._simulator(drive, theta)
         jacobian = simulated.sensitivities["force_x"]
         # Slip changes by 1 + s per relative radius error; that of a locked wheel does not depend on the radius.
-        rolling = np.maximum(1 + slip, 0.02)
+        rolling = np.maximum(1 + np.asarray(drive.inputs["slip"]), 0.02)
         by_slip = jacobian[:, self._names.index("radius_error")] / rolling
         return _CurveForces(simulated.outputs["force_x"], jacobian, by_slip)
 
@@ -318,6 +303,21 @@ def _first_extra(free: Sequence[str], slip: Array, friction: Array) -> dict[str,
     return found
 
 
+def _drive(sweeps: Sequence[BinnedSweep], sweep: BinnedSweep, slip: Array) -> Drive:
+    """The inputs of the curve at the bins of one of the sweeps with other slips (n,)."""
+    inputs: dict[str, ArrayLike] = {
+        "slip": slip,
+        "load": sweep.load,
+        "elapsed": sweep.time - sweep.time[0],
+        "swept": _swept(sweeps, sweep),
+        "returning": sweep.returning,
+        "slip_rate": sweep.slip_rate,
+    }
+    if sweep.speed is not None:
+        inputs |= {"speed": sweep.speed, "slip_gradient": sweep.slip_gradient}
+    return Drive(sweep.time, inputs)
+
+
 def _swept(sweeps: Sequence[BinnedSweep], now: BinnedSweep) -> Array:
     """Time swept on the day, s, at the bins of a sweep; 0 for a single sweep, whose own time is the same."""
     if len(sweeps) < 2:
@@ -331,67 +331,3 @@ def _slope(slip: Array, friction: Array) -> float:
     if friction.min() < 0.0 < friction.max():
         slip, friction = slip - slip.mean(), friction - friction.mean()
     return float(np.sum(friction * slip) / max(np.sum(slip**2), 1e-12))
-
-
-@dataclass(frozen=True)
-class FittedCurve:
-    """The fitted curve; ``peak`` is the slip of its peak, None where the sweeps do not determine it.
-
-    ``others`` are fits in other minima that the sweeps do not reject.
-    """
-
-    fit: TireCurveProblem
-    solution: Solution
-    peak: float | None
-    others: tuple[Solution, ...] = ()
-
-    @property
-    def largest_friction(self) -> float:
-        """The largest friction in driving without effects, up to the largest slip of the sweeps, at their mean load."""
-        values = {**self.solution.values, **dict.fromkeys(self.fit.added.names, 0.0)}
-        load = float(np.mean(np.concatenate([sweep.load for sweep in self.fit.sweeps])))
-        slip = np.linspace(0.0, self.fit.reach, GRID)
-        return float(np.max(self.fit.force(slip, load, values))) / load
-
-
-def fitted_curve(fit: TireCurveProblem) -> FittedCurve:
-    """The whole curve where the sweeps extend beyond its peak, else one with the shape of passenger car tires.
-
-    Fx = Fz D sin(C atan(B s - E (B s - atan(B s)))), least squares in Fx and in the slip s
-
-    Otherwise C = 1.6 +- 0.15 and E = 0 +- 0.6 are priors, and only the slope at zero slip, B C D, is determined. With
-    stated C and E the shape is known, so that a peak beyond the sweeps is published. Source: Pacejka, Tire and Vehicle
-    Dynamics, 3rd ed., 2012, section 4.3.1.
-
-    Parameters
-    ----------
-    fit : with the stated priors.
-
-    Raises
-    ------
-    ResultError : the sweeps do not determine the slope at zero slip.
-    """
-    try:
-        solution, *others = fit.minima()
-        peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
-        if peak < fit.reach or set(SHAPES) <= set(fit.prior):
-            return FittedCurve(fit, solution, peak, tuple(others))
-    except ResultError:
-        pass  # the shape beyond the slope is not determined
-    fit = replace(fit, prior={**CAR_TIRES, **fit.prior})
-    try:
-        return FittedCurve(fit, fit.minima()[0], None)
-    except ResultError:
-        fit = replace(fit, scale=_misfit(fit))
-        return FittedCurve(fit, fit.minima()[0], None)
-
-
-def _misfit(fit: TireCurveProblem) -> float:
-    """Ratio of residual to noise, at least 1, of the curve with shape factors fixed at the means of their priors.
-
-    Raises
-    ------
-    ResultError : the sweeps do not determine slope and height of that curve either.
-    """
-    exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
-    return max(rms(*replace(fit, prior={**fit.prior, **exact}).minima()[0].residuals), 1.0)

@@ -1,0 +1,83 @@
+"""The curve of a tire test: whole where the sweeps determine it, else only its slope at zero slip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vdyn_cli.inference import Solution
+from vdyn_cli.physics.models.tire_curve import peak_slip
+from vdyn_cli.quantities.arrays import rms
+from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.tire.tire_regression import TireCurveProblem
+
+# Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
+CAR_TIRES = {"tire_C": (1.6, 0.15), "tire_E": (0.0, 0.6)}
+SHAPES = ("tire_C", "tire_E")  # determine the curve beyond its steep part
+EXACT = 1e-3  # share of a prior's standard deviation that practically fixes the unknown
+GRID = 300  # slips, on which the peak of a curve is searched
+
+
+@dataclass(frozen=True)
+class FittedCurve:
+    """The fitted curve; ``peak`` is the slip of its peak, None where the sweeps do not determine it.
+
+    ``others`` are fits in other minima that the sweeps do not reject.
+    """
+
+    fit: TireCurveProblem
+    solution: Solution
+    peak: float | None
+    others: tuple[Solution, ...] = ()
+
+    @property
+    def largest_friction(self) -> float:
+        """The largest friction in driving without effects, up to the largest slip of the sweeps, at their mean load."""
+        values = {**self.solution.values, **dict.fromkeys(self.fit.added.names, 0.0)}
+        load = float(np.mean(np.concatenate([sweep.load for sweep in self.fit.sweeps])))
+        slip = np.linspace(0.0, self.fit.reach, GRID)
+        return float(np.max(self.fit.force(slip, load, values))) / load
+
+
+def fitted_curve(fit: TireCurveProblem) -> FittedCurve:
+    """The whole curve where the sweeps extend beyond its peak, else one with the shape of passenger car tires.
+
+    Fx = Fz D sin(C atan(B s - E (B s - atan(B s)))), least squares in Fx and in the slip s
+
+    Otherwise C = 1.6 +- 0.15 and E = 0 +- 0.6 are priors, and only the slope at zero slip, B C D, is determined. With
+    stated C and E the shape is known, so that a peak beyond the sweeps is published. Source: Pacejka, Tire and Vehicle
+    Dynamics, 3rd ed., 2012, section 4.3.1.
+
+    Parameters
+    ----------
+    fit : with the stated priors.
+
+    Raises
+    ------
+    ResultError : the sweeps do not determine the slope at zero slip.
+    """
+    try:
+        solution, *others = fit.minima()
+        peak = peak_slip(*(solution.values[n] for n in ("tire_B", "tire_C", "tire_E")))
+        if peak < fit.reach or set(SHAPES) <= set(fit.prior):
+            return FittedCurve(fit, solution, peak, tuple(others))
+    except ResultError:
+        pass  # the shape beyond the slope is not determined
+    fit = replace(fit, prior={**CAR_TIRES, **fit.prior})
+    try:
+        return FittedCurve(fit, fit.minima()[0], None)
+    except ResultError:
+        fit = replace(fit, scale=_misfit(fit))
+        return FittedCurve(fit, fit.minima()[0], None)
+
+
+def _misfit(fit: TireCurveProblem) -> float:
+    """Ratio of residual to noise, at least 1, of the curve with shape factors fixed at the means of their priors.
+
+    Raises
+    ------
+    ResultError : the sweeps do not determine slope and height of that curve either.
+    """
+    exact = {n: (mean, EXACT * std) for n, (mean, std) in fit.prior.items() if n in CAR_TIRES}
+    return max(rms(*replace(fit, prior={**fit.prior, **exact}).minima()[0].residuals), 1.0)
