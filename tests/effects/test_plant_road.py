@@ -151,6 +151,28 @@ def test_the_accelerometers_faults_read_as_in_the_plant():
     assert read[1:-1] == pytest.approx(run.record["Long Accel [m/s^2]"][1:-1], abs=2e-3)
 
 
+def test_a_filtered_speed_reads_like_one_behind_a_pole_without_its_delay():
+    """The pole's time constant, 0.3 s, is that at which the law is exact; it has no transient where a drive begins."""
+    model, time, tau = road_load("torque"), np.arange(0.0, 20.0, 0.01), 0.3
+    values = car(VEHICLE, DRIVEN) | {"driveline_efficiency": 1.0, "recuperation_loss": 0.0, "speed_filter": tau**2}
+    inputs = {"grade": 0.0, "wind_speed": 0.0, "elapsed": 0.0, "drive_torque": 150.0 + 100.0 * np.cos(1.5 * time)}
+    drive = Drive(time, inputs, {"speed": 8.0}, {}, {"heading": 1.0, "temperature": 293.15})
+    parameters = {name: values[name] for name in model.parameters}
+    true = Simulator(model, parameters, (), ())(drive).outputs["speed"]
+    read = Simulator(model, parameters | {"speed_filter": tau**2}, (), (EFFECTS["speed_filter"],))(drive).outputs[
+        "speed"
+    ]
+    kept = np.exp(-0.01 / tau)
+    behind = np.empty_like(true)
+    behind[0] = true[0] - tau * (true[1] - true[0]) / 0.01
+    for k in range(1, time.size):
+        behind[k] = kept * behind[k - 1] + (1.0 - kept) * (true[k] + true[k - 1]) / 2
+    expected = np.interp(time + tau, time, behind) - true
+    inside = time < 20.0 - tau
+    assert (read - true)[inside] == pytest.approx(expected[inside], abs=0.2 * np.abs(expected[inside]).max())
+    assert read[0] == pytest.approx(true[0], abs=1e-3)
+
+
 def test_a_scaled_speed_is_scaled_back_where_it_drives_the_model():
     """With an accelerometer the resistances see the measured speed: a wrong scale in the log must not touch them."""
     values = car(VEHICLE, COAST) | {"accelerometer_zero": 0.0, "accelerometer_scale": 0.0, "road_slope": 0.0}

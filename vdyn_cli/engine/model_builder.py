@@ -58,6 +58,10 @@ class Correction(Protocol):
         """Rate of each state that the effect adds to the model, as a law of the signals."""
 
     @property
+    def starts(self) -> Mapping[str, Callable[[Signals], Number]]:
+        """Start values of these states as laws of the signals; zero where omitted."""
+
+    @property
     def probes(self) -> tuple[float, ...]:
         """Amplitudes, SI, at which an effect whose derivative vanishes at zero is tried; empty for others."""
 
@@ -107,7 +111,8 @@ class ModelBuilder:
 
     def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:
         """The states that the effect adds; their rates depend on the law's signals, these states and its unknowns."""
-        states = {name: self.state(f"{effect.name}.{name}{at}") for name in effect.states}
+        starts = {name: effect.starts[name](s) if name in effect.starts else 0.0 for name in effect.states}
+        states = {name: self.state(f"{effect.name}.{name}{at}", start) for name, start in starts.items()}
         if states:
             seen = s.but(**states, **{name: self._unknowns[name] for name in effect.unknowns})
             self.rates.update({f"{effect.name}.{name}{at}": rate(seen) for name, rate in effect.states.items()})

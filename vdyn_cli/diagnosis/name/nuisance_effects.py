@@ -15,7 +15,7 @@ from math import erfc, sqrt
 from vdyn_cli.diagnosis.gain.held_out_gain import held_out_gain
 from vdyn_cli.diagnosis.judgment import Judgment, NuisanceError
 from vdyn_cli.diagnosis.name.candidate_models import CandidateModel, candidate_model
-from vdyn_cli.diagnosis.name.model_selection import not_significantly_worse
+from vdyn_cli.diagnosis.name.model_selection import may_be_zero, not_significantly_worse
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.size.finding_size import Limits, finding_size
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, FullModel
@@ -91,7 +91,8 @@ def _is_idle_beside(strategy: Strategy, answer: CandidateModel, error: str, limi
 def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
     """The models with one more sensor effect that stands for nuisance parameters and is significant in their place.
 
-    Without effects that leave the predicted main channel as it is, such as the delay of another channel.
+    Without effects that leave the predicted main channel as it is, such as the delay of another channel, and without
+    those beside which another effect is no longer significant: they are alternatives of that effect.
     """
     model = strategy.model
     nuisances = model.nuisances & set(model.base)
@@ -104,7 +105,8 @@ def _covering(strategy: Strategy, fitted: FittedModel) -> list[CandidateModel]:
     likely = [m for m in models if m is not None and _deviation(model, m) > POLICY.needed_t]
     # Each about its own fit: a torque that steps is far from linear in a delay, and the baseline has none of it.
     solutions = [strategy.relinearized(m.fitted).solution for m in likely]
-    return [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
+    exact = [replace(m, fitted=replace(m.fitted, solution=s)) for m, s in zip(likely, solutions, strict=True)]
+    return [m for m in exact if not may_be_zero(model, m.fitted)]
 
 
 def _changes_main_channel(model: FullModel, fitted: FittedModel, effect: str) -> bool:

@@ -62,7 +62,8 @@ class Effect:
     summary : one sentence for the report.
     nominal : values of the shape parameters among the unknowns (a decay time), which may not be zero and have no
         influence while the amplitudes are zero.
-    states : additional states and their rates, ``rate(s)``; ``s`` also contains the unknowns. They start at zero.
+    states : additional states and their rates, ``rate(s)``; ``s`` also contains the unknowns.
+    starts : start values of these states, ``start(s)``, from the signals at the first sample; zero where omitted.
     probes : start values of the first unknown where the derivative at zero gives no information.
     label : a noun phrase, "a headwind".
     signature : how it appears in the data, one sentence.
@@ -89,6 +90,7 @@ class Effect:
     summary: str
     nominal: Mapping[str, float]
     states: Mapping[str, Callable[[Signals], Number]]
+    starts: Mapping[str, Callable[[Signals], Number]]
     probes: tuple[float, ...]
     label: str
     signature: str
@@ -186,6 +188,7 @@ def effect(
     also: Mapping[str, EffectLaw] = MappingProxyType({}),
     nominal: Mapping[str, float] = _NONE,
     states: Mapping[str, Callable[[Signals], Number]] = MappingProxyType({}),
+    starts: Mapping[str, Callable[[Signals], Number]] = MappingProxyType({}),
     probes: tuple[float, ...] = (),
     label: str = "",
     signature: str = "",
@@ -218,6 +221,7 @@ def effect(
             summary=(law.__doc__ or "").strip().partition("\n")[0],
             nominal=dict(nominal),
             states=dict(states),
+            starts=dict(starts),
             probes=probes,
             label=label or law.__name__.replace("_", " "),
             signature=signature,

@@ -84,14 +84,14 @@ def road_load(
     def assemble(e: ModelBuilder, u: Signals) -> None:
         state = e.state("speed", 15.0)
         speed = e("measured_speed", value=u.speed) if accelerometer else state
-        e.integrate(run_time=1.0)
         grade = _grade(e, u, road, graded, accelerometer)
         force, read = _drive_force(e, u, driven, speed), e(read_gain, wheel_radius=e.p.wheel_radius) if rolled else 1.0
         mass = e("laden_mass", value=e.p.mass) if resistances == "forces" else e.p.mass
         resisted = _resistance(e, u, (speed, grade, mass), resistances) + e(climb, mass=mass, grade=grade)
         rate = (force - resisted) / (mass + e.p.rotating_mass)
-        e.integrate(speed=rate)
-        e.sensor("speed", read * state, read * rate, traction=(force - e.p.rotating_mass * rate) / (mass * GRAVITY))
+        e.integrate(run_time=1.0, speed=rate)
+        traction = (force - e.p.rotating_mass * rate) / (mass * GRAVITY)
+        e.sensor("speed", read * state, read * rate, traction=traction, rate_of_change=read * rate)
         specific = rate + GRAVITY * grade / sqrt(1.0 + grade**2)
         if accelerometer:
             specific = (1.0 + e.p.accelerometer_scale) * specific + e.p.accelerometer_zero

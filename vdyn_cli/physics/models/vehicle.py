@@ -217,6 +217,6 @@ def _move(e: ModelBuilder, u: Signals, body: Body, total: Forces) -> None:
         yaw_rate=total.yaw / p.yaw_inertia,
     )
     e.state("lateral_position")
-    e.sensor("speed", body.speed, acceleration)
+    e.sensor("speed", body.speed, acceleration, rate_of_change=acceleration)
     e.sensor("acceleration", force)
     e.rate("jerk", of=acceleration)

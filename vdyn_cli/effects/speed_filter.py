@@ -1,0 +1,38 @@
+from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
+
+TYPICAL = 0.3  # s, time constant at which the law equals the filter
+
+
+def distance(s: Signals) -> Number:
+    """Rate of the distance D between the speed, filtered with ``TYPICAL``, and the speed, m/s^2."""
+    return -s.distance / TYPICAL - s.rate_of_change
+
+
+def ramp(s: Signals) -> Number:
+    """D where the speed has changed at its first rate for long, m/s."""
+    return -TYPICAL * s.rate_of_change
+
+
+@effect(
+    on="speed",
+    unknowns=Quantity("speed_filter", "s^2", "squared time constant of the speed's filter", "tau^2", -0.03, 0.6),
+    states={"distance": distance},
+    starts={"distance": ramp},
+    reference="speeds for instruments and on a vehicle's bus: filters of 0.1 to 0.7 s; GPS receivers: 0.1 to 0.5 s",
+    label="a low-pass filter of the speed channel",
+    signature="Changes of the measured speed are smaller and rounder, most where the torque alternates.",
+    alike=("speed_delay", "speed_scale", "mass_error", "torque_lag"),
+    confirm="Brake sharply from a constant speed: a filter rounds the corner, a delay moves it.",
+    sense="(a time constant squared: 0.09 s^2 for 0.3 s; below zero: the torque is filtered)",
+    tags={"sensor", "latency", "driving"},
+)
+def speed_filter(speed: Law, s: Signals, q: Signals) -> Number:
+    """A speed channel behind a low-pass filter, whose delay is that of the channel.
+
+    V_read = V + tau^2 / (2 T^2) (D + T V'),  D' = -D / T - V'
+
+    with T = 0.3 s and D, m/s, the distance of a speed filtered with T from V: a filter with the time constant tau, s,
+    without its delay, exactly to the second order in its frequency. It attenuates changes of the speed, like too small
+    a gain of the speed or too large a mass.
+    """
+    return speed(s) + q.speed_filter / (2.0 * TYPICAL**2) * (s.distance + TYPICAL * s.rate_of_change)
