@@ -112,6 +112,9 @@ def test_whole_numbers_with_thousands_separators_are_read_where_other_numbers_sh
     lines = ["t,v"] + [f'"{100 * i:,}",{i / 4}' for i in range(50)]
     log = read(tmp_path, "\n".join(lines), {"time": Column("t", "ms", "s"), "v": Column("v", "m", "m")})
     np.testing.assert_allclose(log.time, 0.1 * np.arange(50))
+    lines = ["t,v,not mapped"] + [f'"{100 * i:,}",{i},0.5' for i in range(50)]
+    log = read(tmp_path, "\n".join(lines), {"time": Column("t", "ms", "s"), "v": Column("v", "m", "m")})
+    np.testing.assert_allclose(log.time, 0.1 * np.arange(50))
     lines = ["t,v"] + [f'{100 * i},"{990 + 7 * i:,}"' for i in range(90)]  # 1.004 or 1004
     with pytest.raises(InputError, match="without thousands separators; if the comma"):
         read(tmp_path, "\n".join(lines), {"time": Column("t", "ms", "s"), "v": Column("v", "m", "m")})

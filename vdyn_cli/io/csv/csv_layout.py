@@ -202,16 +202,14 @@ def _units_row(table: CsvTable) -> tuple[tuple[str, ...], list[CsvRow]]:
 
 
 def _decimal(table: CsvTable) -> str:
-    """The decimal mark of most numbers in the mapped columns; empty if they are whole numbers."""
-    counts = {".": 0, ",": 0, "": 0}
-    for record in table.numbers[:EXAMINED_ROWS]:
-        for i in table.mapped or range(len(record.fields)):
-            if i < len(record.fields):
-                ambiguous = table.delimiter == "," and may_be_thousands(record.fields[i])
-                counts["" if ambiguous else decimal_mark(record.fields[i])] += 1
-    if not counts["."] and not counts[","]:
-        return ""
-    return "," if counts[","] > counts["."] else "."
+    """The decimal mark of most numbers in the mapped columns, or, if they are whole numbers, in all columns."""
+    rows = [record.fields for record in table.numbers[:EXAMINED_ROWS]]
+    for columns in (table.mapped, range(max(map(len, rows), default=0))):
+        cells = [row[i] for row in rows for i in columns if i < len(row)]
+        counts = Counter(decimal_mark(c) for c in cells if table.delimiter != "," or not may_be_thousands(c))
+        if counts["."] or counts[","]:
+            return "," if counts[","] > counts["."] else "."
+    return ""
 
 
 def _no_table(
