@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,21 @@ def test_log_and_drawing_that_agree_are_weighted() -> None:
     assert result.fit.rms == pytest.approx(result.fit.noise_floor, rel=0.1)
     keys = {"loop_left", "torque_residual_left", "compliance_left", "compliance_right", "ways"}
     assert {figure.key for figure in result.figures} == keys
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("hidden", "named"), [("series_compliance", True), ("backlash", False)])
+def test_a_run_with_another_stiffness_is_named(hidden: str, named: bool) -> None:
+    """A tenth softer in one of three runs; free play in one run fits no linear shaft, not even in that run."""
+    vehicle = random_vehicle(5)
+    stiffness = plant.truth(vehicle)["shaft_stiffness_left"]
+    size = 1 / (0.9 * stiffness) - 1 / stiffness if named else 4e-3
+    logs = [replace(log(vehicle, k, **({hidden: size} if k == 7 else {})), name=f"run_{k}.csv") for k in (5, 6, 7)]
+    runs = [{"log": one.name, "side": "left"} for one in logs]
+    result = STEP.estimate(spec(runs=runs), logs, Parameters())
+    found = [f for f in result.findings if "in this run" in f.what or "another stiffness" in f.what]
+    assert [f.where for f in found] == ["run_7.csv"] * named
+    assert all(f.got.startswith("-10.") or f.got.startswith("-9.") for f in found)
 
 
 def test_joints_in_series_are_found_by_comparing_log_and_drawing() -> None:

@@ -23,6 +23,7 @@ from vdyn_cli.steps.contract import NO_VALUES, SimulatedProblem
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import KNOTS, profile
 from vdyn_cli.steps.pendulum.pendulum_inertia import UNITS, rod_stiffness
+from vdyn_cli.steps.shaft.changed_run import changed_runs
 from vdyn_cli.steps.shaft.combined_regression import combined_regression
 from vdyn_cli.steps.shaft.parts import shaft_parts, symmetric_span
 from vdyn_cli.steps.shaft.result import shaft_result
@@ -111,10 +112,13 @@ class ShaftProblem(SimulatedProblem):
         ResultError : a log does not determine a stiffness.
         """
         sides = []
+        changed: list[Finding] = []
         for side in self.sides:
             logged = side.logged(added) if side.runs else None
             sides.append(compared_stiffness(side, logged))
-        return shaft_result(sides, (*self.findings, *(f for side in sides for f in side.findings), *self.log_findings))
+            changed += changed_runs(side.runs, side.linear) if side.runs and not added.effects else ()
+        of_sides = (f for side in sides for f in side.findings)
+        return shaft_result(sides, (*changed, *self.findings, *of_sides, *self.log_findings))
 
 
 def prepare(spec: ShaftSpec, logs: Sequence[Log], known: Parameters) -> ShaftProblem:
