@@ -25,7 +25,7 @@ def test_a_size_that_is_begun_too_small_begins_again_where_all_impacts_fit(
     reference = drive.reference
     found = fit_effects(
         simulated(drive, PLAY / 1.5),
-        lambda begun: whiten_drives(with_best_zeros(begun, reference), averaged=True).regression,
+        lambda begun, values: whiten_drives(with_best_zeros(begun, reference), averaged=True).regression,
         reference,
     )
     size, spread = found.solution.values["backlash"], found.spreads["backlash"]

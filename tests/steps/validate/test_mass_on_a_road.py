@@ -276,6 +276,7 @@ def test_more_drag_is_named_beside_a_filtered_speed(tmp_path: Path, seed: int) -
     named = {c.effect: c.unknowns for c in found.causes}
     assert {"extra_drag_area", "speed_filter"} <= named.keys() <= {"extra_drag_area", "speed_filter", "speed_delay"}
     assert named["extra_drag_area"]["extra_drag_area"].value == pytest.approx(0.2, abs=0.06)
+    assert named["speed_filter"]["speed_filter"].value == pytest.approx(0.15**2, abs=0.01)
 
 
 @pytest.mark.slow

@@ -360,8 +360,8 @@ def _started(problem: ValidateProblem, start: Mapping[str, float]) -> Simulation
 def _whitened(
     problem: ValidateProblem,
     setup: SimulationSetup,
-    covered: frozenset[str] = frozenset(),
     start: Mapping[str, float] = NO_VALUES,
+    covered: frozenset[str] = frozenset(),
 ) -> Regression:
     """The regression of drives, or of windows grouped by drive where an accelerometer shows the slope.
 

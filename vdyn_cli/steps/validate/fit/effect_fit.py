@@ -29,6 +29,7 @@ PASSES = 4  # largest number of linearizations
 SETTLED = 0.1  # standard deviations by which the last pass may move an unknown
 UNCONVERGED = 1.0  # standard deviations, move of an amplitude in the last pass from which it is reported
 AGAIN = 0.4  # standard deviations between the fit and the profile likelihood, beyond which the fit restarts
+StartedRegression = Callable[[SimulationSetup, Mapping[str, float]], Regression]
 FEWEST_UNITS = 8  # number of drives cut into windows from which a drive is one independent unit
 
 
@@ -62,24 +63,25 @@ class FittedEffects:
 
 def fit_effects(
     setup: SimulationSetup,
-    regression: Callable[[SimulationSetup], Regression],
+    regression: StartedRegression,
     reference: DifferentiableReference,
 ) -> FittedEffects:
     """Fit the amplitudes of the setup's effects to the drives.
 
     Parameters
     ----------
-    regression : setup -> regression of the drives at its start. reference : the car without nondifferentiable effects.
+    regression : setup, values -> regression of the drives at its start, and at these values of channels' errors.
+    reference : the car without nondifferentiable effects.
 
     Raises
     ------
     ResultError : the drives do not determine the amplitudes, or a simulation is not finite.
     """
-    last = _relinearized_until_settled(setup, regression)
+    last = _relinearized_until_settled(setup, regression, {})
     profiled = profile_estimates(last.setup, reference)
     if any(abs(at - last.solution.values[n]) > AGAIN * std for n, (at, std) in profiled.items()):
         added = last.setup.added.started_at({n: at for n, (at, _) in profiled.items()})
-        last = _relinearized_until_settled(replace(last.setup, added=added), regression)
+        last = _relinearized_until_settled(replace(last.setup, added=added), regression, last.solution.values)
         profiled = profile_estimates(last.setup, reference)
     solution = last.solution
     # With local maxima, the last move and the difference of the two estimates add to the uncertainty.
@@ -93,7 +95,7 @@ def fit_effects(
 
 def size_beside_parameters(
     setups: Callable[[float], SimulationSetup],
-    regression: Callable[[SimulationSetup], Regression],
+    regression: StartedRegression,
     reference: DifferentiableReference,
     size: float,
 ) -> tuple[float, float] | None:
@@ -113,7 +115,7 @@ def size_beside_parameters(
     found: dict[float, float] = {}
     for share in AROUND:
         try:
-            after = _relinearized(setups(share * size), regression)[0].setup
+            after = _relinearized(setups(share * size), regression, {})[0].setup
             found[after.added.unknowns[0].start] = likely_cost(reference, after)
         except (ResultError, ArithmeticError):
             continue
@@ -130,17 +132,28 @@ class _Pass:
     moves: Mapping[str, float]
 
 
-def _relinearized_until_settled(setup: SimulationSetup, regression: Callable[[SimulationSetup], Regression]) -> _Pass:
-    first, moved = _relinearized(setup, regression)
+def _relinearized_until_settled(
+    setup: SimulationSetup, regression: StartedRegression, values: Mapping[str, float]
+) -> _Pass:
+    first, moved = _relinearized(setup, regression, values)
     if moved < SETTLED:
         return first
-    return until_settled(lambda one: _relinearized(one.setup, regression), first, PASSES - 1, SETTLED).state
+
+    def again(one: _Pass) -> tuple[_Pass, float]:
+        return _relinearized(one.setup, regression, one.solution.values)
+
+    return until_settled(again, first, PASSES - 1, SETTLED).state
 
 
-def _relinearized(setup: SimulationSetup, regression: Callable[[SimulationSetup], Regression]) -> tuple[_Pass, float]:
-    """The fit linearized at a setup's start, and its largest move in standard deviations."""
+def _relinearized(
+    setup: SimulationSetup, regression: StartedRegression, values: Mapping[str, float]
+) -> tuple[_Pass, float]:
+    """The fit linearized at a setup's start and these values of channels' errors; its largest move in std deviations.
+
+    The square of a latency, which its linearization about zero omits, would be attributed to an effect.
+    """
     start = dict(zip(setup.vector.shared, setup.vector.theta.tolist(), strict=True))
-    system = linearized(regression(setup))
+    system = linearized(regression(setup, values))
     by_run = SENSED_SLOPE in setup.model.inputs and len(system.runs) >= FEWEST_UNITS
     solution = solve(system, units="run" if by_run else "block")
     moves = {n: abs(solution.values[n] - at) for n, at in start.items() if n in solution.values}
