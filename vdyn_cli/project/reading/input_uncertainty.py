@@ -104,7 +104,8 @@ def _clocks(inputs: Inputs) -> Iterator[_Uncertain]:
         if one.corrected:
             kinds.append(("the clocks' drift", f"{1e6 * one.drift_std:.2g} ppm", 0.0, one.drift_std))
         for name, size, delay, drift in kinds:
-            if one.channels and not (delay and set(one.channels) & set(inputs.step.fits_clocks)):
+            fitted = bool(delay) and not one.stated and not set(inputs.step.fits_clocks).isdisjoint(one.channels)
+            if one.channels and not fitted:
                 yield _Uncertain(name, one.logger, size, _shifted(one, delay, drift), both_ways=True)
 
 
