@@ -13,7 +13,7 @@ from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
 
 DELAY = "logger_delay"
-LIMIT = 0.2  # s
+LIMIT = 0.2  # s, an error that the drawn signals of two loggers would show
 # The channels of each moment of the balance, in the order of MOMENTS.
 CHANNELS = (("front_load", "front_left_load"), ("pitch_rate", "pitch"), ("acceleration",))
 CLOCKED = tuple(name for names in CHANNELS for name in names)
@@ -23,7 +23,7 @@ def run_clocks(logs: Sequence[Log]) -> AddedEffects:
     """The delay of the second logger in each run, s; none where loads, pitch and acceleration have one clock.
 
     The speeds of two loggers give their delay to 10 to 30 ms. Left out, such errors looked like a pitch axis meters
-    below the road, zeros of the loads of 300 N, and a height of the center of gravity that was 10 % too large.
+    away from the body, zeros of the loads of 300 N, and a height of the center of gravity that was 10 % too large.
 
     Parameters
     ----------
