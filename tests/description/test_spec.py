@@ -101,6 +101,8 @@ runs:
             "test: coastdown\ndiagnose: {effects: [headwind, 3]}\n",
             r"^test.yaml:2: 'diagnose.effects.1' must be a text [^\n]*$",
         ),
+        ("test: coastdown\nruns: [{log: [a.csv, b.csv]}]\n", "'runs.0.log' must be a text .*\n    -> .*'logs: "),
+        ("test: coastdown\nruns: [{log: a.csv, units: [{}, {}]}]\n", "'units' is a list only with 'logs'"),
         ("test: coastdown\nruns: [{log: a.csv, direction: [out]}]\n", "must be 'out' or 'back'"),
         ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*Write all, none, or a list"),
         ("test: coastdown\ndiagnose: {extend: []}\n", "Write never, named, learned, or a list"),

@@ -13,7 +13,9 @@ import pytest
 from tests.descriptions import described
 from vdyn_cli.commands.run_step import write_step
 from vdyn_cli.diagnosis.policy import POLICY
+from vdyn_cli.io.file_units import contradiction
 from vdyn_cli.io.quality.cross_checks import with_cross_checks
+from vdyn_cli.io.reader import Column
 from vdyn_cli.project.inputs import gather
 from vdyn_cli.project.result_document import to_json
 from vdyn_cli.quantities.errors import Finding, InputError
@@ -47,6 +49,13 @@ def test_a_scale_a_tenth_off_is_noticed_and_another_unit_refused(channel: str) -
     assert with_cross_checks(log(**{channel: 1.1})).findings
     with pytest.raises(InputError, match="contradict each other"):
         with_cross_checks(log(**{channel: 1.609}))
+
+
+def test_a_position_from_a_column_of_speed_is_one_mistake() -> None:
+    column = Column("Speed [km/h]", "m", si_unit="m")
+    wrong = replace(log(position=3.6), findings=(contradiction("a.csv", "position", column, "km/h"),))
+    with pytest.raises(InputError, match=r"^[^\n]*another unit 'km/h'\n    -> map 'position' to its own column[^\n]*$"):
+        with_cross_checks(wrong)
 
 
 def test_distance_is_compared_up_to_the_last_sample() -> None:

@@ -227,7 +227,7 @@ def test_a_run_has_a_unit_for_one_of_its_loggers(tmp_path: Path) -> None:
     ("units", "message"),
     [
         ("{}", r"write 'units: \[\{speed: mph\}, null\]' at this run"),
-        ("[{speed: mph}]", r"'units' has one entry for each log of the run"),
+        ("[{speed: mph}]", r"'units' has 1 of the 2 entries, one for each log: write null"),
         ("[null, {position: m}]", r"c.yaml:9: channel 'position' is not mapped"),
         ("[{speed: furlong}, null]", r"c.yaml:9: .*'furlong' is not a unit of speed"),
         ("[{speed: [3]}, null]", r"c.yaml:9: 'runs.1.units.0.speed' must be a text"),

@@ -270,7 +270,9 @@ class Run(Strict):
         for key in ("recording", *OWN):
             stated = getattr(self, key)
             if isinstance(stated, list) and len(stated) != self._count:
-                raise PydanticCustomError("each_log", "'{key}' has one entry for each log of the run", {"key": key})
+                what = "'{key}' has {entries} of the {logs} entries, one for each log: write null for a log without"
+                what = what if self.logs else "'{key}' is a list only with 'logs': write its entry without brackets"
+                raise PydanticCustomError("each_log", what, {"key": key, "entries": len(stated), "logs": self._count})
         return self
 
     @field_validator("cuts", mode="before")

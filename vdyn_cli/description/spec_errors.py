@@ -52,6 +52,8 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     complete = "write" in message or "such as" in message
     remedy = f"write a number with its unit, such as '1 {unit}'" if unit and not complete else ""
     remedy = "correct the value or its unit" if kind == "range" and "write" not in message else remedy
+    if kind == "string_type" and isinstance(detail["input"], list) and location[-1] == "log":
+        remedy = "write one log; several logs of a run are 'logs: [a, b]', one per logger of 'loggers'"
     joined = kind in ("unit", "range", "quantity") or message.startswith("must be")
     what = f"'{key}' {message}" if joined else f"'{key}': {message}"
     return Finding(where, what, got, remedy)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vdyn_cli.io.file_units import wrong_units
+from vdyn_cli.io.file_units import is_unit_of, wrong_units
 from vdyn_cli.io.quality.acceleration_gain import acceleration_gain
 from vdyn_cli.io.quality.distance_gain import over_ground
 from vdyn_cli.io.quality.gain_changes import gain_change_findings
@@ -75,6 +75,10 @@ def _by_cause(log: Log, pair: tuple[str, str], ratio: float, contradiction: Find
     for one in wrong_units(log.findings):
         if one.channel in pair and ratio > 0.0:
             si = CHANNELS[one.channel].unit
+            if not is_unit_of(one.stated, si):
+                explained = True
+                yield one
+                continue
             factor = to_si(1.0, one.stated, si) / to_si(1.0, one.read, si)
             if abs(abs(np.log(factor)) - abs(np.log(ratio))) < QUALITY.near_unit_factor:
                 explained = True

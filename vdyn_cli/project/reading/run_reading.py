@@ -61,7 +61,9 @@ def read_run(
     place = source.where(("runs", index))
     if len(names) != len(loggers):
         remedy = "give one log per entry of 'loggers', in the same order"
-        raise InputError(Finding(place, f"{len(loggers)} logs are needed", f"{len(names)}", remedy))
+        remedy = remedy if spec.loggers else "list the loggers with their channels under 'loggers', or write one 'log'"
+        needed = f"the run needs {'one log' if len(loggers) == 1 else f'{len(loggers)} logs'}"
+        raise InputError(Finding(place, needed, f"{len(names)}", remedy))
     problems = [f for key in OWN for f in _unmapped(spec, source, index, key)]
     read, no_unit, units = [], set[str](), dict[str, str]()
     for k, (name, logger, nth) in enumerate(zip(names, loggers, run.recordings, strict=True)):
