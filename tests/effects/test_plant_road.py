@@ -152,7 +152,7 @@ def test_the_accelerometers_faults_read_as_in_the_plant():
 
 
 def test_a_filtered_speed_reads_like_one_behind_a_pole_without_its_delay():
-    """The pole's time constant, 0.3 s, is that at which the law is exact; it has no transient where a drive begins."""
+    """The law filters with the time constant of its estimate; it has no transient where a drive begins."""
     model, time, tau = road_load("torque"), np.arange(0.0, 20.0, 0.01), 0.3
     values = car(VEHICLE, DRIVEN) | {"driveline_efficiency": 1.0, "recuperation_loss": 0.0, "speed_filter": tau**2}
     inputs = {"grade": 0.0, "wind_speed": 0.0, "elapsed": 0.0, "drive_torque": 150.0 + 100.0 * np.cos(1.5 * time)}

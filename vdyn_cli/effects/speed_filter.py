@@ -1,16 +1,22 @@
 from vdyn_cli.effects import Law, Number, Quantity, Signals, effect
+from vdyn_cli.engine.maths import sqrt
 
-TYPICAL = 0.3  # s, time constant at which the law equals the filter
+SHORT = 0.1  # s, time constant with which the law filters at no filter, stable with steps of 50 ms
+
+
+def squared(constant: Number) -> Number:
+    """Square of the time constant T with which the law filters, s^2: |tau^2|, and ``SHORT``^2 at zero."""
+    return sqrt(constant * constant + SHORT**4)
 
 
 def distance(s: Signals) -> Number:
-    """Rate of the distance D between the speed, filtered with ``TYPICAL``, and the speed, m/s^2."""
-    return -s.distance / TYPICAL - s.rate_of_change
+    """Rate of the distance D between the speed, filtered with T, and the speed, m/s^2."""
+    return -s.distance / sqrt(squared(s.speed_filter)) - s.rate_of_change
 
 
 def ramp(s: Signals) -> Number:
     """D where the speed has changed at its first rate for long, m/s."""
-    return -TYPICAL * s.rate_of_change
+    return -sqrt(squared(s.speed_filter)) * s.rate_of_change
 
 
 @effect(
@@ -29,10 +35,11 @@ def ramp(s: Signals) -> Number:
 def speed_filter(speed: Law, s: Signals, q: Signals) -> Number:
     """A speed channel behind a low-pass filter, whose delay is that of the channel.
 
-    V_read = V + tau^2 / (2 T^2) (D + T V'),  D' = -D / T - V'
+    V_read = V + tau^2 / (2 T^2) (D + T V'),  D' = -D / T - V',  T^4 = tau^4 + t0^4
 
-    with T = 0.3 s and D, m/s, the distance of a speed filtered with T from V: a filter with the time constant tau, s,
-    without its delay, exactly to the second order in its frequency. It attenuates changes of the speed, like too small
-    a gain of the speed or too large a mass.
+    with t0 = 0.1 s and D, m/s, the distance of a speed filtered with T from V: for tau > t0 a filter with the time
+    constant tau, s, without its delay, exactly to the second order in its frequency. It attenuates changes of the
+    speed, like too small a gain of the speed or too large a mass.
     """
-    return speed(s) + q.speed_filter / (2.0 * TYPICAL**2) * (s.distance + TYPICAL * s.rate_of_change)
+    square = squared(q.speed_filter)
+    return speed(s) + q.speed_filter / (2.0 * square) * (s.distance + sqrt(square) * s.rate_of_change)

@@ -110,12 +110,12 @@ class ModelBuilder:
         return value(s)
 
     def _states(self, effect: Correction, at: str, s: Signals) -> dict[str, Number]:
-        """The states that the effect adds; their rates depend on the law's signals, these states and its unknowns."""
-        starts = {name: effect.starts[name](s) if name in effect.starts else 0.0 for name in effect.states}
+        """The states that the effect adds; rates and starts depend on the law's signals and the effect's unknowns."""
+        seen = s.but(**{name: self._unknowns[name] for name in effect.unknowns})
+        starts = {name: effect.starts[name](seen) if name in effect.starts else 0.0 for name in effect.states}
         states = {name: self.state(f"{effect.name}.{name}{at}", start) for name, start in starts.items()}
-        if states:
-            seen = s.but(**states, **{name: self._unknowns[name] for name in effect.unknowns})
-            self.rates.update({f"{effect.name}.{name}{at}": rate(seen) for name, rate in effect.states.items()})
+        seen = seen.but(**states)
+        self.rates.update({f"{effect.name}.{name}{at}": rate(seen) for name, rate in effect.states.items()})
         return states
 
     def _wrap(self, effect: Correction, name: str, law: Law, states: Mapping[str, Number]) -> Law:

@@ -63,7 +63,7 @@ class Effect:
     nominal : values of the shape parameters among the unknowns (a decay time), which may not be zero and have no
         influence while the amplitudes are zero.
     states : additional states and their rates, ``rate(s)``; ``s`` also contains the unknowns.
-    starts : start values of these states, ``start(s)``, from the signals at the first sample; zero where omitted.
+    starts : start values of these states, ``start(s)``, likewise, at the first sample; zero where omitted.
     probes : start values of the first unknown where the derivative at zero gives no information.
     label : a noun phrase, "a headwind".
     signature : how it appears in the data, one sentence.
