@@ -103,6 +103,14 @@ runs:
         ),
         ("test: coastdown\nruns: [{log: [a.csv, b.csv]}]\n", "'runs.0.log' must be a text .*\n    -> .*'logs: "),
         ("test: coastdown\nruns: [{log: a.csv, units: [{}, {}]}]\n", "'units' is a list only with 'logs'"),
+        (
+            "test: coastdown\nalign_on: [speed]\n",
+            r"'align_on' needs at least 2 entries \(got \['speed'\]\)\n    -> add the missing ones",
+        ),
+        (
+            "test: coastdown\nchannels: {speed: {column: v, unit: 3.6}}\n",
+            "must be a text .*\n    -> write the name of the",
+        ),
         ("test: coastdown\nruns: [{log: a.csv, direction: [out]}]\n", "must be 'out' or 'back'"),
         ("test: coastdown\ndiagnose: {effects: []}\n", "test.yaml:2: .*Write all, none, or a list"),
         ("test: coastdown\ndiagnose: {extend: []}\n", "Write never, named, learned, or a list"),

@@ -43,6 +43,12 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     if kind == "list_type":
         remedy = "write each entry on a line of its own that begins with '- ', or all in brackets, such as [a, b]"
         return Finding(where, f"'{key}' must be a list", got, remedy)
+    if kind in ("too_short", "too_long"):
+        bound, remedy = ("min", "add the missing ones") if kind == "too_short" else ("max", "remove the others")
+        number = detail["ctx"][f"{bound}_length"]
+        entries = f"{number} {'entry' if number == 1 else 'entries'}"
+        what = f"'{key}' {'needs at least' if bound == 'min' else 'takes at most'} {entries}"
+        return Finding(where, what, got, remedy)
     if kind == "literal_error":
         choices = str(detail["ctx"]["expected"])
         return Finding(where, f"'{key}' must be {choices}", got, f"write {choices}")
@@ -52,6 +58,8 @@ def explained(detail: ErrorDetails, source: YamlSource, model: type[BaseModel]) 
     complete = "write" in message or "such as" in message
     remedy = f"write a number with its unit, such as '1 {unit}'" if unit and not complete else ""
     remedy = "correct the value or its unit" if kind == "range" and "write" not in message else remedy
+    if kind == "string_type" and location[-1] == "unit":
+        remedy = "write the name of the unit, such as km/h"
     if kind == "string_type" and isinstance(detail["input"], list) and location[-1] == "log":
         remedy = "write one log; several logs of a run are 'logs: [a, b]', one per logger of 'loggers'"
     joined = kind in ("unit", "range", "quantity") or message.startswith("must be")

@@ -183,6 +183,6 @@ def wrong_segments(spec: Description, source: YamlSource) -> Iterator[Finding]:
                 if one.channel not in (EVERY, *mapped):
                     remedy = did_you_mean(one.channel, mapped, f"write {EVERY}, or one of {', '.join(mapped)}")
                     yield Finding(place, f"'{key}': channel '{one.channel}' is not mapped", remedy=remedy)
-                elif one.stop.value < one.start.value:
+                if one.stop.value < one.start.value:
                     got = f"from {one.start.value:g} s to {one.stop.value:g} s"
                     yield Finding(place, f"'{key}': the segment ends before it begins", got, "exchange 'from' and 'to'")

@@ -210,7 +210,7 @@ def _segments_outside(run: Run, log: Log, source: YamlSource, at: Location) -> I
     for key, listed in (("cuts", run.cuts), ("keep", run.keep)):
         for k, one in enumerate(listed if isinstance(listed, list) else ()):
             inside = np.searchsorted(log.time, one.stop.value, "right") - np.searchsorted(log.time, one.start.value)
-            if inside < 1:
+            if inside < 1 and one.start.value <= one.stop.value:  # else reported with the description
                 what = f"'{key}': the segment contains no sample of {log.name}"
                 got = f"{moment(one.start.value)} s to {moment(one.stop.value)} s"
                 remedy = f"write a time between {moment(log.time[0])} s and {moment(log.time[-1])} s"
