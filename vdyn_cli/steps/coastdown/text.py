@@ -136,6 +136,7 @@ def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
     Table with rows F0, F1, F2 in N and km/h, then A, B, C in lbf and mph.
     """
     published = [load.published() for load in loads.values()]
+    to = " Corrected: to the reference conditions, see Methods." if "corrected" in loads else ""
     rows = [
         (f"{key.split('_')[0]} [{unit}]", *(_with_interval(*each[key]) for each in published))
         for key, unit in zip(DYNO_KEYS + EPA_KEYS, UNITS, strict=True)
@@ -146,7 +147,7 @@ def coefficients(loads: Mapping[str, RoadLoad]) -> Table:
         ("coefficient", *loads),
         tuple(rows),
         "F = F0 + F1 V + F2 V^2 in N and km/h; F = A + B V + C V^2 in lbf and mph. In brackets the 95 % interval of "
-        "each coefficient alone: F0 and F2 are negatively correlated, so their sum has a narrower interval.",
+        "each coefficient alone: F0 and F2 are negatively correlated, so their sum has a narrower interval." + to,
     )
 
 
