@@ -49,6 +49,7 @@ def found(evidence: dict[str, float]) -> Any:
 @pytest.fixture(autouse=True)
 def given_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fits_alone, "rms_of", lambda runs: runs.error)
+    monkeypatch.setattr(fits_alone, "noise_of", lambda runs: 2.0)
 
 
 def strongest(fits: Fits, evidence: dict[str, float]) -> str | None:
@@ -81,6 +82,11 @@ def test_an_effect_that_leaves_a_large_error_is_not_the_best_however_likely_it_m
     """Its noise estimate contains its residual."""
     fits = Fits({"scale": 1709.0, "gain": 233.0}, missed={"scale": 1.8, "gain": 29.0})
     assert strongest(fits, {"gain": 995.0, "scale": 900.0}) == "scale"
+
+
+def test_an_effect_on_another_channel_is_the_best_though_it_leaves_the_main_one_within_its_noise() -> None:
+    fits = Fits({"late_speed": 1709.0, "late_torque": 233.0}, missed={"late_speed": 0.6, "late_torque": 1.9})
+    assert strongest(fits, {"late_torque": 995.0, "late_speed": 900.0}) == "late_torque"
 
 
 def test_refits_need_no_relinearization() -> None:

@@ -188,6 +188,12 @@ def rms_of(runs: LinearizedRuns) -> float:
     return float(np.sqrt(squares / sum(m.plain_rows if plain else m.rows for m in every)))
 
 
+def noise_of(runs: LinearizedRuns) -> float:
+    """Root mean square noise of the main channel by the step's noise model; zero without one."""
+    roots = [r.plain_root for r in runs.rows if r.plain_root is not None]
+    return float(np.sqrt(sum(np.sum(r * r) for r in roots) / sum(len(r) for r in roots))) if roots else 0.0
+
+
 def _leaves_one_way(model: FullModel, run: int) -> bool:
     """Whether without this run (-1: a block) all runs have one direction, though the run has the other."""
     directions = model.setup.directions

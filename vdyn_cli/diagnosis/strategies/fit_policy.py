@@ -86,7 +86,8 @@ class FitPolicy:
 
     far_worse: float = 2.0
     """[times the least rms error] of the main channel, above which a large candidate is no answer. A sufficient
-    candidate reaches the noise, as the best one does; equivalent ones differ by a few percent."""
+    candidate reaches the noise, as the best one does; equivalent ones differ by a few percent. An error within the
+    noise of the main channel is allowed: effects on other channels leave the main one as it was."""
 
     hopeless_share: float = 0.2
     """[share of the misfit] that a large candidate leaves beyond an answer, above which it is rejected. Twice

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from vdyn_cli.diagnosis.detect.detection import Detection
-from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
+from vdyn_cli.diagnosis.gain.held_out_gain import noise_of, rms_of
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.full_model import FittedModel, hopeless_cost
 from vdyn_cli.diagnosis.strategies.relinearization import Stop
@@ -77,7 +77,7 @@ def _stop_beside(fits: FitsAlone, strategy: LinearizedStrategy) -> Stop:
         best = _best_fit(fits)
         if best is None:
             return False
-        far = POLICY.far_worse * rms_of(best.runs)
+        far = largest_error(best)
         now, last = rms_of(fit.runs), rms_of(before.runs)
         return (now > far and last > far and now > last / POLICY.far_worse) or is_hopeless(strategy, fit, best)
 
@@ -96,10 +96,19 @@ def best_of(fits: FitsAlone) -> str | None:
     with about the same error of the main channel are compared.
     """
     made = {n: fit for n, fit in fits.items() if fit is not None}
+    if not made:
+        return None
     error = {n: rms_of(fit.runs) for n, fit in made.items()}
-    least = min(error.values(), default=0.0)
-    near = [n for n in made if error[n] <= POLICY.far_worse * least]
-    return min(near, key=lambda n: own_cost(made[n]), default=None)
+    largest = largest_error(made[min(error, key=error.__getitem__)])
+    return min((n for n in made if error[n] <= largest), key=lambda n: own_cost(made[n]))
+
+
+def largest_error(best: FittedModel) -> float:
+    """The rms error of the main channel beyond which a fit misses it by far more than the best one does.
+
+    An error within the noise is no miss: a late sensor of another channel, repaired, leaves the main one as it was.
+    """
+    return max(POLICY.far_worse * rms_of(best.runs), noise_of(best.runs))
 
 
 def is_hopeless(strategy: LinearizedStrategy, fit: FittedModel, best: FittedModel) -> bool:

@@ -13,7 +13,7 @@ from vdyn_cli.diagnosis.gain.held_out_gain import rms_of
 from vdyn_cli.diagnosis.name.candidate_models import candidate_model
 from vdyn_cli.diagnosis.policy import POLICY
 from vdyn_cli.diagnosis.strategies.effect_unknowns import bounds_of, is_scale
-from vdyn_cli.diagnosis.strategies.fits_alone import FitsAlone, best_of, fits_alone, is_hopeless
+from vdyn_cli.diagnosis.strategies.fits_alone import FitsAlone, best_of, fits_alone, is_hopeless, largest_error
 from vdyn_cli.diagnosis.strategies.full_model import LEAST_STEP, FittedModel, FullModel, full_model, with_open_range
 from vdyn_cli.diagnosis.strategies.nested_fits import NestedFits
 from vdyn_cli.diagnosis.strategies.relinearization import Relinearization, with_unbounded_scales
@@ -140,7 +140,7 @@ class LinearizedStrategy(NestedFits):
         best one does, and those that leave much of the misfit where ``strongest`` leaves almost none.
         """
         made = {n: fit for n, fit in alone.items() if fit is not None}
-        least = min((rms_of(fit.runs) for fit in made.values()), default=0.0)
+        largest = largest_error(min(made.values(), key=lambda fit: rms_of(fit.runs))) if made else 0.0
         answer = candidate_model(local, (strongest,))
         almost_all = answer is not None and (answer.sufficient or answer.nearly_sufficient)
         best = made.get(strongest) if almost_all else None
@@ -150,7 +150,7 @@ class LinearizedStrategy(NestedFits):
             if name == strongest or self.relinearization.nondifferentiable((name,)):
                 continue
             fit, own = made.get(name), None
-            if fit and rms_of(fit.runs) < POLICY.far_worse * least and not (best and is_hopeless(self, fit, best)):
+            if fit and rms_of(fit.runs) < largest and not (best and is_hopeless(self, fit, best)):
                 there = self._linearized_about(fit)
                 own = there.fitted((name,)) if there else None
             known[(name,)] = _weighted_like(own, local.model.regression) if own else None
