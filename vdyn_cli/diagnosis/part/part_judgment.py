@@ -95,13 +95,15 @@ def _beside_its_curve(found: PartJudgment) -> PartJudgment:
 
     Where all runs begin at one speed, a brake that fades with time and a force over speed are collinear, and neither is
     the only answer. Where the starts differ, one of them explains clearly more. The curve is the first answer where it
-    does. It is no further answer where one of them is a law of the vehicle, which is one shape of the curve.
+    does. It is no further answer where one of them is a law of the vehicle, which is one shape of the curve, nor beside
+    a sensor error, which a curve over the sensor's signal imitates.
     """
     finding, judgment, candidates = found.finding, found.judgment, found.strategy.model.setup.candidates
     if finding is None or found.learned is not None or not finding.explains_most:
         return found
     named = {e for a in judgment.answers for e in a.effects}
-    law = next((w.effect for w in finding.laws if w.effect in named and not candidates[w.effect].lasts), None)
+    passing = {e for e in named if not candidates[e].lasts and not candidates[e].sensor}
+    law = next((w.effect for w in finding.laws if w.effect in passing), None)
     if law is None or any(all(candidates[e].lasts for e in a.effects) for a in judgment.answers):
         return found
     curve, more = learned(finding, None, (), label_of(finding.parts)), _more_by_curve(finding, (law,))
