@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import f
 
 from vdyn_cli.inference import Solution
-from vdyn_cli.physics.models.tire_curve import peak_slip
-from vdyn_cli.quantities.arrays import rms
+from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS, peak_slip
+from vdyn_cli.quantities.arrays import Array, rms
 from vdyn_cli.quantities.errors import ResultError
+from vdyn_cli.steps.contract import NO_VALUES
 from vdyn_cli.steps.tire.tire_regression import TireCurveProblem
 
 # Shapes of passenger car tires, mean and standard deviation, for a curve whose peak was not reached.
@@ -34,10 +37,24 @@ class FittedCurve:
     @property
     def largest_friction(self) -> float:
         """The largest friction in driving without effects, up to the largest slip of the sweeps, at their mean load."""
-        values = {**self.solution.values, **dict.fromkeys(self.fit.added.names, 0.0)}
+        return float(np.max(self._friction(np.linspace(0.0, self.fit.reach, GRID))))
+
+    @property
+    def steepest_chord(self) -> float:
+        """The largest ratio of friction to slip, without effects and shifts, of the mean of driving and braking.
+
+        Friction rises ever less with slip, so that no chord from zero is steeper than the curve at zero. A free form
+        that is fitted to bins beyond zero can be too flat there; the data then show it in a chord.
+        """
+        slip = np.linspace(0.0, self.fit.reach, GRID)[1:]
+        still = dict.fromkeys(("radius_error", *SHIFTS), 0.0)
+        return float(np.max((self._friction(slip, still) - self._friction(-slip[::-1], still)[::-1]) / (2 * slip)))
+
+    def _friction(self, slip: Array, changed: Mapping[str, float] = NO_VALUES) -> Array:
+        """The friction at increasing slips (n,) without effects, at the mean load of the sweeps."""
+        values = {**self.solution.values, **dict.fromkeys(self.fit.added.names, 0.0), **changed}
         load = float(np.mean(np.concatenate([sweep.load for sweep in self.fit.sweeps])))
-        slip = np.linspace(0.0, self.fit.reach, GRID)
-        return float(np.max(self.fit.force(slip, load, values))) / load
+        return self.fit.force(slip, load, values) / load
 
 
 def fitted_curve(fit: TireCurveProblem) -> FittedCurve:
@@ -70,6 +87,26 @@ def fitted_curve(fit: TireCurveProblem) -> FittedCurve:
     except ResultError:
         fit = replace(fit, scale=_misfit(fit))
         return FittedCurve(fit, fit.minima()[0], None)
+
+
+def explains_more(free: FittedCurve, formula: FittedCurve, level: float) -> bool:
+    """Whether a curve with more unknowns explains the sweeps significantly better than one of the magic formula.
+
+    F = (S0 - S) / k / (S / (n - p)), S0 and S the sums of the squared residuals over the noise of n bins, p and k all
+    and the additional unknowns; the mean square of the residuals stands for the noise, so that a wrong noise of the
+    sensors does not count. A free form that does not follow the sweeps either (``scale`` above 1) explains nothing.
+
+    Parameters
+    ----------
+    level : probability with which a curve of the magic formula is found to depart from it.
+    """
+    left, before = (c.fit.scale**2 * sum(float(r @ r) for r in c.solution.residuals) for c in (free, formula))
+    bins = sum(r.size for r in free.solution.residuals)
+    more = len(free.fit.free) - len(formula.fit.free)
+    spare = bins - len(SHAPE) - len(free.fit.free) - len(free.fit.added.unknowns)
+    if free.fit.scale > 1.0 or left <= 0.0 or more <= 0 or spare <= 0:
+        return False
+    return float(f.sf((before - left) / more / (left / spare), more, spare)) < level
 
 
 def _misfit(fit: TireCurveProblem) -> float:

@@ -20,6 +20,11 @@ class TirePolicy:
     """[share of the peak friction] standard deviation of each coefficient of a curve's departure from the magic
     formula. Coefficients fitted to brush and exponential laws reach 0.15."""
 
+    departs: float = 0.003
+    """[probability] below which the sweeps contradict the magic formula, and the slope at zero slip is that of a curve
+    with a free form: three standard deviations. The free form's interval is wider, and a tire of the formula seldom
+    needs it."""
+
     kept_slope: float = 0.5
     """[share] of a change in friction by which the slope at zero slip does not change: mean and standard deviation for
     a curve that may depart from the magic formula. 0: the whole curve is scaled (load sensitivity of the contact); 1:

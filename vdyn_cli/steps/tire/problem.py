@@ -24,8 +24,9 @@ from vdyn_cli.steps.failure import UnpublishedError, unpublished
 from vdyn_cli.steps.free_part import Part
 from vdyn_cli.steps.free_profiles import profile, span_of
 from vdyn_cli.steps.tire.binned_sweep import binned_sweep
-from vdyn_cli.steps.tire.fitted_curve import CAR_TIRES, FittedCurve, fitted_curve
+from vdyn_cli.steps.tire.fitted_curve import CAR_TIRES, FittedCurve, explains_more, fitted_curve
 from vdyn_cli.steps.tire.parts import tire_parts
+from vdyn_cli.steps.tire.policy import TIRE_POLICY
 from vdyn_cli.steps.tire.result import STIFFNESS, tire_result
 from vdyn_cli.steps.tire.slip_sweeps import slip_sweeps
 from vdyn_cli.steps.tire.spec import TireSpec
@@ -127,19 +128,10 @@ class TireProblem(SimulatedProblem):
         return {}
 
     def _fitted(self, added: AddedEffects) -> Result:
-        if self.formula is not None:
-            fits = (departing(self.formula, FEW_TERMS), self.formula, self.fit)
-            curve, formula, finer = (fitted_curve(replace(fit, added=added)) for fit in fits)
-            return tire_result(curve, self.formula.prior, self.logs, formula, finer)
-        if added.effects:
-            return tire_result(fitted_curve(replace(self.fit, added=added)), self.fit.prior, self.logs)
+        if self.formula is not None or added.effects:
+            return self._shown(fitted_curve(replace(self.formula or self.fit, added=added)))
         try:
-            if (
-                self.baseline.peak is None and self.baseline.fit.scale == 1.0
-            ):  # the slope depends on the form of the curve
-                with suppress(ResultError):
-                    return self.with_free_form.publish()
-            result = tire_result(self.baseline, self.fit.prior, self.logs)
+            result = self._shown(self.baseline)
         except ResultError as error:
             fit = replace(self.fit, prior={**CAR_TIRES, **self.fit.prior})
 
@@ -150,6 +142,24 @@ class TireProblem(SimulatedProblem):
         if self.baseline.fit.scale > 1.0 and (odd := self._odd_sweep()):
             raise UnpublishedError(odd, result)
         return result
+
+    def _shown(self, formula: FittedCurve) -> Result:
+        """The result of a fit of the magic formula, or of a free form that explains the sweeps significantly better.
+
+        The free form is also taken where the sweeps end before the peak: the slope then depends on the curve's form.
+        """
+        open_end = formula.peak is None and formula.fit.scale == 1.0
+        prior = (self.formula or self.fit).prior
+        try:
+            bare = replace(formula.fit, prior=prior, scale=1.0)
+            few, finer = (departing(bare, terms) for terms in (FEW_TERMS, DEPARTURE))
+            curve = fitted_curve(few)
+            if self.formula or open_end or explains_more(curve, formula, TIRE_POLICY.departs):
+                return tire_result(curve, prior, self.logs, formula, fitted_curve(finer))
+        except ResultError:
+            if self.formula is not None:
+                raise
+        return tire_result(formula, prior, self.logs)
 
     def _odd_sweep(self) -> tuple[Finding, ...]:
         """A finding on the sweep without which the others determine a curve, if there is exactly one."""

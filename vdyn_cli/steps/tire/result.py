@@ -38,7 +38,8 @@ def tire_result(
     priors : mean and standard deviation of the stated shape factors.
     logs : of the sweeps; their findings are included.
     formula : the fit of the magic formula, which has the shape factors, where ``curve`` may depart from it.
-    finer : the curve with a departure of more terms: the interval of the slope at zero includes its slope.
+    finer : the curve with a departure of more terms: the interval of the slope at zero includes its slope, and the
+        steepest chords of both curves.
     """
     fit, solution, shaped = curve.fit, curve.solution, formula or curve
     sweeps = fit.lagged(solution.values)
@@ -46,6 +47,7 @@ def tire_result(
     slope, warnings = _slope(solution), tuple[str, ...]()
     if finer is not None:
         slope = _including(slope, *_slope(finer.solution).interval95)
+        slope = _including(slope, slope.value, max(curve.steepest_chord, finer.steepest_chord))
     if formula is not None:
         warnings = text.departure(slope, _slope(formula.solution), formula.peak)
     elif not fit.added.effects:  # effects such as a relaxation length also act at small slips

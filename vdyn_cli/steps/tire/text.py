@@ -19,9 +19,9 @@ METHODS = (
     "Slip follows from wheel speed, radius and vehicle speed; samples are averaged into bins in which slip changes by "
     "at most 1.5 %. The fit of the magic formula minimizes the distance in slip and force together, with the noise of "
     "each channel from its third differences and without the second-order effect of slip noise. The wheel radius is a "
-    "nuisance parameter with its standard deviation as prior. Where the sweeps end before the peak, or the formula "
-    "hides another error, the curve may depart smoothly from it. Intervals follow from the scatter of blocks of equal "
-    "information (Bell and McCaffrey 2002)."
+    "nuisance parameter with its standard deviation as prior. Where the sweeps end before the peak or contradict the "
+    "formula, or the formula hides another error, the curve may depart smoothly from it. Intervals follow from the "
+    "scatter of blocks of equal information (Bell and McCaffrey 2002)."
 )
 
 
@@ -52,14 +52,13 @@ def peak_not_reached(sweeps: Sequence[BinnedSweep]) -> str:
 
 
 def departure(slope: Estimate, formula: Estimate, peak: float | None) -> tuple[str, ...]:
-    """The warning that the curve departs from the magic formula, where its slope at zero slip differs from B C D.
+    """The warning that the curve departs from the magic formula, with both slopes at zero slip.
 
     Parameters
     ----------
     slope, formula : at zero slip, of the curve and of the magic formula. peak : its slip; None: B, C, D are withheld.
     """
-    low, high = slope.interval95
-    if peak is None or low <= formula.value <= high:
+    if peak is None:
         return ()
     return (
         f"the tire departs from the magic formula, whose slope at zero slip, B C D, is {formula.value:.4g}: the "
