@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import f
+from scipy.special import fdtrc
 
 from vdyn_cli.inference import Solution
 from vdyn_cli.physics.models.tire_curve import SHAPE, SHIFTS, peak_slip
@@ -106,7 +106,7 @@ def explains_more(free: FittedCurve, formula: FittedCurve, level: float) -> bool
     spare = bins - len(SHAPE) - len(free.fit.free) - len(free.fit.added.unknowns)
     if free.fit.scale > 1.0 or left <= 0.0 or more <= 0 or spare <= 0:
         return False
-    return float(f.sf((before - left) / more / (left / spare), more, spare)) < level
+    return float(fdtrc(more, spare, (before - left) / more / (left / spare))) < level
 
 
 def _misfit(fit: TireCurveProblem) -> float:
