@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
-from vdyn_cli.inference import Rows
+from vdyn_cli.inference import Regression, Rows
 from vdyn_cli.inference.banded import whitened
+from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.load_transfer import CARRIED, SPEED_RATE
 from vdyn_cli.quantities.arrays import Array
+from vdyn_cli.steps.added_effects import AddedEffects
 
 if TYPE_CHECKING:
     from vdyn_cli.steps.cg.load_fit import LoadFit
@@ -108,3 +111,20 @@ class BalanceRows:
 def simulated(simulator: Simulator, drive: Drive, theta: Array) -> Simulated:
     """A simulation at a run's local unknowns ``theta`` (u,), with all zeros of the channels equal to zero."""
     return simulator(drive, np.append(theta, np.zeros(len(simulator.unknowns) - theta.size)))
+
+
+def narrowed(whole: Regression, names: Sequence[str]) -> Callable[[int, Array], Rows]:
+    """Rows of a regression for these shared unknowns, without the effects of the others (``Regression.narrow``).
+
+    Parameters
+    ----------
+    whole : with ``BalanceRows``, in which the effects of the others are zero. names : of the shared unknowns that stay.
+    """
+    rows = whole.rows
+    assert isinstance(rows, BalanceRows)
+    added = rows.fit.added
+    unknowns = tuple(u for u in added.unknowns if u.name in names)
+    effects = tuple(e for e in added.effects if any(u.name in e.unknowns for u in unknowns))
+    rows = replace(rows, fit=replace(rows.fit, added=AddedEffects(effects, unknowns)))
+    held = {u.name: u.start for u in whole.shared if u.name not in (*names, *added.names)}
+    return restricted(replace(whole, unknowns=rows.fit.unknowns, rows=rows, narrow=None), held).rows

@@ -13,11 +13,10 @@ from vdyn_cli.effects import Effect
 from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.model_builder import Law, Number, Signals
 from vdyn_cli.engine.simulate import Drive, Simulator
-from vdyn_cli.inference import RefusedFitError, Regression, Rows, Solution, Unknown, solve
+from vdyn_cli.inference import RefusedFitError, Regression, Solution, Unknown, solve
 from vdyn_cli.inference.banded import factored, weighed, whitened
 from vdyn_cli.inference.iterate import until_settled
 from vdyn_cli.inference.regression import stacked
-from vdyn_cli.inference.restrict import restricted
 from vdyn_cli.physics.models.load_transfer import (
     CARRIED,
     EXCESS_GAIN,
@@ -35,7 +34,7 @@ from vdyn_cli.quantities.arrays import Array
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.vocabulary import PARAMETERS
 from vdyn_cli.steps.added_effects import NO_EFFECTS, AddedEffects
-from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun, simulated
+from vdyn_cli.steps.cg.balance_rows import BalanceInputs, BalanceRows, WhitenedRun, narrowed, simulated
 from vdyn_cli.steps.cg.carried_weight import CarriedWeight
 from vdyn_cli.steps.cg.driven_channels import NO_RESPONSES, driven_channels, driven_responses, without_driven
 from vdyn_cli.steps.cg.known_vehicle import HEAVE_STD
@@ -243,7 +242,7 @@ class LoadFit:
         )
         neutral = {n: e.nominal.get(n, 0.0) for e in self.added.effects for n in e.unknowns}
         absent = all(u.start == neutral.get(u.name, u.start) for u in started.shared)
-        return replace(started, narrow=partial(_narrowed, started)) if absent else started
+        return replace(started, narrow=partial(narrowed, started)) if absent else started
 
     def heave_noise(self, at: Array) -> Array:
         """Autocovariance (m,), N^2, of the imbalance that an uneven road causes, as front load, estimated at ``at``.
@@ -318,18 +317,6 @@ def _heave_of(fit: LoadFit, noisy: Sequence[NoisyBalance], at: Array) -> Array:
         ways = without_driven(fit.runs, balances, fit.known["antenna_height"] - float(at[0]))
         return uneven_road(ways, bands, WINDOW, fit.known["mass"])
     return heave_autocovariance(balances, bands, WINDOW)
-
-
-def _narrowed(whole: Regression, names: Sequence[str]) -> Callable[[int, Array], Rows]:
-    """Rows of a regression for these shared unknowns, without the effects of the others (``Regression.narrow``)."""
-    rows = whole.rows
-    assert isinstance(rows, BalanceRows)
-    added = rows.fit.added
-    unknowns = tuple(u for u in added.unknowns if u.name in names)
-    effects = tuple(e for e in added.effects if any(u.name in e.unknowns for u in unknowns))
-    rows = replace(rows, fit=replace(rows.fit, added=AddedEffects(effects, unknowns)))
-    held = {u.name: u.start for u in whole.shared if u.name not in (*names, *added.names)}
-    return restricted(replace(whole, unknowns=rows.fit.unknowns, rows=rows, narrow=None), held).rows
 
 
 def _partials(fit: LoadFit, slopes: Array, windows: LoadWindows) -> dict[str, Array]:
