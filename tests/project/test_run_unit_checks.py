@@ -168,14 +168,19 @@ def logged(folder: Path, name: str, unit: str, factor: float) -> str:
     return name
 
 
+HEAD = (
+    "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 50 kg, frontal_area: 2.2 m^2}\n"
+    "environment: {temperature: 24 degC, pressure: 99 kPa}\n"
+)
+
+
 def mixed(folder: Path, more: str) -> Path:
     """Four coast-downs, the third in mph in a column with another name; ``more`` is added to its run."""
     names = [logged(folder, f"c{k}.csv", *(("mph", 2.236936) if k == 2 else ("km/h", 3.6))) for k in range(4)]
     own = f', columns: {{speed: "Speed [mph]"}}{more}'
     runs = [f"{{log: {name}{own if k == 2 else ''}}}" for k, name in enumerate(names)]
     (folder / "c.yaml").write_text(
-        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 50 kg, frontal_area: 2.2 m^2}\n"
-        "environment: {temperature: 24 degC, pressure: 99 kPa}\nchannels:\n  time: {column: 'Time [s]', unit: s}\n"
+        HEAD + "channels:\n  time: {column: 'Time [s]', unit: s}\n"
         "  speed: {column: 'Speed [km/h]', unit: km/h}\nruns:\n" + "".join(f"  - {r}\n" for r in runs)
     )
     return folder / "c.yaml"
@@ -206,8 +211,7 @@ def two_speeds(folder: Path, units: str) -> Path:
     names = [logged(folder, f"c{k}{n}.csv", *u) for k in (0, 1) for n, u in ((1, CAR[k]), (2, ("km/h", 3.6)))]
     channels = "{time: {column: 'Time [s]', unit: s}, speed: {column: 'Speed [km/h]', unit: km/h}}"
     (folder / "c.yaml").write_text(
-        "test: coastdown\nvehicle: {mass: 1500 kg, rotating_mass: 50 kg, frontal_area: 2.2 m^2}\n"
-        "environment: {temperature: 24 degC, pressure: 99 kPa}\nloggers:\n"
+        f"{HEAD}loggers:\n"
         f"  - {{channels: {channels}}}\n  - {{channels: {channels}, delay: 0 s}}\n"
         f"runs:\n  - {{logs: [{names[0]}, {names[1]}]}}\n"
         f"  - {{logs: [{names[2]}, {names[3]}], columns: [{{speed: 'Speed [mph]'}}, null], units: {units}}}\n"

@@ -4,9 +4,9 @@ from vdyn_cli.engine.maths import sqrt
 SHORT = 0.1  # s, time constant with which the law filters at no filter, stable with steps of 50 ms
 
 
-def squared(constant: Number) -> Number:
+def squared(tau_squared: Number) -> Number:
     """Square of the time constant T with which the law filters, s^2: |tau^2|, and ``SHORT``^2 at zero."""
-    return sqrt(constant * constant + SHORT**4)
+    return sqrt(tau_squared * tau_squared + SHORT**4)
 
 
 def distance(s: Signals) -> Number:

@@ -318,9 +318,10 @@ def _with_candidate(strategy: Strategy, law: Learned) -> Strategy | None:
     setup = strategy.model.setup
     try:
         extended = open_strategy(replace(setup, effects=(*setup.effects, law.effect), learned=frozenset({law.name})))
-        return extended if extended.base else None
+        extended.base  # noqa: B018 - fitted when it is first read
     except (ResultError, ArithmeticError):
         return None
+    return extended
 
 
 def _about(extended: Strategy, judgment: Judgment) -> Judgment:

@@ -34,6 +34,7 @@ from vdyn_cli.steps.tire.policy import TIRE_POLICY
 # Beyond C = 2 the friction of a sliding tire, D sin(C pi/2), would have the wrong sign.
 RANGES = {"tire_B": (0.5, 80.0), "tire_C": (0.6, 2.0), "tire_D": (0.05, 3.0), "tire_E": (-15.0, 1.0)}
 RANGES |= {"tire_Sh": (-0.2, 0.2), "tire_Sv": (-0.5, 0.5), "braking_B": (-0.8, 4.0), "braking_D": (-0.8, 2.0)}
+# Ten standard deviations of the priors, which hold these, so that a fit does not stop at a bound.
 RANGES |= {**dict.fromkeys(DEPARTURE, (-1.0, 1.0)), KEPT_SLOPE: (-5.0, 6.0)}
 FREE_FORM = {*DEPARTURE, KEPT_SLOPE}
 FEW_TERMS = DEPARTURE[:3]  # with which these laws are followed within 0.2 %; more make the slope at zero uncertain
