@@ -44,6 +44,7 @@ def test_one_drive_alone_is_diagnosed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow  # a whole diagnosis; the fast ones name another cause
+@pytest.mark.thorough  # a row of the bench, like the torque constant
 def test_a_viscous_driveline_is_named_and_its_drag_estimated(tmp_path: Path) -> None:
     found, published = document(tmp_path, {"viscous": 0.6})
     assert published

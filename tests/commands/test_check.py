@@ -171,6 +171,7 @@ def test_directions_and_starts_that_the_logs_contradict_are_corrected_before_run
     assert "shows the opposite direction" in written["fit"]["warnings"][0]
 
 
+@pytest.mark.slow  # 2 s
 def test_a_speed_made_from_a_wheel_s_is_checked(tmp_path: Path) -> None:
     path = campaign(tmp_path, frozen(40.0, 44.0))
     text = path.read_text().replace("speed: {column", "wheel_speed: {column").replace("unit: km/h", "unit: rad/s")
@@ -350,6 +351,7 @@ def test_a_column_that_increases_in_all_runs_is_no_speed(tmp_path: Path) -> None
         run_check(path, (), "", quiet)
 
 
+@pytest.mark.slow  # 2 s
 def test_logs_that_begin_at_rest_and_end_on_the_move_are_coasts(tmp_path: Path) -> None:
     path = campaign(tmp_path, lambda _run, time, speed: np.where(time < 20.0, 4.0 * time, speed))
     path.write_text(path.read_text().replace("speed_window: [80 km/h, 30 km/h]", "windows: auto"))

@@ -143,7 +143,11 @@ def test_derivatives_are_finite_at_zero_and_not_all_zero(number):
 
 
 @pytest.mark.slow
-@IN_EACH_MODEL
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(k, marks=[pytest.mark.thorough] if m.name == "vehicle" else []) for k, m in enumerate(MODELS)],
+    ids=lambda k: f"{k}-{MODELS[k].name}",
+)
 def test_whole_trajectories_are_bit_identical_at_zero(number):
     """With fixed steps they are: no state of an effect can change the steps of the model's."""
     drive, parameters, plain = trajectory(MODELS[number])

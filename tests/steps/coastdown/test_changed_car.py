@@ -103,7 +103,10 @@ def test_a_slow_wind_is_no_change(kind: str, seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "hidden",
-    [pytest.param(n, marks=[pytest.mark.thorough] if n in ("a trailer", "pumped tires") else []) for n in CHANGES],
+    [
+        pytest.param(n, marks=[pytest.mark.thorough] if n in ("a trailer", "pumped tires", "a roof box") else [])
+        for n in CHANGES
+    ],
 )
 def test_a_changed_car_is_named_with_both_sides(hidden: str) -> None:
     after = replace(REFERENCE, **CHANGES[hidden])

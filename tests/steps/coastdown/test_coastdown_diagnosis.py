@@ -80,7 +80,7 @@ HIDDEN = {
     "wind and warm-up": ({"headwind": 2.0, "tire_warmup": 0.45}, EIGHT),
 }
 SLOW, THOROUGH = [pytest.mark.slow], [pytest.mark.slow, pytest.mark.thorough]
-MARKS = {"headwind": [], "warm air": THOROUGH, "wind and warm-up": THOROUGH}
+MARKS = {"headwind": [], "a slope": THOROUGH, "warm air": THOROUGH, "wind and warm-up": THOROUGH}
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=MARKS.get(case, SLOW)) for case in HIDDEN])
@@ -304,6 +304,7 @@ def test_no_effects_is_no_diagnosis(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.thorough  # the learned law of the resistance is like it
 def test_drag_above_a_nominal_coefficient_is_found(tmp_path: Path) -> None:
     """What a data sheet says of the drag takes part with its spread: a rig's drag shows against nothing else.
 

@@ -48,7 +48,10 @@ def estimated(law) -> Result:
 
 @pytest.mark.parametrize(
     ("law", "widest"),
-    [(brush, 0.25), pytest.param(straight_then_sliding, 0.35, marks=pytest.mark.slow), (formula, 0.02)],
+    [
+        *(pytest.param(law, w, marks=pytest.mark.slow) for law, w in ((brush, 0.25), (straight_then_sliding, 0.35))),
+        (formula, 0.02),
+    ],
 )
 def test_the_interval_holds_the_slope_of_the_measured_friction(law, widest: float) -> None:
     result = estimated(law)
@@ -58,6 +61,7 @@ def test_the_interval_holds_the_slope_of_the_measured_friction(law, widest: floa
     assert high - low < widest * SLOPE
 
 
+@pytest.mark.slow  # 2 s
 def test_a_relaxation_length_changes_neither_slope_nor_curve() -> None:
     logs, rng = [], np.random.default_rng(4)
     time = np.arange(0.0, 8.0, 0.01)

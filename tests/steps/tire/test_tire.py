@@ -62,6 +62,7 @@ def test_friction_that_falls_far_beyond_the_peak_does_not_mislead_the_start() ->
     assert result.parameters["tire_B"].value == pytest.approx(vehicle.tire_B, rel=0.05)
 
 
+@pytest.mark.slow  # 2 s
 def test_least_squares_on_noisy_slip_flattens_the_curve_and_this_does_not() -> None:
     vehicle = Vehicle(tire_B=12.0)
     data = []

@@ -106,6 +106,7 @@ def test_drives_left_out_are_predicted_better(lossy: tuple[Result, list[Made], T
     assert {"roads", "holding_force"} <= tables.keys()
 
 
+@pytest.mark.thorough  # the trips of an electric car name hills, too
 def test_hills_alone_are_named(tmp_path: Path) -> None:
     told = found(tmp_path, made(Truth(loss=0.0), 6)).diagnosis
     assert told is not None
