@@ -95,7 +95,9 @@ def test_a_large_bias_by_an_undetected_effect_is_stated(bias: float, half: float
     zero = Estimate.of("drag_area", 0.0, half / 2, (-half, half), "coastdown")
     assert with_undetected_bias(adequate, {"drag_area": zero}) == adequate
     sentence = with_undetected_bias(adequate, {"drag_area": area}).sentence
-    stated = " Rolling resistance that increases with speed remains possible below 0.00018 s/m, which would bias drag"
+    stated = (
+        " These data would not show rolling resistance that increases with speed below 0.00018 s/m; drag area would"
+    )
     assert sentence == "No model error detected." + (
-        stated + " area by +35 %, beyond its interval." if is_stated else ""
+        stated + " then be wrong by up to 35 %, more than its interval." if is_stated else ""
     )

@@ -81,10 +81,9 @@ def with_undetected_bias(diagnosis: Diagnosis, published: Mapping[str, Estimate]
         return diagnosis
     _, name, smallest = max(beyond, key=lambda entry: entry[:2])
     percent = 100.0 * smallest.would_bias[name] / published[name].value
-    remains = "remain" if is_plural(smallest.label) else "remains"
     text = (
-        f" {capitalized(smallest.label)} {remains} possible below {_amount(smallest)}, which would bias"
-        f" {name.replace('_', ' ')} by {percent:+.2g} %, beyond its interval."
+        f" These data would not show {smallest.label} below {_amount(smallest)}; {name.replace('_', ' ')} would then be"
+        f" wrong by up to {abs(percent):.2g} %, more than its interval."
     )
     return diagnosis.model_copy(update={"sentence": diagnosis.sentence + text})
 
