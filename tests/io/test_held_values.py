@@ -35,6 +35,15 @@ def test_the_rows_of_the_sensor_are_found(every: int, phase: int) -> None:
     assert found.size >= 0.98 * own.size  # equal readings in a row count, too
 
 
+def test_a_coarse_sensor_whose_readings_often_repeat_is_held() -> None:
+    """Every fifth reading of a height in steps of 0.1 m equals the one before."""
+    read = np.round(TIME[::10] * 0.05 + np.random.default_rng(3).normal(0.0, 0.13, TIME.size // 10), 1)
+    assert np.mean(np.diff(read) == 0.0) > 0.2
+    found = held_rows(np.repeat(read, 10))
+    assert found is not None
+    assert found.size == pytest.approx(TIME.size // 10, abs=3)
+
+
 @pytest.mark.parametrize("every", [3.4, 4.4, 5.2])
 def test_a_clock_that_is_not_the_sensors_jitters_by_a_row(every: float) -> None:
     own = np.rint(np.arange(0, TIME.size, every)).astype(int)

@@ -10,6 +10,7 @@ import pytest
 from tests.coast_cases import known, log_of, solve_day, spec_of
 from tests.plant import coast
 from tests.plant.vehicle import random_vehicle
+from vdyn_cli.io.clocks.held_values import with_held_interpolated
 from vdyn_cli.quantities.log import Log
 from vdyn_cli.steps.coastdown.step import STEP
 from vdyn_cli.steps.elevation_grade import elevation_grades
@@ -43,6 +44,21 @@ def test_finer_steps_are_more_exact() -> None:
         (found,) = elevation_grades([hilly(step, random)])
         rms.append(float(np.std(found.grade - STEEP * np.sin(2 * np.pi * found.distance / LENGTH))))
     assert rms[1] < 0.5 * rms[0]
+
+
+def test_a_held_elevation_counts_its_own_readings_only() -> None:
+    """Interpolated to 50 Hz, ten readings a second would look like five times as many, with an error that wanders."""
+    random, time = np.random.default_rng(6), np.arange(0.0, 120.0, 0.02)
+    place = 20.0 * time
+    height = -STEEP * LENGTH / (2 * np.pi) * np.cos(2 * np.pi * place / LENGTH)
+    seen = np.repeat(np.round(height[::5] + random.normal(0.0, 0.15, time.size // 5), 2), 5)
+    log = with_held_interpolated(Log("run.csv", time, {"speed": np.full(time.size, 20.0), "elevation": seen}))
+    (found,) = elevation_grades([log])
+    error = found.grade - STEEP * np.sin(2 * np.pi * found.distance / LENGTH)
+    stated = np.sqrt(np.sum(found.error_at(found.time) ** 2, axis=1))
+    assert found.prior[2] == 0.0  # no walk
+    assert np.mean(np.abs(error) < 2 * stated) > 0.9
+    assert np.sqrt(np.mean(stated**2)) < 2.5 * np.sqrt(np.mean(error**2))
 
 
 def test_an_elevation_that_wanders_shows_the_hills_at_their_size() -> None:

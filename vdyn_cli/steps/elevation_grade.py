@@ -23,7 +23,7 @@ import numpy as np
 
 from vdyn_cli.inference import white_level
 from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled
-from vdyn_cli.quantities.log import Log
+from vdyn_cli.quantities.log import Log, Samples
 from vdyn_cli.steps.road_spectrum import SPECTRA, slope_correlation
 
 NODE = 20.0  # m between the nodes, as the knots of a road: a coasting car passes them in a bin of 2 s
@@ -145,17 +145,24 @@ def _track(log: Log, late: float = 0.0) -> _Track | None:
         return None
     speed = np.abs(filled(log.time, log["speed"]))
     distance = cumulative_integral(log.time, speed)
-    measured = np.isfinite(log["elevation"])
-    if distance[-1] < FEWEST_NODES * NODE or measured.sum() < FEWEST_NODES:
+    time, height = _samples(log)
+    if distance[-1] < FEWEST_NODES * NODE or height.size < FEWEST_NODES:
         return None
-    height, at = log["elevation"][measured], np.interp(log.time[measured] - late, log.time, distance)
-    noise = white_level(height, log.time[measured])
+    at = np.interp(time - late, log.time, distance)
+    noise = white_level(height, time)
     levels = np.unique(np.round(height, 6))
     step = float(np.min(np.diff(levels))) if levels.size > 1 else 0.0
     # An elevation that flickers between two steps changes often, and its samples are independent.
     steady = noise < 0.5 * step and np.count_nonzero(np.diff(height)) * NODE < OFTEN * distance[-1]
     observed = _changes(height, at, step) if steady else _means(height, at, float(np.hypot(noise, step / 12**0.5)))
     return _Track(*observed, distance, np.interp(observed[2], distance, log.time))
+
+
+def _samples(log: Log) -> Samples:
+    """The sensor's own elevations: values interpolated between them would count as independent readings."""
+    time, height = log.samples.get("elevation", (log.time, log["elevation"]))
+    inside = np.isfinite(height) & (time >= log.time[0]) & (time <= log.time[-1])
+    return time[inside], height[inside]
 
 
 def _means(height: Array, at: Array, noise: float) -> tuple[Array, Array, Array]:

@@ -18,6 +18,7 @@ LEAST_HELD = 1.5  # rows per value on average: below, more than half of the valu
 FEWEST_CHANGES = 30  # changes, at least
 REGULAR = 0.8  # share of the changes that must come after the median number of rows
 JITTERING = 3  # rows per value, from which a change may come one row earlier or later: of 2 rows, any pattern would do
+REPEATING = 5  # rows per value, from which the same holds after equal readings: of 3 rows, any pattern would do
 LEVELS = 16  # distinct values; a channel with no more is a switch or a gear
 COARSE = 1.5  # quanta, least median step: a constant slope of a coarse channel changes as regularly, always by one
 SAMPLE = 20_000  # values that suffice to estimate the resolution
@@ -33,7 +34,8 @@ def held_rows(values: Array) -> Rows | None:
     if length.size < FEWEST_CHANGES or length.size * LEAST_HELD > values.size:
         return None
     usual = int(np.median(length))
-    near = np.abs(length - usual) <= (usual >= JITTERING)
+    equal = np.maximum(np.rint(length / usual), 1)  # readings in each segment
+    near = np.abs(length - equal * usual) <= np.where(equal > 1, usual >= REPEATING, usual >= JITTERING)
     steps = np.abs(np.diff(values[first]))
     finest = steps[:SAMPLE][steps[:SAMPLE] > 1e-12 * np.abs(values).max()].min(initial=np.inf)
     if usual < 2 or near.mean() < REGULAR or np.median(steps) < COARSE * finest:
