@@ -118,3 +118,15 @@ def test_hills_that_happen_to_follow_the_acceleration_are_no_change(seed: int) -
     felt = np.gradient(speed, time) + 9.81 * slope + rng.normal(0.0, 0.05, time.size)
     read = speed + rng.normal(0.0, 0.03, time.size)
     assert gain_changes(Log("hills.csv", time, {"speed": read, "acceleration": felt})) == ()
+
+
+def test_a_valley_in_a_short_drive_is_no_change() -> None:
+    """Down while the car accelerates, up while it brakes and accelerates again: as a gain that increases at the stop."""
+    time = np.arange(0.0, 90.0, 0.1)
+    speed = np.interp(
+        time, [2.0, 16.0, 22.0, 40.0, 46.0, 72.0, 80.0, 90.0], [0.0, 20.0, 20.0, 0.0, 0.0, 18.0, 18.0, 3.0]
+    )
+    slope = np.interp(time, [16.0, 22.0, 36.0, 60.0, 90.0], [-0.010, 0.007, 0.013, 0.013, -0.010])
+    noise = np.random.default_rng(8).normal(0.0, 0.05, time.size)
+    felt = np.gradient(speed, time) + 9.81 * slope + noise
+    assert gain_changes(Log("valley.csv", time, {"speed": speed, "acceleration": felt})) == ()
