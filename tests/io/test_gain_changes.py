@@ -121,7 +121,7 @@ def test_hills_that_happen_to_follow_the_acceleration_are_no_change(seed: int) -
 
 
 def test_a_valley_in_a_short_drive_is_no_change() -> None:
-    """Down while the car accelerates, up while it brakes and accelerates again: as a gain that increases at the stop."""
+    """Down while it accelerates, up while it brakes and accelerates again: like a gain that increases at the stop."""
     time = np.arange(0.0, 90.0, 0.1)
     speed = np.interp(
         time, [2.0, 16.0, 22.0, 40.0, 46.0, 72.0, 80.0, 90.0], [0.0, 20.0, 20.0, 0.0, 0.0, 18.0, 18.0, 3.0]

@@ -137,10 +137,10 @@ def _finite(tie: Tie) -> Tie:
 def changed_gain(tie: Tie) -> GainChange | None:
     """The most likely change of a tie's gain; None if it is not significant, abrupt and large enough.
 
-    It exceeds ``least_gain_change`` and ``gain_change_t``, leaves less than ``abrupt_share`` of the sum of squares that
-    a cubic drift of the gain, or of the constant, leaves: hills in a specific force, which a car passes while it
-    accelerates once and brakes once, resemble a gain. It is no delay: when the pedal is released, a speed that is late by 0.25 s turns
-    from 1 % too low to 1 % too high.
+    It exceeds ``least_gain_change`` and ``gain_change_t``, and leaves less than ``abrupt_share`` of the sum of squares
+    that a cubic drift of the gain, or of the constant, leaves: the hills in a specific force resemble a gain where a
+    car accelerates once and brakes once. It is no delay: when the pedal is released, a speed that is late by 0.25 s
+    turns from 1 % too low to 1 % too high.
     """
     y = tie.y - tie.y.mean() if tie.constant else tie.y
     x = tie.x - tie.x.mean() if tie.constant else tie.x
