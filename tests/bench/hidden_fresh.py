@@ -34,7 +34,7 @@ def fresh_gain(step: str, description: Path, fresh: Path, causes: Sequence[str])
             return None
         if first.model.setup.linearized:
             sizes = first.relinearized(extended).values
-            return rms_of(_simulated(second, {}, ()), False) - rms_of(_simulated(second, sizes, causes), False)
+            return rms_of(_simulated(second, {}, ())) - rms_of(_simulated(second, sizes, causes))
         before, after = (rms_of(_predicted(second.model.regression, fit.values)) for fit in (base, extended))
     except (ResultError, ArithmeticError):
         return None
