@@ -22,7 +22,6 @@ from vdyn_cli.report import canvas, template
 WATCH = 0.3  # s, interval at which a process checks that the pipeline still runs
 # Loaded before the processes are forked, beside matplotlib and the effects; each would otherwise load them in 1 s.
 SHARED = (
-    "pandas",
     "scipy.optimize",
     "jinja2",
     "llvmlite.binding",

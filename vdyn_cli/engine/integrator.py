@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vdyn_cli.engine.backend import MOST_DIRECTIONS
+from vdyn_cli.engine.backend import GROUP, MOST_DIRECTIONS
 from vdyn_cli.engine.drive import Drive
 from vdyn_cli.engine.finite import diverged_first, first_not_finite, not_finite
 from vdyn_cli.engine.kernel import Kernel, from_groups
@@ -162,6 +162,10 @@ class Integrator:
 
 
 def blocks(unknowns: int) -> list[slice]:
-    """Slices of the unknowns, one per kernel, about equal and of at most MOST_DIRECTIONS; one empty one without any."""
-    size = -(-unknowns // max(1, -(-unknowns // MOST_DIRECTIONS)))
-    return [slice(first, min(first + size, unknowns)) for first in range(0, max(unknowns, 1), max(size, 1))]
+    """Slices of the unknowns, one per kernel, about equal and of at most MOST_DIRECTIONS; one empty one without any.
+
+    They are cut between full groups of GROUP directions, because a kernel pads the last group.
+    """
+    groups = max(1, -(-unknowns // GROUP))
+    size = GROUP * -(-groups // -(-groups * GROUP // MOST_DIRECTIONS))
+    return [slice(first, min(first + size, unknowns)) for first in range(0, max(unknowns, 1), size)]

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 from typing import Any
 
+from vdyn_cli.engine.backend import GROUP
 from vdyn_cli.engine.delayed_signals import delayed_signals
 from vdyn_cli.engine.graph import Graph
 from vdyn_cli.engine.ir import print_kernel
@@ -19,7 +20,7 @@ from vdyn_cli.quantities.arrays import Array
 # values alone they vectorize the equal operations of a vehicle's four corners, which gains a sixth.
 _LEVEL = 1
 CACHE = 2**15  # numbers that a call may write so that they are still in the cache when read: a quarter of a megabyte
-WIDTHS = (0, 1, 2, 4, 8)  # directions of a group: full vectors; the processor would pad other numbers to these
+WIDTHS = (0, 1, 2, 4, GROUP)  # directions of a group: full vectors; the processor would pad other numbers to these
 
 
 class MachineCode:

@@ -36,6 +36,11 @@ def read_at(
         return value, tangents
     known = rate is not None
     slope = rate if rate is not None else _slopes(time, value[:, None])[:, 0]
+    moving = shift_tangents.any(axis=0)  # most unknowns do not shift most outputs
+    if not shift.any():  # an effect that starts at zero
+        carried = tangents.copy()
+        carried[:, moving] += slope[:, None] * shift_tangents[:, moving]
+        return value, carried
     at = time + shift
     inside = np.clip(at, time[0], time[-1])
     i = np.clip(np.searchsorted(time, inside, side="right") - 1, 0, time.size - 2)
@@ -60,7 +65,7 @@ def read_at(
     )
     if not tangents.shape[1]:
         return reading, tangents
-    live, moving = tangents.any(axis=0), shift_tangents.any(axis=0)  # most unknowns do not change most outputs
+    live = tangents.any(axis=0)  # most unknowns do not change most outputs
     if rate_tangents is not None:
         live |= rate_tangents.any(axis=0)
     own = tangents[:, live]
