@@ -9,6 +9,7 @@ from vdyn_cli.physics.laws.wheel import bearing, bearing_drag_torque, free_wheel
 
 DRAG = ("bearing_torque", "bearing_viscous")
 
+LAG = "lag"  # s, factor of the noise of the torque's readings where their filter is corrected
 LEVER = "lever"  # torque per reading, 1 without a gain error, to compare an impulse with the noise of the readings
 
 
@@ -34,6 +35,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     e.integrate(wheel_speed=turning, run_time=1.0)
     e.sensor("driven", e.state("wheel_speed", u.wheel_speed), turning, spun_by_torque=torque / p.wheel_inertia)
     e.sensor(LEVER, per_reading)
+    e.sensor(LAG, e("driven", value=0.0, spun_by_torque=1.0))
 
 
 FREE_WHEEL = Model("free wheel", _assemble, ("wheel_inertia", *DRAG, "hub_torque_zero"), ("hub_torque", "wheel_speed"))

@@ -14,6 +14,7 @@ INPUTS = ("hub_torque", "hub_force_x", "hub_force_z", "acceleration", "wheel_spe
 READINGS = ("hub", "driven", "carried")  # their sum is the wheel's speed
 LEVER = "lever"  # m, of the forces at the hub, to compare a moment with their noise
 MASS = "mass"  # kg, factor of the accelerometer's noise
+LAG = "lag"  # s, factor of the noise of the torque's readings where their filter is corrected
 
 
 def _assemble(e: ModelBuilder, u: Signals) -> None:
@@ -51,6 +52,7 @@ def _assemble(e: ModelBuilder, u: Signals) -> None:
     e.sensor(READINGS[2], carried, taken)
     e.sensor(LEVER, p.wheel_radius)
     e.sensor(MASS, p.wheel_mass)
+    e.sensor(LAG, e(READINGS[1], value=0.0, spun_by_torque=1.0))
 
 
 WHEEL_SPIN = Model(

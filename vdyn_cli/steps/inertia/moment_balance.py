@@ -22,7 +22,7 @@ from vdyn_cli.engine.model import Model
 from vdyn_cli.engine.simulate import Drive, Simulated, Simulator
 from vdyn_cli.inference import Regression, Rows, Unknown, white_level
 from vdyn_cli.inference.banded import weighed, whitened
-from vdyn_cli.physics.models.wheel_spin import LEVER, MASS, READINGS, WHEEL_SPIN
+from vdyn_cli.physics.models.wheel_spin import LAG, LEVER, MASS, READINGS, WHEEL_SPIN
 from vdyn_cli.quantities.arrays import Array, cumulative_integral, filled, spans
 from vdyn_cli.quantities.errors import Finding
 from vdyn_cli.quantities.log import Log
@@ -102,7 +102,7 @@ def _noise(log: Log, wheel: Mapping[str, float], good: NDArray[np.bool_], first:
     """Noise of the windows from ``first`` to ``last`` by the white noise of the ``good`` samples."""
     nothing = np.zeros(first.size)
     if first.size == 0:
-        return WindowNoise(1.0, 0.0, 1.0, nothing, nothing, nothing)
+        return WindowNoise(1.0, 0.0, 1.0, 0.0, nothing, nothing, nothing)
     time, half = log.time, np.diff(log.time) / 2
     inside = np.concatenate([[0.0], np.cumsum(np.convolve(half, [1.0, 1.0]) ** 2)])
     squares = inside[last] - inside[first + 1] + half[first] ** 2 + half[last - 1] ** 2
@@ -110,6 +110,7 @@ def _noise(log: Log, wheel: Mapping[str, float], good: NDArray[np.bool_], first:
         white_level(_net_torque(log, {**wheel, "wheel_mass": 0.0})[good], time[good]),
         white_level(log["acceleration"][good], time[good]) if "acceleration" in log else 0.0,
         white_level(log["wheel_speed"][good], time[good]),
+        white_level(log["hub_torque"][good], time[good]),
         squares,
         np.where(last[:-1] == first[1:], half[last[:-1] - 1] * half[first[1:]], 0.0),
         nothing,
@@ -239,7 +240,8 @@ class MomentBalance:
         speed: total least squares. dr/dJ and dr/dm are evaluated at the gains adjusted within their noise, for the
         wheel measured + J S_w S^-1 R, which gives the gradient of the cost and does not count noise as information. m
         is the model's wheel mass, r its radius, r0 the stated one: the factor r0 / r is needed because scaling torque,
-        radius and inertia alike changes no measurement, and must not reduce the residual.
+        radius and inertia alike changes no measurement, and must not reduce the residual. A lag tau that is corrected
+        in the torque's reading T adds tau^2 times the covariance of the changes of T, and dr/dtau is adjusted alike.
 
         Parameters
         ----------
@@ -277,13 +279,15 @@ class MomentBalance:
             scale, longer, moment, heavier = stated / radius, longer / radius, stated * mass, stated * heavier
             slopes -= np.outer(theta[0] * excess, longer)
             apparent = theta[0] * scale
-            factor = run.noise.factor(apparent, moment)
+            lag, later = _modeled(simulated, LAG, 0.0, theta.size)
+            factor = run.noise.factor(apparent, moment, lag)
             residual = whitened(factor, theta[0] * excess * scale)
             larger = -apparent * longer  # d J / d unknown
             larger[0] += scale
             weighed_residual = weighed(factor, residual)
             adjusted = np.outer(apparent * run.noise.speed_covariance(weighed_residual), larger)
             adjusted += np.outer(moment * run.noise.acceleration_covariance(weighed_residual), heavier)
+            adjusted += np.outer(lag * run.noise.reading_covariance(weighed_residual), later)
             return Rows(residual, whitened(factor, slopes * scale - adjusted), time=run.middle)
 
         return Regression(every, tuple(run.log.name for run in self.runs), rows)
