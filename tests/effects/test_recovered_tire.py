@@ -35,6 +35,7 @@ HIDDEN = (
     Hidden("tire_relaxation", 0.3),
     Hidden("friction_fade", 0.01),
     Hidden("braking_friction", 0.08),
+    Hidden("vertical_crosstalk", 0.02),
 )
 
 
@@ -101,5 +102,5 @@ def test_the_step_takes_every_effect_that_it_looks_for_and_without_a_speed_what_
     )
     names = {e.name for e in applicable(prepare(SPEC, slips, KNOWN).model, wanted)}
     expected = {"load_sensitivity", "slip_offset", "force_offset", "rolling_force", "friction_drift", "slip_lag"}
-    expected |= {"braking_friction", "tread_wear", "load_offset"}
+    expected |= {"braking_friction", "tread_wear", "load_offset", "vertical_crosstalk"}
     assert names == expected

@@ -200,6 +200,7 @@ SLIPPED: Mapping[str, float] = {
     "tire_relaxation": 0.2,
     "friction_fade": 0.005,
     "braking_friction": 0.01,
+    "vertical_crosstalk": 0.005,
 }
 TWISTED: Mapping[str, float] = {
     "series_compliance": 5e-6,

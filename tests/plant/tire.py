@@ -27,6 +27,7 @@ EFFECTS = {
     "tire_relaxation": "m over which slip builds up",
     "friction_fade": "s/m: friction is lost with the sliding speed |vs|, mu (1 - q |vs|)",
     "braking_friction": "1: friction is (1 + q) times as high under braking",
+    "vertical_crosstalk": "1: share of the tire's force that the load channel reads",
 }
 # Sizes at which finite differences are taken.
 SMALL = {
@@ -38,7 +39,7 @@ SMALL = {
     "rolling_force": 1e-4,
     "tire_relaxation": 0.2,
 }
-SMALL |= {"friction_fade": 1e-4, "braking_friction": 1e-3}
+SMALL |= {"friction_fade": 1e-4, "braking_friction": 1e-3, "vertical_crosstalk": 1e-4}
 ONE_SIDED = ("tire_relaxation",)
 PARAMETERS = ("tire_B", "tire_C", "tire_D", "tire_E")
 RATE = 100.0
@@ -113,7 +114,7 @@ def noise_free(vehicle: Vehicle, sweep: Sweep, effects: Mapping[str, float] | No
     turning = sweep.speed * (1.0 + sweep.slip + effects.get("slip_offset", 0.0)) / vehicle.wheel_radius
     grip -= effects.get("rolling_force", 0.0)
     force = grip * sweep.load + effects.get("force_offset", 0.0)
-    load = sweep.load + effects.get("load_offset", 0.0)
+    load = sweep.load * (1.0 + effects.get("vertical_crosstalk", 0.0) * grip) + effects.get("load_offset", 0.0)
     return dict(zip(SENSORS, (turning, sweep.speed, force, load), strict=True))
 
 
